@@ -1,0 +1,48 @@
+# Every target makes .venv by itself, once, and needs nothing done before.
+
+RANKS ?= $(shell [ "$$(nproc 2>/dev/null || echo 1)" -lt 2 ] && echo 1 || echo 2)
+PYTHON_HERE = .venv/bin/python
+READY = .venv/.ready
+
+# One thread a rank: OpenBLAS threads would compete with the ranks for the same cores.
+export OMP_NUM_THREADS = 1
+# Nothing outside .venv may be imported from within it.
+unexport PYTHONPATH PYTHONHOME
+export PYTHONNOUSERSITE = 1
+
+.PHONY: help demo test check format clean FORCE
+
+help:
+	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
+	@echo "make test    run every test"
+	@echo "make check   format, lint, types and the fast tests, in under a minute"
+	@echo "make format  rewrite the code in the house format"
+	@echo "make clean   delete .venv and caches, keep runs/"
+
+demo: $(READY)
+	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
+
+test: $(READY)
+	$(PYTHON_HERE) -m pytest
+
+check: $(READY)
+	$(PYTHON_HERE) -m ruff format --check
+	$(PYTHON_HERE) -m ruff check
+	$(PYTHON_HERE) -m mypy
+	$(PYTHON_HERE) -m pytest -m "not slow and not mpi"
+
+format: $(READY)
+	$(PYTHON_HERE) -m ruff check --select I --fix
+	$(PYTHON_HERE) -m ruff format
+
+clean:
+	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache src/*.egg-info
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# The stamp holds the folder that the environment was made in: a copy of the tree that took
+# .venv along would import the original's code.
+ifneq ($(shell cat $(READY) 2>/dev/null),$(CURDIR))
+$(READY): FORCE
+endif
+$(READY): pyproject.toml constraints.txt tools/setup.sh
+	@tools/setup.sh

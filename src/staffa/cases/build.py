@@ -1,0 +1,125 @@
+"""Case -> Problem: the objects that a case file stands for."""
+
+from collections.abc import Callable
+
+from staffa.stack import MPI
+
+import numpy as np
+
+from staffa.cases.model import Case, History, Prescribed
+from staffa.cases.numbers import Numbers, load, numbers
+from staffa.cases.rock import cracked, toughness_factor
+from staffa.domain import Domain, block
+from staffa.evolution.problem import Irreversibility, Material, Measuring, Problem, Solvers
+from staffa.evolution.schedule import schedule
+from staffa.grid import SIDES, opposite
+from staffa.loads.closed_form import Load
+from staffa.minimize.alternate import Stop
+from staffa.physics.damage import DamageLaw
+from staffa.physics.scales import tau_of_time
+from staffa.supports import History as InTime
+from staffa.supports import Section, SideSupport, at_rest, clamped, rollers
+
+
+def problem(
+    case: Case,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    damage: DamageLaw | None = None,
+    temperature: Load | None = None,
+) -> Problem:
+    """Build the mesh and everything else that a case describes. Collective.
+
+    Parameters
+    ----------
+    damage, temperature : a law or a load of your own, in place of the case's.
+    """
+    derived = numbers(case)
+    keys = case.solver
+    domain = block(
+        comm,
+        size=tuple(float(s) for s in case.domain.size),
+        h=float(case.domain.h),
+        cells=str(case.domain.cells),
+    )
+    return Problem(
+        domain=domain,
+        material=material(case, derived, domain.h, damage),
+        load=temperature or load(case, derived),
+        schedule=schedule(derived.times, derived.requested),
+        sides=side_supports(case, domain),
+        section=_section(case),
+        anchor=opposite(case.temperature.face, case.dim) if derived.face else None,
+        face=derived.face,
+        tau_of=_tau(case, derived),
+        irreversibility=Irreversibility(
+            crack_set_only=case.damage.irreversibility == "crack set",
+            threshold=case.damage.crack_set_threshold,
+        ),
+        solvers=Solvers(
+            displacement=keys.displacement,
+            damage=keys.damage,
+            stop=Stop(change=keys.change, residual=keys.residual, sweeps=keys.sweeps),
+        ),
+        measuring=Measuring(
+            depths=tuple(float(d) for d in case.measures.depths),
+            threshold=case.measures.threshold,
+        ),
+    )
+
+
+def material(case: Case, derived: Numbers, h: float, law: DamageLaw | None = None) -> Material:
+    """The rock of a case."""
+    m = case.material
+    return Material(
+        E=float(m.E),
+        nu=m.nu,
+        Gc=float(m.Gc),
+        expansion=float(m.expansion),
+        ell=float(case.damage.ell),
+        law=law or derived.law,
+        state=derived.state,
+        residual_stiffness=case.damage.residual_stiffness,
+        toughness=toughness_factor(case),
+        cracked=cracked(case, h),
+    )
+
+
+def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
+    if derived.face is None:
+        return None
+    return lambda t: tau_of_time(t, kappa=case.material.kappa, L=derived.L)
+
+
+def _section(case: Case) -> Section | None:
+    if case.supports.section in ("stretch", "free"):
+        return Section(bending=case.supports.section == "free")
+    return None
+
+
+def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
+    """The supports of a case, side by side; a section's rollers included."""
+    held_by_section = {"none": (), "fixed": ("left", "right")}.get(case.supports.section, ("left",))
+    found = []
+    for side in SIDES[domain.dim]:
+        support = getattr(case.supports, side)
+        if side in held_by_section or support == "rollers":
+            found.append(rollers(domain, side))
+        elif support == "clamped":
+            found.append(clamped(domain, side))
+        elif isinstance(support, Prescribed):
+            found.append(SideSupport(side=side, components=_components(support)))
+    return tuple(found)
+
+
+def _components(support: Prescribed) -> dict[int, InTime]:
+    given = {axis: getattr(support, name) for axis, name in enumerate("xyz")}
+    return {axis: _in_time(value) for axis, value in given.items() if value is not None}
+
+
+def _in_time(value: float | History) -> InTime:
+    if isinstance(value, History):
+        t, u = np.array(value.t, dtype=float), np.array(value.u, dtype=float)
+        return lambda time: float(np.interp(time, t, u))
+    constant = float(value)
+    return (lambda time: constant) if constant else at_rest

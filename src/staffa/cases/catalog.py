@@ -1,0 +1,33 @@
+"""The ready cases that come with staffa."""
+
+from importlib.resources import files
+
+from staffa.cases.model import Case
+from staffa.cases.reading import parse_case
+from staffa.errors import InputError, choices
+
+
+def names() -> tuple[str, ...]:
+    """Names of the ready cases."""
+    folder = files("staffa.cases")
+    return tuple(
+        sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    )
+
+
+def text(name: str) -> str:
+    """The file of a ready case, with the sources of its numbers in its comments.
+
+    Raises
+    ------
+    InputError
+        There is no such case.
+    """
+    if name not in names():
+        raise InputError(f"staffa has no case '{name}'; {choices(name, names())}")
+    return (files("staffa.cases") / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def ready_case(name: str) -> Case:
+    """A ready case."""
+    return parse_case(text(name), name=name)

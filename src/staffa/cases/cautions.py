@@ -1,0 +1,132 @@
+"""What is off about a case although it can run: a sentence each, with the way out."""
+
+import os
+from collections.abc import Iterator
+from math import sqrt
+
+import numpy as np
+
+from staffa.cases.model import Case
+from staffa.cases.numbers import Numbers, load
+from staffa.cases.writing import inline
+from staffa.grid import edge
+from staffa.physics.scales import diffusion_length
+
+# Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
+# 10 to 11 sqrt(ell ell0); computed on a uniformly damaged layer.
+NUCLEATION_DEPTH, WAVELENGTH = 0.8, 10.5
+LOCKING = 0.49  # above it linear elements are too stiff where the volume is constrained
+
+
+def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
+    """All of them; memory: what the run will need (bytes)."""
+    found = [*_of_mesh(case), *_of_rock(case, derived), *_of_memory(memory)]
+    if derived.face:
+        found += _of_cooling(case, derived)
+    return found
+
+
+def cell_edge(case: Case) -> float:
+    """The longest cell edge, domain.h or a little less."""
+    return edge(tuple(float(s) for s in case.domain.size), float(case.domain.h))
+
+
+def first_and_last(derived: Numbers) -> tuple[float, float]:
+    """The first time after zero, and the last."""
+    times = [t for t in (*derived.times, *derived.requested) if t > 0] or [0.0]
+    return min(times), max(times)
+
+
+def peak_drop(case: Case, derived: Numbers) -> float:
+    """Largest drop of the cooled face by the end of the run."""
+    assert derived.face is not None
+    on_face = np.zeros((3, 1))
+    on_face[derived.face.axis] = derived.face.position
+    _, last = first_and_last(derived)
+    return float(-load(case, derived).temperature(on_face, last)[0])
+
+
+def _of_mesh(case: Case) -> Iterator[str]:
+    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.domain.size)
+    if ell / h < 1 - 1e-9:
+        yield (
+            f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
+            f"(damage.allow_coarse is set); take h <= ell/3 to be free of it"
+        )
+    elif ell / h < 3 * (1 - 1e-9):
+        yield f"ell/h = {ell / h:.2g} < 3: a crack is not resolved; take h <= ell/3"
+    if smallest < 4 * ell * (1 - 1e-9):
+        yield (
+            f"the smallest extent is {smallest / ell:.2g} ell: a crack's damage is as wide as the "
+            f"body; take a smaller damage.ell"
+        )
+    length = case.toughness.correlation_length
+    if case.toughness.amplitude and length is not None and length < h:
+        yield (
+            f"toughness.correlation_length = {inline(length)} is less than a cell: the mesh sees "
+            f"noise that depends on it; take {2 * ell:.3g}, which is 2 ell, or more"
+        )
+
+
+def _of_rock(case: Case, derived: Numbers) -> Iterator[str]:
+    nu, ratio = case.material.nu, derived.drop_ratio
+    if nu > LOCKING and (case.dim == 3 or case.material.plane == "strain"):
+        yield (
+            f"material.nu = {nu:g}: above {LOCKING} the elements lock, and the body is too stiff; "
+            f"take {LOCKING} or less"
+        )
+    if case.cracks and not case.toughness.bands and ratio is not None and ratio > 1:
+        yield (
+            "more cracks will start on the cooled face between the given ones; to keep to these, "
+            "raise its toughness with toughness.bands"
+        )
+
+
+def _of_memory(needed: float) -> Iterator[str]:
+    here = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if needed > here:
+        yield (
+            f"about {needed / 1e9:.2g} GB of memory are needed and this machine has "
+            f"{here / 1e9:.2g} GB; run it on a larger one, or take a larger domain.h"
+        )
+
+
+def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
+    if derived.dT_c is not None and (largest := peak_drop(case, derived)) < derived.dT_c:
+        yield (
+            f"nothing will crack: the face drops by {largest:.3g} at most, and damage starts at "
+            f"{derived.dT_c:.3g}; raise the drop, or take a larger damage.ell (a lower strength)"
+        )
+        return
+    yield from _of_nucleation(case, derived)
+    _, last = first_and_last(derived)
+    deep = diffusion_length(case.material.kappa, last) / derived.L
+    if deep > 1 / 2 and case.temperature.profile != "slab":
+        yield (
+            f"at the last step the diffusion length is {deep:.2g} of the depth: the far side is "
+            f'felt; take temperature.profile = "slab", whose far side is insulated, or end earlier'
+        )
+
+
+def _of_nucleation(case: Case, derived: Numbers) -> Iterator[str]:
+    assert derived.ell0 is not None
+    time, _ = first_and_last(derived)
+    first, h = diffusion_length(case.material.kappa, time), cell_edge(case)
+    mixed = sqrt(case.damage.ell * derived.ell0)
+    if mixed < h:
+        yield (
+            f"sqrt(ell ell0) = {mixed:.2g} is below h = {h:.2g}: nucleation is not resolved, so "
+            f"that the first cracks' number and time depend on the mesh; later depths and spacings "
+            f"do not"
+        )
+    elif first > NUCLEATION_DEPTH * mixed:
+        yield (
+            f"the first step is too coarse to see nucleation: its diffusion length {first:.2g} is "
+            f"past {NUCLEATION_DEPTH:g} sqrt(ell ell0) = {NUCLEATION_DEPTH * mixed:.2g}; start "
+            f"earlier"
+        )
+    if first < h / 2:
+        yield (
+            f"at the first step the diffusion length {first:.2g} is under half a cell: the mesh "
+            f"does not see that temperature; start later or take a smaller domain.h"
+        )

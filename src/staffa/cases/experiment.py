@@ -1,0 +1,160 @@
+"""Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from staffa.stack import MPI, PETSc
+
+from staffa.cases.build import problem
+from staffa.cases.model import Case
+from staffa.cases.numbers import numbers
+from staffa.cases.provenance import commit, now, version
+from staffa.cases.rules import is_scaled
+from staffa.cases.writing import to_toml
+from staffa.domain import cell_count
+from staffa.evolution.march import Observers, march
+from staffa.evolution.problem import Problem
+from staffa.evolution.system import System, build
+from staffa.evolution.toughness import discrete_toughness
+from staffa.io import run_directory
+from staffa.io.fields import FieldWriter
+from staffa.measure.crack import Gauge, measures
+from staffa.minimize.alternate import Sweep
+from staffa.options import DAMAGE, DISPLACEMENT
+from staffa.parallel import on_root
+from staffa.records import Manifest, Step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Watcher:
+    """Who follows a run: told the manifest, each sweep, each step. Called on every rank."""
+
+    started: Callable[[Manifest], None] = lambda manifest: None
+    swept: Callable[[int, Sweep], None] = lambda index, sweep: None
+    stepped: Callable[[Step], None] = lambda step: None
+
+
+def run(
+    case: Case, directory: Path, *, comm: MPI.Comm = MPI.COMM_WORLD, watcher: Watcher | None = None
+) -> list[Step]:
+    """Run a case to its end and leave a run directory. Collective.
+
+    Raises
+    ------
+    InputError
+        The directory holds a run already, or cannot be made.
+    SolveError
+        A step failed; everything finished before it is on disk.
+    """
+    watcher = watcher or Watcher()
+    on_root(comm, lambda: run_directory.require_free(directory))
+    setup = problem(case, comm=comm)
+    factor = on_root(comm, lambda: _toughness(case, setup))
+    system = build(setup)
+    manifest = describe(case, setup, system, factor)
+    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest))
+    watcher.started(manifest)
+    steps = []
+    try:
+        observers = _observers(case, setup, system, factor, directory, watcher)
+        for step in march(setup, system, observers):
+            on_root(comm, partial(run_directory.append_step, directory, step))
+            watcher.stepped(step)
+            steps.append(step)
+    finally:
+        system.destroy()
+    return steps
+
+
+def _toughness(case: Case, setup: Problem) -> float:
+    return discrete_toughness(
+        setup.material, dim=setup.domain.dim, h=setup.domain.h, cells=str(case.domain.cells)
+    )
+
+
+def _observers(
+    case: Case,
+    setup: Problem,
+    system: System,
+    factor: float,
+    directory: Path,
+    watcher: Watcher,
+) -> Observers:
+    comm, times = setup.domain.comm, setup.schedule
+    writer = FieldWriter(comm, system.spaces)
+    written: list[tuple[str, float]] = []
+    gauge = Gauge(
+        face=setup.face,
+        depths=setup.measuring.depths,
+        threshold=setup.measuring.threshold,
+        prominence=setup.material.ell,
+        h=setup.domain.h,
+        toughness_factor=factor,
+    )
+
+    def save(index: int, time: float, converged: bool) -> str | None:
+        last = index == len(times.times) - 1
+        if not (case.output.fields == "all" or times.requested[index] or last or not converged):
+            return None
+        name = run_directory.fields_name(index)
+        writer.write(directory / name, system.state)
+        written.append((name, time))
+        on_root(comm, lambda: run_directory.write_series(directory, written))
+        return name
+
+    return Observers(
+        measure=lambda: measures(setup.domain, system.state, system.energy, gauge),
+        save=save,
+        watch=watcher.swept,
+    )
+
+
+def describe(case: Case, setup: Problem, system: System, factor: float) -> Manifest:
+    """What this run is, for its manifest."""
+    derived, domain, schedule = numbers(case), setup.domain, setup.schedule
+    tau_of = setup.tau_of
+    spaces = (system.spaces.u, system.spaces.alpha)
+    return Manifest(
+        version=version(),
+        commit=commit(),
+        created=now(),
+        ranks=domain.comm.size,
+        title=case.title,
+        law=setup.material.law.name,
+        scaled=is_scaled(case),
+        size=domain.size,
+        face=case.temperature.face if setup.face else None,
+        h=domain.h,
+        ell=setup.material.ell,
+        L=derived.L,
+        cells=cell_count(domain),
+        unknowns=sum(s.dofmap.index_map.size_global * s.dofmap.index_map_bs for s in spaces),
+        mesh=domain.identity,
+        toughness_factor=factor,
+        times=schedule.times,
+        taus=tuple(None if tau_of is None else tau_of(t) for t in schedule.times),
+        requested=schedule.requested,
+        scales=derived.table(),
+        versions=_versions(),
+        petsc_options={
+            "displacement": DISPLACEMENT[setup.solvers.displacement],
+            "damage": DAMAGE[setup.solvers.damage],
+        },
+    )
+
+
+def _versions() -> dict[str, str]:
+    import platform
+
+    import dolfinx
+    import numpy
+
+    return {
+        "python": platform.python_version(),
+        "dolfinx": dolfinx.__version__,
+        "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
+        "mpi": MPI.Get_library_version().split("\n")[0].strip(),
+        "numpy": numpy.__version__,
+    }

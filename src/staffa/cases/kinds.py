@@ -1,0 +1,73 @@
+"""The kinds of values that a case file holds: quantities, numbers, flags, and tables."""
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    InstanceOf,
+    Strict,
+)
+
+from staffa.errors import InputError
+from staffa.units import Quantity, parse, sensible
+
+
+def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The function with its errors as Pydantic collects them."""
+
+    def told(value: Any) -> Any:
+        try:
+            return function(value)
+        except InputError as error:
+            raise ValueError(str(error)) from None
+
+    return told
+
+
+def _reads(dimension: str) -> BeforeValidator:
+    return BeforeValidator(_or_value_error(lambda value: parse(value, dimension)))
+
+
+def _positive(value: Any) -> Any:
+    if not value > 0:
+        raise ValueError("it must be larger than zero")
+    return value
+
+
+def _not_negative(value: Any) -> Any:
+    if not value >= 0:
+        raise ValueError("it must not be negative")
+    return value
+
+
+POSITIVE = AfterValidator(_positive)
+Position = Annotated[InstanceOf[Quantity], _reads("length")]
+Length = Annotated[Position, POSITIVE]
+Modulus = Annotated[InstanceOf[Quantity], _reads("stress"), POSITIVE]
+Toughness = Annotated[InstanceOf[Quantity], _reads("toughness"), POSITIVE]
+Expansion = Annotated[InstanceOf[Quantity], _reads("thermal expansion"), POSITIVE]
+Diffusivity = Annotated[InstanceOf[Quantity], _reads("diffusivity"), POSITIVE]
+Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIVE]
+Instant = Annotated[InstanceOf[Quantity], _reads("time"), AfterValidator(_not_negative)]
+Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
+PositiveNumber = Annotated[Number, POSITIVE]
+Integer = Annotated[int, Strict()]
+Flag = Annotated[bool, Strict()]
+ONE = Quantity(1.0)
+
+
+def kind(value: Any) -> str:
+    """Which alternative of a key is meant: by how it is written, so that only one can complain."""
+    if isinstance(value, dict | BaseModel):
+        return "table"
+    return "list" if isinstance(value, list | tuple) else "value"
+
+
+class Section(BaseModel):
+    """A table of the case file: no unknown key, nothing changed later."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)

@@ -1,0 +1,363 @@
+"""The case file as typed, frozen models: every key, its meaning, its rule, and its default."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
+
+from staffa.cases.kinds import (
+    ONE,
+    Diffusivity,
+    Drop,
+    Expansion,
+    Flag,
+    Instant,
+    Integer,
+    Length,
+    Modulus,
+    Number,
+    Position,
+    PositiveNumber,
+    Section,
+    Toughness,
+    kind,
+)
+from staffa.units import EXAMPLES, Quantity
+
+
+def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    if len(size) not in (2, 3):
+        raise ValueError("it needs two numbers (2-D) or three (3-D)")
+    return size
+
+
+class DomainKeys(Section):
+    """The body: a rectangle or a box with its lower corner at the origin."""
+
+    size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] = Field(
+        description="extent along x, y (2-D) or x, y, z (3-D); the last is the height",
+        examples=[[5.0, 1.0]],
+    )
+    h: Length = Field(
+        description="cell edge; at most damage.ell/3 resolves a crack", examples=[0.01]
+    )
+    cells: Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"] | None = Field(
+        default=None,
+        description="quadrilateral or triangle in 2-D, hexahedron or tetrahedron in 3-D; "
+        "triangles are four to a square, so that they favor no direction",
+        examples=["quadrilateral"],
+    )
+
+
+class MaterialKeys(Section):
+    """The rock."""
+
+    plane: Literal["stress", "strain"] | None = Field(
+        default=None, description="2-D only: plane stress (default) or strain", examples=["stress"]
+    )
+    E: Modulus = Field(default=ONE, description="Young's modulus")
+    nu: Annotated[Number, Field(gt=-1, le=0.5)] = Field(default=0.2, description="Poisson's ratio")
+    Gc: Toughness = Field(default=ONE, description="toughness, energy per area of crack")
+    expansion: Expansion = Field(default=ONE, description="thermal expansion coefficient (linear)")
+    kappa: Diffusivity = Field(default=ONE, description="thermal diffusivity")
+
+
+class DamageKeys(Section):
+    """How cracks are carried by the damage field."""
+
+    law: Literal["AT1", "AT2"] = Field(
+        default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
+    )
+    ell: Length = Field(
+        description="regularization length; AT2: twice the paper's epsilon", examples=[0.03]
+    )
+    irreversibility: Literal["damage", "crack set"] = Field(
+        default="damage",
+        description="what cannot heal: all damage, or only the crack set (the paper's choice)",
+    )
+    crack_set_threshold: Annotated[Number, Field(gt=0, le=1)] = Field(
+        default=0.95, description="damage from which a point belongs to the crack set"
+    )
+    residual_stiffness: Annotated[Number, Field(gt=0, lt=0.1)] = Field(
+        default=1e-6, description="fraction of the stiffness left in a crack"
+    )
+    allow_coarse: Flag = Field(
+        default=False, description="run although ell < h, where the mesh steers the cracks"
+    )
+
+
+class Band(Section):
+    """A part of the body whose toughness differs."""
+
+    lower: tuple[Position, ...] = Field(description="lower corner", examples=[[0.0, 0.0]])
+    upper: tuple[Position, ...] = Field(description="upper corner", examples=[[5.0, 0.02]])
+    factor: PositiveNumber = Field(description="its toughness over material.Gc", examples=[3.0])
+
+
+class ToughnessKeys(Section):
+    """Heterogeneity of the toughness, a function of position alone."""
+
+    amplitude: Annotated[Number, Field(ge=0, lt=1)] = Field(
+        default=0.0, description="coefficient of variation of a seeded random field; 0: uniform"
+    )
+    correlation_length: Length | None = Field(
+        default=None, description="length over which it varies; default 2 ell", examples=[0.06]
+    )
+    seed: Annotated[Integer, Field(ge=0, lt=2**32)] = Field(
+        default=0, description="of the random numbers: the same seed, the same rock"
+    )
+    bands: tuple[Band, ...] = Field(
+        default=(),
+        description="boxes of other toughness, for instance a raised band on the cooled edge",
+        examples=[[{"lower": [0.0, 0.0], "upper": [5.0, 0.02], "factor": 3.0}]],
+    )
+
+
+class TemperatureKeys(Section):
+    """The cooling, known in closed form."""
+
+    profile: Literal["half-space", "slab", "convective", "none"] = Field(
+        default="half-space",
+        description="half-space (endlessly deep); slab (far side insulated); convective (the same, "
+        "with a film on its face); none",
+    )
+    face: str = Field(default="bottom", description="the cooled side")
+    dT: Drop | None = Field(
+        default=None,
+        description="temperature drop; give this or severity",
+        examples=[EXAMPLES["temperature difference"]],
+    )
+    severity: PositiveNumber | None = Field(
+        default=None,
+        description="expansion dT sqrt(E L/Gc), L the depth of the body; the paper's beta dT",
+        examples=[54.0],
+    )
+    biot: PositiveNumber | None = Field(
+        default=None,
+        description="convective: film coefficient times L over conductivity",
+        examples=[10.0],
+    )
+
+
+class History(Section):
+    """A displacement in time, straight between the given times and constant beyond them."""
+
+    t: tuple[Instant, ...] = Field(description="times, increasing", examples=[[0.0, 1.0]])
+    u: tuple[Position, ...] = Field(
+        description="the displacement at each of them", examples=[[0.0, 0.1]]
+    )
+
+
+def _component(axis: str) -> Any:
+    return Field(
+        default=None,
+        description=f"displacement along {axis}: a number, or a table of times t and values u",
+        examples=[0.1, {"t": [0.0, 1.0], "u": [0.0, 0.1]}],
+    )
+
+
+Component = Annotated[
+    Annotated[Position, Tag("value")] | Annotated[History, Tag("table")], Discriminator(kind)
+]
+
+
+class Prescribed(Section):
+    """Displacement components prescribed on a side."""
+
+    x: Component | None = _component("x")
+    y: Component | None = _component("y")
+    z: Component | None = _component("z")
+
+
+Support = Annotated[
+    Annotated[Literal["free", "rollers", "clamped"], Tag("value")]
+    | Annotated[Prescribed, Tag("table")],
+    Discriminator(kind),
+]
+SUPPORT_EXAMPLE = {"y": {"t": [0.0, 1.0], "u": [0.0, 0.1]}}
+
+
+def _support(side: str) -> Any:
+    return Field(default="free", description=side, examples=[SUPPORT_EXAMPLE])
+
+
+class SupportKeys(Section):
+    """What holds the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
+    like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. Rigid motions that are left
+    are stopped without bending anything."""
+
+    left: Support = _support("side x = 0")
+    right: Support = _support("side x = width")
+    bottom: Support = _support("lower side")
+    top: Support = _support("upper side")
+    front: Support | None = Field(
+        default=None, description="side y = 0, 3-D only", examples=["free", SUPPORT_EXAMPLE]
+    )
+    back: Support | None = Field(
+        default=None, description="side y = depth, 3-D only", examples=["free", SUPPORT_EXAMPLE]
+    )
+    section: Literal["none", "fixed", "stretch", "free"] = Field(
+        default="none",
+        description="2-D cell cut from a long slab: fixed (no mean strain), stretch (no force), "
+        "free (no force, no moment); puts rollers on left and right",
+    )
+
+
+class Segment(Section):
+    """A straight crack of a 2-D body."""
+
+    start: tuple[Position, ...] = Field(description="one end", examples=[[0.5, 0.0]])
+    end: tuple[Position, ...] = Field(description="the other end", examples=[[0.5, 0.1]])
+
+
+class Disc(Section):
+    """A flat round crack of a 3-D body."""
+
+    center: tuple[Position, ...] = Field(
+        description="middle of the disc", examples=[[0.5, 0.5, 0.0]]
+    )
+    radius: Length = Field(description="radius of the disc", examples=[0.1])
+    normal: tuple[Number, ...] = Field(
+        description="a direction across the disc, of any length", examples=[[1.0, 0.0, 0.0]]
+    )
+
+
+def _shape(value: Any) -> str | None:
+    """Which kind of crack is meant, by its keys."""
+    if isinstance(value, dict):
+        return "disc" if {"center", "radius", "normal"} & set(value) else "segment"
+    if isinstance(value, Segment | Disc):
+        return "disc" if isinstance(value, Disc) else "segment"
+    return None
+
+
+Crack = Annotated[
+    Annotated[Segment, Tag("segment")] | Annotated[Disc, Tag("disc")], Discriminator(_shape)
+]
+
+
+def _two_ends(steps: int) -> int:
+    if steps < 2:
+        raise ValueError("it must be at least 2, since both ends are included; or give a list")
+    return steps
+
+
+Steps = Annotated[Integer, AfterValidator(_two_ends), Field(le=100_000)]
+
+
+class UniformTau(Section):
+    """Equal steps in tau, both ends included."""
+
+    start: PositiveNumber = Field(description="the first", examples=[0.01])
+    stop: PositiveNumber = Field(description="the last", examples=[0.4])
+    steps: Steps = Field(description="how many, both ends included", examples=[40])
+
+
+class UniformTime(Section):
+    """Equal steps in time, both ends included."""
+
+    start: Instant = Field(description="the first", examples=["1 s"])
+    stop: Instant = Field(description="the last", examples=["2 min"])
+    steps: Steps = Field(description="how many, both ends included", examples=[40])
+
+
+Taus = Annotated[
+    Annotated[UniformTau, Tag("table")] | Annotated[tuple[PositiveNumber, ...], Tag("list")],
+    Discriminator(kind),
+]
+Times = Annotated[
+    Annotated[UniformTime, Tag("table")] | Annotated[tuple[Instant, ...], Tag("list")],
+    Discriminator(kind),
+]
+
+
+class TimeKeys(Section):
+    """When to look: give tau or t, each a list or { start, stop, steps }."""
+
+    tau: Taus | None = Field(
+        default=None,
+        description="2 sqrt(kappa t)/L: T = -dT erfc(y/(tau L)) in a half-space",
+        examples=[{"start": 0.005, "stop": 0.4, "steps": 40}, [0.1, 0.2, 0.4]],
+    )
+    t: Times | None = Field(
+        default=None,
+        description="time",
+        examples=[{"start": "1 s", "stop": "2 min", "steps": 40}, ["1 s", "2 min"]],
+    )
+
+
+class OutputKeys(Section):
+    """What is kept of the fields."""
+
+    at: tuple[Instant, ...] = Field(
+        default=(),
+        description="times hit exactly, whose fields are kept and drawn; tau or t, as in [time]",
+        examples=[[0.1, 0.2, 0.4]],
+    )
+    fields: Literal["requested", "all"] = Field(
+        default="requested",
+        description="keep the fields of the requested times and the last step, or of all",
+    )
+
+
+class MeasureKeys(Section):
+    """How the cracks are measured."""
+
+    depths: tuple[Length, ...] = Field(
+        default=(),
+        description="depths below the cooled face at which cracks are counted (2-D)",
+        examples=[[0.1, 0.2, 0.3]],
+    )
+    threshold: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default=0.8, description="damage above which a point counts as cracked"
+    )
+
+
+class SolverKeys(Section):
+    """How the energy is minimized."""
+
+    displacement: Literal["auto", "direct", "iterative"] = Field(
+        default="auto",
+        description="direct (2-D default), or iterative: CG with multigrid (3-D default)",
+    )
+    damage: Literal["tao", "snes"] = Field(
+        default="tao",
+        description="bound-constrained solver, tao or snes; the other is the fall-back",
+    )
+    change: Annotated[PositiveNumber, Field(lt=1)] = Field(
+        default=1e-3, description="a step ends when a sweep changes the damage by less than this"
+    )
+    residual: PositiveNumber = Field(
+        default=1e-1, description="and no force on the damage exceeds this times Gc/(4 c_w ell)"
+    )
+    sweeps: Annotated[Integer, Field(ge=1)] = Field(
+        default=5000, description="give up a step after this many sweeps"
+    )
+
+
+class Case(Section):
+    """A whole case file."""
+
+    title: Annotated[str, StringConstraints(max_length=200)] = Field(
+        default="", description="a line for tables and pictures"
+    )
+    domain: DomainKeys
+    material: MaterialKeys = MaterialKeys()
+    damage: DamageKeys
+    toughness: ToughnessKeys = ToughnessKeys()
+    temperature: TemperatureKeys = TemperatureKeys()
+    supports: SupportKeys = SupportKeys()
+    cracks: tuple[Crack, ...] = Field(
+        default=(),
+        description="cracks that are there from the start, each broken over a layer of cells: "
+        "start and end (2-D), or center, radius and normal (3-D)",
+        examples=[[{"start": [0.5, 0.0], "end": [0.5, 0.1]}]],
+    )
+    time: TimeKeys
+    output: OutputKeys = OutputKeys()
+    measures: MeasureKeys = MeasureKeys()
+    solver: SolverKeys = SolverKeys()
+
+    @property
+    def dim(self) -> int:
+        """2 or 3."""
+        return len(self.domain.size)

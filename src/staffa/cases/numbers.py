@@ -1,0 +1,120 @@
+"""The derived numbers of a case: depth, drop, times, strengths; no finite elements."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from staffa.cases.model import Case
+from staffa.cases.rules import times_given
+from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
+from staffa.physics import scales
+from staffa.physics.damage import LAWS, DamageLaw, strength
+from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """What follows from a case, in SI or scaled as the case is.
+
+    L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
+    drop at which damage starts, None for a law without threshold; ell0: None without cooling.
+    """
+
+    state: str
+    law: DamageLaw
+    face: Face | None
+    L: float
+    dT: float
+    severity: float | None
+    sigma_c: float
+    dT_c: float | None
+    ell0: float | None
+    times: tuple[float, ...]
+    requested: tuple[float, ...]
+
+    @property
+    def drop_ratio(self) -> float | None:
+        """dT/dT_c."""
+        return None if self.dT_c is None or self.dT == 0 else self.dT / self.dT_c
+
+    def table(self) -> dict[str, float | None]:
+        """The scales, for the record."""
+        return {
+            "L": self.L,
+            "dT": self.dT,
+            "severity": self.severity,
+            "sigma_c": self.sigma_c,
+            "dT_c": self.dT_c,
+            "ell0": self.ell0,
+        }
+
+
+def numbers(case: Case) -> Numbers:
+    """Derive them."""
+    m, ell, law = case.material, case.damage.ell, LAWS[case.damage.law]
+    state = SOLID if case.dim == 3 else PLANE_STRAIN if m.plane == "strain" else PLANE_STRESS
+    face = cooled_face(case)
+    L = case.domain.size[face.axis] if face else case.domain.size[-1]
+    dT, severity = drop(case, L)
+    elastic = {"E": m.E, "nu": m.nu, "Gc": m.Gc, "expansion": m.expansion}
+    return Numbers(
+        state=state,
+        law=law,
+        face=face,
+        L=float(L),
+        dT=dT,
+        severity=severity,
+        sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
+        dT_c=scales.critical_drop(law, **elastic, ell=ell, state=state) if dT else None,
+        ell0=scales.ell0(**elastic, dT=dT, state=state) if dT else None,
+        times=tuple(times_in(case, L, times_given(case))),
+        requested=tuple(times_in(case, L, np.array(case.output.at, dtype=float))),
+    )
+
+
+def cooled_face(case: Case) -> Face | None:
+    """The cooled side as a plane, or None without cooling."""
+    if case.temperature.profile == "none":
+        return None
+    sides = {"left": (0, False), "right": (0, True), "front": (1, False), "back": (1, True)}
+    vertical = case.dim - 1
+    sides |= {"bottom": (vertical, False), "top": (vertical, True)}
+    axis, far = sides[case.temperature.face]
+    return Face(
+        axis=axis,
+        position=float(case.domain.size[axis]) if far else 0.0,
+        inward=-1 if far else 1,
+    )
+
+
+def drop(case: Case, L: float) -> tuple[float, float | None]:
+    """Temperature drop dT and severity, whichever of them is given."""
+    m, keys = case.material, case.temperature
+    if keys.profile == "none":
+        return 0.0, None
+    sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
+    if keys.severity is not None:
+        return scales.dT_of_severity(severity=keys.severity, **sizes), keys.severity
+    assert keys.dT is not None
+    return float(keys.dT), scales.severity(dT=keys.dT, **sizes)
+
+
+def times_in(case: Case, L: float, given: np.ndarray) -> list[float]:
+    """Times, from tau or t as the case counts them."""
+    if case.time.tau is None:
+        return [float(t) for t in given]
+    return [scales.time_of_tau(float(tau), kappa=case.material.kappa, L=L) for tau in given]
+
+
+def load(case: Case, derived: Numbers) -> Load:
+    """The temperature of a case."""
+    profile, face = case.temperature.profile, derived.face
+    if face is None:
+        return NoLoad()
+    dT, kappa = derived.dT, float(case.material.kappa)
+    if profile == "slab":
+        return Slab(dT=dT, kappa=kappa, face=face, L=derived.L)
+    if profile == "convective":
+        assert case.temperature.biot is not None
+        return Convective(dT=dT, kappa=kappa, face=face, h=case.temperature.biot / derived.L)
+    return HalfSpace(dT=dT, kappa=kappa, face=face)

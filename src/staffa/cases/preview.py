@@ -1,0 +1,153 @@
+"""What a case will do and cost, said before anything runs; no finite elements."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+from staffa.cases.cautions import (
+    WAVELENGTH,
+    cautions,
+    cell_edge,
+    first_and_last,
+    peak_drop,
+)
+from staffa.cases.model import Case
+from staffa.cases.numbers import Numbers, numbers
+from staffa.cases.rules import is_scaled
+from staffa.evolution.schedule import schedule
+from staffa.grid import cells_and_vertices
+from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.physics.material import PLANE_STRESS
+from staffa.physics.scales import diffusion_length, tau_of_time
+
+# Measured with two steps of the slab at 25k to 200k displacement unknowns (direct), and of the
+# brick at 15k to 120k (iterative): resident memory = base + per unknown, in bytes.
+BASE = 1.2e8
+PER_UNKNOWN = {"direct": 2.4e3, "iterative": 3.0e3}
+
+Fact = tuple[str, str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preview:
+    """facts: (name, value, what it means); warnings: a sentence each."""
+
+    facts: tuple[Fact, ...]
+    warnings: tuple[str, ...]
+
+
+def preview(case: Case) -> Preview:
+    """Say what the physics and the cost will be, and warn of what is off."""
+    derived = numbers(case)
+    facts = [*_mesh_facts(case), *_strength_facts(case, derived)]
+    if derived.face:
+        facts += _cooling_facts(case, derived) + _length_facts(case, derived)
+    return Preview(
+        facts=tuple([*facts, *_cost_facts(case, derived)]),
+        warnings=tuple(cautions(case, derived, memory(case))),
+    )
+
+
+def memory(case: Case) -> float:
+    """What a run needs over all its ranks, about (bytes)."""
+    _, n_vertices = _size_of(case)
+    return BASE + PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
+
+
+def _unit(case: Case, unit: str) -> str:
+    return "" if is_scaled(case) else f" {unit}"
+
+
+def _mesh_facts(case: Case) -> list[Fact]:
+    ell, h = float(case.damage.ell), cell_edge(case)
+    factor = discrete_toughness_factor(LAWS[case.damage.law], h=h, ell=ell)
+    return [
+        ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
+        (
+            "discrete toughness",
+            f"about {factor:.3f} Gc",
+            "1 + h/(4 c_w ell): what the mesh adds; a run measures it",
+        ),
+    ]
+
+
+def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
+    sigma = f"{derived.sigma_c:.4g}{_unit(case, 'Pa')}"
+    facts = [("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell")]
+    if not derived.face:
+        strain = derived.sigma_c / case.material.E
+        facts.append(("will it crack", f"at a strain of {strain:.3g}", "sigma_c/E"))
+    return facts
+
+
+def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
+    assert derived.severity is not None
+    K = _unit(case, "K")
+    facts = [
+        ("severity", f"{derived.severity:.4g}", "expansion dT sqrt(E L/Gc); 54 in the paper"),
+        ("dT", f"{derived.dT:.4g}{K}", "temperature drop of the face"),
+    ]
+    if derived.dT_c is None:
+        return [
+            *facts,
+            ("dT/dT_c", "none", f"{derived.law.name} has no threshold: any drop damages"),
+            ("will it crack", "cannot be told", "without a threshold only a run can tell"),
+        ]
+    blocked = "plane stress" if derived.state == PLANE_STRESS else "both lateral strains blocked"
+    relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
+    return [
+        *facts,
+        ("dT_c", f"{derived.dT_c:.4g}{K}", f"drop at which damage starts, {blocked}"),
+        ("dT/dT_c", f"{derived.dT / derived.dT_c:.3g}", f"below 1 nothing is damaged{relaxed}"),
+        ("will it crack", *_verdict(peak_drop(case, derived) / derived.dT_c)),
+    ]
+
+
+def laterally_held(case: Case) -> bool:
+    """True if no side beside the cooled face can move inward, however deep the cold goes."""
+    if case.supports.section != "none":
+        return case.supports.section == "fixed"
+    pairs = [("left", "right"), *([("front", "back")] if case.dim == 3 else []), ("bottom", "top")]
+    beside = [side for pair in pairs if case.temperature.face not in pair for side in pair]
+    return all(getattr(case.supports, side) in ("rollers", "clamped") for side in beside)
+
+
+def _verdict(ratio: float) -> tuple[str, str]:
+    if ratio < 1:
+        return "no", "the face never cools enough to damage the rock"
+    if ratio < 1.5:
+        return "hardly", "damage starts, but the drop is little above dT_c"
+    return "yes", "the drop is well above dT_c"
+
+
+def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
+    assert derived.ell0 is not None
+    metre, kappa = _unit(case, "m"), case.material.kappa
+    ell, h = float(case.damage.ell), cell_edge(case)
+    mixed = f"{sqrt(derived.ell0 * ell):.3g}{metre}"
+    facts = [
+        ("ell0", f"{derived.ell0:.3g}{metre}", "Gc over thermal stress squared: unit of spacing")
+    ]
+    if derived.dT_c is not None:
+        apart = f"cracks start about {WAVELENGTH:g} of these apart"
+        facts.append(("sqrt(ell ell0)", mixed, f"{apart}, if dT/dT_c is 3 or more"))
+    for which, time in zip(("first", "last"), first_and_last(derived), strict=True):
+        length, tau = diffusion_length(kappa, time), tau_of_time(time, kappa=kappa, L=derived.L)
+        against = f"{length / h:.2g} h, {length / ell:.2g} ell (tau = {tau:.3g})"
+        facts.append((f"sqrt(kappa t), {which} step", f"{length:.3g}{metre}", against))
+    return facts
+
+
+def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
+    n_cells, n_vertices = _size_of(case)
+    steps = len(schedule(derived.times, derived.requested).times)
+    return [
+        ("cells", f"{n_cells:,}", str(case.domain.cells)),
+        ("unknowns", f"{case.dim * n_vertices:,} + {n_vertices:,}", "displacement and damage"),
+        ("steps", f"{steps}", "each of tens to hundreds of sweeps where cracks move"),
+        ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
+    ]
+
+
+def _size_of(case: Case) -> tuple[int, int]:
+    size = tuple(float(s) for s in case.domain.size)
+    return cells_and_vertices(size, float(case.domain.h), str(case.domain.cells))

@@ -1,0 +1,36 @@
+"""Which staffa this is, and when: for the manifest."""
+
+import subprocess
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed
+from pathlib import Path
+
+
+def version() -> str:
+    """Version of the installed package."""
+    try:
+        return installed("staffa")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def commit() -> str | None:
+    """Commit of the source that runs, marked if it was changed; None outside a checkout."""
+    try:
+        described = subprocess.run(
+            ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"],
+            cwd=Path(__file__).parent,
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return described.stdout.strip() or None
+
+
+def now() -> str:
+    """Date and time in UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,111 @@
+"""From TOML text to a case, or to one sentence that says what is wrong with it."""
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from staffa.cases.model import Case
+from staffa.cases.rules import obey
+from staffa.cases.sentences import sentence
+from staffa.errors import InputError
+
+LARGEST_FILE = 1_000_000  # bytes; a case file is a page
+
+# What Python's reader says, where it means more to programmers.
+SYNTAX = {
+    "Cannot overwrite a value": "a key is given twice",
+    "Duplicate inline table key": "a key is given twice",
+    "Cannot declare": "a table is given twice",
+    "Cannot redefine": "a table is given twice",
+    "Cannot mutate": "a table is given twice",
+    "Invalid value": "here is no value; a text needs quotes",
+    "Invalid statement": "here is no key = value and no [table]",
+}
+
+
+def read_case(path: Path, settings: Sequence[str] = ()) -> Case:
+    """Read a case file, with `section.key=value` settings put over it.
+
+    Raises
+    ------
+    InputError
+        In one sentence: the key, the value, the rule, and the way out.
+    """
+    content = _content(path)
+    if len(content) > LARGEST_FILE:
+        raise InputError(
+            f"{path} is no case file: it is larger than {LARGEST_FILE:,} bytes; a case is a page"
+        )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is no TOML file: it is not UTF-8 text; save it as such") from None
+    return parse_case(text, settings, name=str(path))
+
+
+def _content(path: Path) -> bytes:
+    """At most one byte more than a case file may have: also of a pipe, or of an endless device."""
+    try:
+        with path.open("rb") as file:
+            return file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no file {path}; `staffa new slab > my.toml` writes one"
+        ) from None
+    except IsADirectoryError:
+        inside = path / "case.toml"
+        hint = f"{inside} is one" if inside.is_file() else "name the TOML file in it"
+        raise InputError(f"{path} is a folder and no case file; {hint}") from None
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be read ({error.strerror}); name a TOML file that you may read"
+        ) from None
+
+
+def parse_case(text: str, settings: Sequence[str] = (), *, name: str = "the case") -> Case:
+    """Read a case from TOML text; see `read_case`."""
+    try:
+        table = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{name} is no case file: its brackets are nested too deeply") from None
+    except ValueError as error:
+        raise InputError(f"{name} is no TOML file: {_syntax(error)}") from None
+    for setting in settings:
+        _set(table, setting)
+    try:
+        case = Case.model_validate(table)
+    except ValidationError as error:
+        raise InputError(sentence(error)) from None
+    return obey(case)
+
+
+def _syntax(error: ValueError) -> str:
+    """The reader's words in the user's, with the place."""
+    words, at, place = str(error).rpartition(" (at ")
+    if not at:  # Python refuses whole numbers of thousands of digits without saying where
+        return "it holds a number that is too long; shorten it"
+    plain = [ours for theirs, ours in SYNTAX.items() if words.startswith(theirs)]
+    what = plain[0] if plain else words[:1].lower() + words[1:]
+    return f"{what} (at {place.removesuffix(')')}); correct it there"
+
+
+def _set(table: dict[str, Any], setting: str) -> None:
+    key, equals, text = setting.partition("=")
+    path = [name.strip() for name in key.split(".")]
+    if not equals or not all(path):
+        raise InputError(f"--set {setting}: write it like --set damage.law=AT2")
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        value = text.strip()
+    for name in path[:-1]:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise InputError(
+                f"--set {setting}: '{name}' is no table of the case; write it like "
+                f"--set damage.law=AT2"
+            )
+    table[path[-1]] = value

@@ -1,0 +1,101 @@
+"""The rules of a case that involve more than one key: small functions, each with its sentence."""
+
+from typing import Any
+
+from staffa.cases.model import Case
+from staffa.cases.rules.body import (
+    bands_are_inside,
+    cracks_are_inside,
+    dimension_agrees,
+    elasticity_is_definite,
+    mesh_can_be_numbered,
+    mesh_carries_cracks,
+)
+from staffa.cases.rules.cooling import (
+    cooling_is_complete,
+    film_is_convective,
+    measures_are_inside,
+)
+from staffa.cases.rules.supports import (
+    prescribed_agree,
+    section_can_stretch,
+    section_owns_its_sides,
+    something_happens,
+)
+from staffa.cases.rules.times import (
+    cooling_has_begun,
+    outputs_are_within,
+    outputs_count_as_times_do,
+    times_given,
+    times_increase,
+)
+from staffa.cases.rules.units import (
+    is_scaled,
+    nothing_is_one_by_default,
+    units_are_not_mixed,
+)
+from staffa.units import Quantity
+
+__all__ = ["RULES", "is_scaled", "obey", "times_given"]
+
+# In an order in which each may rely on those before.
+RULES = (
+    outputs_count_as_times_do,
+    units_are_not_mixed,
+    nothing_is_one_by_default,
+    dimension_agrees,
+    elasticity_is_definite,
+    mesh_carries_cracks,
+    mesh_can_be_numbered,
+    bands_are_inside,
+    cracks_are_inside,
+    cooling_is_complete,
+    film_is_convective,
+    measures_are_inside,
+    times_increase,
+    cooling_has_begun,
+    outputs_are_within,
+    section_owns_its_sides,
+    section_can_stretch,
+    prescribed_agree,
+    something_happens,
+)
+
+
+def obey(case: Case) -> Case:
+    """The case with its derived defaults written out, if it breaks no rule.
+
+    Raises
+    ------
+    InputError
+        It breaks one.
+    """
+    for rule in RULES:
+        rule(case)
+    update = {
+        name: getattr(case, name).model_copy(update=keys) for name, keys in _defaults(case).items()
+    }
+    return case.model_copy(update=update)
+
+
+def _defaults(case: Case) -> dict[str, dict[str, Any]]:
+    """The defaults that depend on other keys: table -> keys."""
+    two, keys = case.dim == 2, case.material
+    found: dict[str, dict[str, Any]] = {
+        "domain": {"cells": case.domain.cells or ("quadrilateral" if two else "hexahedron")},
+        "material": {"plane": (keys.plane or "stress") if two else None},
+    }
+    if case.toughness.amplitude and case.toughness.correlation_length is None:
+        found["toughness"] = {"correlation_length": _times(case.damage.ell, 2)}
+    if case.solver.displacement == "auto":
+        found["solver"] = {"displacement": "direct" if two else "iterative"}
+    if not is_scaled(case):  # only without cooling can these be left out; then they have no effect
+        for name, unit in (("expansion", "1/K"), ("kappa", "m^2/s")):
+            if name not in keys.model_fields_set:
+                found["material"][name] = Quantity(1.0, f"1 {unit}")
+    return found
+
+
+def _times(quantity: Quantity, factor: float) -> Quantity:
+    value = factor * quantity
+    return Quantity(value, f"{value!r} m" if quantity.has_units else value)

@@ -1,0 +1,152 @@
+"""Rules on the body: its dimension, its stiffness, its mesh, and what is drawn into it."""
+
+from staffa.cases.model import Band, Case, Disc, Segment
+from staffa.cases.writing import inline
+from staffa.errors import InputError, choices
+from staffa.grid import cells_and_vertices
+
+SIDES_2D = ("left", "right", "bottom", "top")
+SIDES_3D = (*SIDES_2D, "front", "back")
+CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}
+# PETSc, as it is mostly built, numbers unknowns with 32 bits.
+LARGEST = 2_000_000_000
+ROUND_OFF = 1 + 1e-9  # "0.03 mm" and "30 um" differ in the last digit
+
+
+def dimension_agrees(case: Case) -> None:
+    """Cells, the plane state and sides are of the body's dimension."""
+    dim, cells = case.dim, case.domain.cells
+    if cells is not None and cells not in CELLS[dim]:
+        raise InputError(
+            f'domain.cells = "{cells}" does not fit domain.size with {dim} numbers; use '
+            f"{' or '.join(CELLS[dim])}"
+        )
+    if dim == 3 and case.material.plane is not None:
+        raise InputError(
+            f'material.plane = "{case.material.plane}" is for 2-D bodies, and domain.size has 3 '
+            f"numbers; leave it out"
+        )
+    for side in ("front", "back"):
+        if dim == 2 and getattr(case.supports, side) is not None:
+            raise InputError(
+                f"supports.{side}: a 2-D body has no such side; {choices(side, SIDES_2D)}"
+            )
+
+
+def elasticity_is_definite(case: Case) -> None:
+    """nu < 0.5 where the volume is constrained."""
+    nu = case.material.nu
+    if nu >= 0.5 and case.dim == 3:
+        raise InputError(
+            f"material.nu = {nu:g}: in 3-D it must be less than 0.5 (incompressible); "
+            f"take 0.49 or less"
+        )
+    if nu >= 0.5 and case.material.plane == "strain":
+        raise InputError(
+            f"material.nu = {nu:g}: in plane strain it must be less than 0.5 "
+            f'(incompressible); take 0.49 or less, or material.plane = "stress"'
+        )
+
+
+def mesh_carries_cracks(case: Case) -> None:
+    """ell >= h unless opted out, and the body larger than either."""
+    ell, h, smallest = case.damage.ell, case.domain.h, min(case.domain.size)
+    if h > smallest * ROUND_OFF:
+        raise InputError(
+            f"domain.h = {inline(h)}: a cell is larger than the body, whose smallest extent is "
+            f"{inline(smallest)}; take a smaller h"
+        )
+    if ell * ROUND_OFF < h and not case.damage.allow_coarse:
+        raise InputError(
+            f"damage.ell = {inline(ell)} is less than domain.h = {inline(h)}: the mesh would steer "
+            f"the cracks; take h <= ell/3, or set damage.allow_coarse = true to do it knowingly"
+        )
+    if ell > smallest * ROUND_OFF:
+        raise InputError(
+            f"damage.ell = {inline(ell)} is larger than the body's smallest extent, "
+            f"{inline(smallest)}, so that no crack fits in; take a smaller ell"
+        )
+
+
+def mesh_can_be_numbered(case: Case) -> None:
+    """Not more unknowns than a 32-bit number counts."""
+    size, h = tuple(float(s) for s in case.domain.size), float(case.domain.h)
+    unknowns = case.dim * cells_and_vertices(size, h, case.domain.cells or CELLS[case.dim][0])[1]
+    if unknowns > LARGEST:
+        raise InputError(
+            f"domain.h = {inline(case.domain.h)} gives {unknowns:.2g} unknowns of displacement, "
+            f"more than the {LARGEST:.0e} that can be numbered; take a larger h"
+        )
+
+
+def bands_are_inside(case: Case) -> None:
+    """Every band of toughness is a box that meets the body."""
+    for number, band in enumerate(case.toughness.bands, start=1):
+        _band_is_inside(case, band, f"toughness.bands, entry {number}")
+
+
+def _band_is_inside(case: Case, band: Band, where: str) -> None:
+    for name, corner in (("lower", band.lower), ("upper", band.upper)):
+        if len(corner) != case.dim:
+            raise InputError(
+                f"{where}, {name} = {inline(corner)}: it needs {case.dim} numbers, as domain.size "
+                f"has"
+            )
+    if any(b <= a for a, b in zip(band.lower, band.upper, strict=True)):
+        raise InputError(
+            f"{where}: upper = {inline(band.upper)} must be larger than lower = "
+            f"{inline(band.lower)} along each axis"
+        )
+    extent = zip(band.lower, band.upper, case.domain.size, strict=True)
+    if any(low > size or high < 0 for low, high, size in extent):
+        raise InputError(
+            f"{where}: the box from {inline(band.lower)} to {inline(band.upper)} lies outside the "
+            f"body, whose size is {inline(case.domain.size)}; move it in or leave it out"
+        )
+
+
+def cracks_are_inside(case: Case) -> None:
+    """Every given crack is of the body's dimension, lies in it, and has an extent."""
+    for number, crack in enumerate(case.cracks, start=1):
+        where = f"cracks, entry {number}"
+        if isinstance(crack, Disc) != (case.dim == 3):
+            raise InputError(
+                f"{where}: a 2-D body has straight cracks (start, end) and a 3-D body discs "
+                f"(center, radius, normal); this body is {case.dim}-D"
+            )
+        points = _points(crack)
+        for name, point in points.items():
+            _is_inside(case, f"{where}, {name} = {inline(point)}", point)
+        if isinstance(crack, Disc):
+            _has_a_direction(crack, where)
+        elif crack.start == crack.end:
+            raise InputError(
+                f"{where}: start and end are both {inline(crack.start)}; move one, since a crack "
+                f"needs a length"
+            )
+
+
+def _points(crack: Segment | Disc) -> dict[str, tuple[float, ...]]:
+    if isinstance(crack, Disc):
+        return {"center": crack.center}
+    return {"start": crack.start, "end": crack.end}
+
+
+def _is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
+    size = case.domain.size
+    if len(point) != case.dim:
+        raise InputError(f"{what}: it needs {case.dim} numbers, as domain.size has")
+    slack = (ROUND_OFF - 1) * max(size)
+    if any(not -slack <= c <= s + slack for c, s in zip(point, size, strict=True)):
+        raise InputError(
+            f"{what} lies outside the body, whose size is {inline(size)} from the origin; move it "
+            f"in"
+        )
+
+
+def _has_a_direction(crack: Disc, where: str) -> None:
+    if len(crack.normal) != 3 or not any(crack.normal):
+        raise InputError(
+            f"{where}, normal = {inline(crack.normal)} is no direction; give three numbers, not "
+            f"all zero"
+        )

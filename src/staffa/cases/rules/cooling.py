@@ -1,0 +1,64 @@
+"""Rules on the cooling, and on what is measured below the cooled face."""
+
+from staffa.cases.model import Case
+from staffa.cases.rules.body import SIDES_2D, SIDES_3D
+from staffa.cases.writing import inline
+from staffa.errors import InputError, choices
+
+
+def cooling_is_complete(case: Case) -> None:
+    """A face that exists, and exactly one of dT and severity."""
+    keys = case.temperature
+    sides = SIDES_2D if case.dim == 2 else SIDES_3D
+    if keys.face not in sides:
+        raise InputError(
+            f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, sides)}"
+        )
+    if keys.profile == "none":
+        for name in ("dT", "severity", "biot"):
+            if getattr(keys, name) is not None:
+                raise InputError(
+                    f"temperature.{name} = {inline(getattr(keys, name))} cools nothing with "
+                    f'temperature.profile = "none"; leave one of them out'
+                )
+    elif (keys.dT is None) == (keys.severity is None):
+        how = "neither is given" if keys.dT is None else "both are given"
+        raise InputError(
+            f"temperature.dT and temperature.severity: {how}; give exactly one of them"
+        )
+
+
+def film_is_convective(case: Case) -> None:
+    """biot is given exactly with a convective profile."""
+    keys = case.temperature
+    if keys.profile == "convective" and keys.biot is None:
+        raise InputError(
+            "temperature.biot is missing: a convective profile needs the film coefficient times L "
+            "over the conductivity; write it like biot = 10.0"
+        )
+    if keys.profile not in ("convective", "none") and keys.biot is not None:
+        raise InputError(
+            f'temperature.biot = {keys.biot:g} has no meaning for profile = "{keys.profile}"; '
+            f'leave it out or take temperature.profile = "convective"'
+        )
+
+
+def measures_are_inside(case: Case) -> None:
+    """Counting depths lie in the body, and only where depth has a meaning."""
+    if not case.measures.depths:
+        return
+    where = f"measures.depths = {inline(case.measures.depths)}"
+    if case.dim == 3:
+        raise InputError(f"{where}: counting along lines is for 2-D bodies; leave it out")
+    if case.temperature.profile == "none":
+        raise InputError(
+            f'{where}: there is no cooled face to count from (temperature.profile = "none"); '
+            f"leave it out"
+        )
+    L = case.domain.size[0 if case.temperature.face in ("left", "right") else 1]
+    for depth in case.measures.depths:
+        if depth >= L:
+            raise InputError(
+                f"measures.depths: {inline(depth)} lies outside the body, which is {inline(L)} "
+                f"deep; take smaller depths"
+            )

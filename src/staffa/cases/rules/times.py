@@ -1,0 +1,83 @@
+"""Rules on the times: that they increase, can be reached, and include the outputs."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from staffa.cases.model import Case, UniformTau, UniformTime
+from staffa.cases.writing import inline
+from staffa.errors import InputError
+
+
+def counts_in(case: Case) -> str:
+    """The key that gives the times, tau or t."""
+    return "tau" if case.time.tau is not None else "t"
+
+
+def times_given(case: Case) -> np.ndarray:
+    """The times of the case, in tau or in t as it counts them."""
+    given = getattr(case.time, counts_in(case))
+    if isinstance(given, UniformTau | UniformTime):
+        return np.linspace(given.start, given.stop, given.steps)
+    return np.array(given, dtype=float)
+
+
+def times_increase(case: Case) -> None:
+    """tau or t, in increasing order; tau only where heat diffuses."""
+    keys, name = case.time, counts_in(case)
+    if (keys.tau is None) == (keys.t is None):
+        how = "neither is given" if keys.tau is None else "both are given"
+        raise InputError(f"time.tau and time.t: {how}; give exactly one of them")
+    if keys.tau is not None and case.temperature.profile == "none":
+        raise InputError(
+            'time.tau has no meaning without cooling (temperature.profile = "none"); give time.t'
+        )
+    given = getattr(keys, name)
+    if isinstance(given, UniformTau | UniformTime):
+        if given.stop <= given.start:
+            raise InputError(
+                f"time.{name}: stop = {inline(given.stop)} must be larger than start = "
+                f"{inline(given.start)}"
+            )
+        return
+    if not given:
+        raise InputError(f"time.{name} = [] is empty; give at least one time")
+    for before, after in pairwise(given):
+        if after <= before:
+            raise InputError(
+                f"time.{name}: {inline(after)} comes after {inline(before)}; put the times in "
+                f"increasing order, no two of them equal"
+            )
+
+
+def cooling_has_begun(case: Case) -> None:
+    """No step at t = 0 if the face drops at once: its boundary layer would be as thin as a node."""
+    jumps = case.temperature.profile in ("half-space", "slab")
+    if jumps and times_given(case)[0] == 0:
+        raise InputError(
+            "time.t: the first time is 0, when only the face itself is cold, a layer that no mesh "
+            "sees; start later, about when sqrt(kappa t) is domain.h"
+        )
+
+
+def outputs_count_as_times_do(case: Case) -> None:
+    """No output at a time with a unit in a case that counts in tau."""
+    for time in case.output.at:
+        if time.has_units and case.time.tau is not None:
+            raise InputError(
+                f"output.at: {inline(time)} is a time, but the case counts in tau; give tau here"
+            )
+
+
+def outputs_are_within(case: Case) -> None:
+    """Times of outputs lie in the run, each once."""
+    name, last = counts_in(case), times_given(case)[-1]
+    for time in case.output.at:
+        if not 0 < time <= last * (1 + 1e-12):
+            raise InputError(
+                f"output.at: {inline(time)} lies outside the run, which goes to {name} = {last:g}; "
+                f"leave it out or go on longer"
+            )
+    for before, after in pairwise(sorted(case.output.at)):
+        if before == after:
+            raise InputError(f"output.at: {inline(after)} is there twice; leave one out")

@@ -1,0 +1,61 @@
+"""Rules on units: which numbers a case gives, and that all of them have a unit or none."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from staffa.cases.model import Case
+from staffa.errors import InputError
+from staffa.units import EXAMPLES, Quantity
+
+
+def quantities(table: BaseModel, path: str = "") -> Iterator[tuple[str, Quantity]]:
+    """Every quantity of a case that was written down, with its key."""
+    for name in type(table).model_fields:
+        if name in table.model_fields_set:
+            yield from _quantities(getattr(table, name), f"{path}.{name}".lstrip("."))
+
+
+def _quantities(value: Any, path: str) -> Iterator[tuple[str, Quantity]]:
+    if isinstance(value, Quantity):
+        yield path, value
+    elif isinstance(value, BaseModel):
+        yield from quantities(value, path)
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _quantities(item, path)
+
+
+def is_scaled(case: Case) -> bool:
+    """True if no number of the case has a unit."""
+    return not any(quantity.has_units for _, quantity in quantities(case))
+
+
+def units_are_not_mixed(case: Case) -> None:
+    """All quantities have units, or none has; zero is zero in any unit, and tau has none."""
+    in_tau = case.time.tau is not None
+    written = [(key, q) for key, q in quantities(case) if not (in_tau and key == "output.at")]
+    bare = [(key, q) for key, q in written if not q.has_units and float(q) != 0.0]
+    with_units = [(key, q) for key, q in written if q.has_units]
+    if bare and with_units:
+        (key, value), (other, text) = bare[0], with_units[0]
+        raise InputError(
+            f'{key} = {value.given} has no unit but {other} = "{text.given}" has one; give every '
+            f"number a unit, or none"
+        )
+
+
+def nothing_is_one_by_default(case: Case) -> None:
+    """A case in units gives the rock's numbers, whose default 1 is for scaled ones."""
+    if is_scaled(case):
+        return
+    needed = {"E": "stress", "Gc": "toughness"}
+    if case.temperature.profile != "none":
+        needed |= {"expansion": "thermal expansion", "kappa": "diffusivity"}
+    for name, dimension in needed.items():
+        if name not in case.material.model_fields_set:
+            raise InputError(
+                f"material.{name} is missing: only a scaled case has a default for it, 1, and this "
+                f'one has units; write it like {name} = "{EXAMPLES[dimension]}"'
+            )

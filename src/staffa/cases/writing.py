@@ -1,0 +1,92 @@
+"""From a case to TOML text: as resolved for the record, or with every key explained."""
+
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from staffa.cases.model import Case, Disc, Segment
+from staffa.units import Quantity
+
+WIDTH = 96
+UNITS = """Numbers are either all scaled (then E = Gc = expansion = kappa = 1 need not be given), or
+all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", "9e-6 1/K", "2 min"."""
+
+
+def inline(value: Any) -> str:
+    """A value as TOML writes it on one line."""
+    if isinstance(value, BaseModel):
+        value = {name: getattr(value, name) for name in type(value).model_fields}
+    if isinstance(value, dict):
+        pairs = (f"{key} = {inline(v)}" for key, v in value.items() if v is not None)
+        return f"{{ {', '.join(pairs)} }}" if value else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(inline(v) for v in value)}]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Quantity):
+        return inline(value.given)
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return '"' + "".join(c if c.isprintable() else _escaped(c) for c in escaped) + '"'
+    return repr(value) if isinstance(value, int | float) else str(value)  # or a date
+
+
+def _escaped(character: str) -> str:
+    code = ord(character)
+    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def to_toml(case: Case, *, explained: bool = False) -> str:
+    """The case as a TOML file that reads back as the same case.
+
+    explained: with a comment on every key, and the keys that are not set as comments with an
+    example.
+    """
+    lines = [*_comment(UNITS), ""] if explained else []
+    lines += _keys(case, explained, tables=False)
+    for name, field in Case.model_fields.items():
+        table = getattr(case, name)
+        if isinstance(table, BaseModel):
+            lines.append("")
+            if explained:
+                lines += _comment(type(table).__doc__ or "")
+            lines += [f"[{name}]", *_keys(table, explained, tables=True)]
+        elif not isinstance(table, str) and (table or explained):
+            lines += ["", *_cracks(case, field, explained)]
+    return "\n".join(lines).strip() + "\n"
+
+
+def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
+    for name, field in type(table).model_fields.items():
+        value = getattr(table, name)
+        if not tables and not isinstance(value, str):
+            continue
+        if explained:
+            yield from _comment(field.description or "")
+        if value is not None:
+            yield f"{name} = {inline(value)}"
+        elif explained:
+            example = field.examples[0] if field.examples else ""
+            yield f"# {name} = {inline(example)}"
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(" ".join(text.split()), WIDTH, initial_indent="# ", subsequent_indent="# ")
+
+
+def _cracks(case: Case, field: FieldInfo, explained: bool) -> Iterator[str]:
+    """The tables [[cracks]], or an example of one as a comment."""
+    if explained:
+        yield from _comment(field.description or "")
+    shape = Segment if case.dim == 2 else Disc
+    if not case.cracks:
+        yield "# [[cracks]]"
+        for name, key in shape.model_fields.items():
+            yield from _comment(key.description or "")
+            yield f"# {name} = {inline(key.examples[0] if key.examples else '')}"
+    for crack in case.cracks:
+        yield "[[cracks]]"
+        yield from _keys(crack, explained, tables=True)

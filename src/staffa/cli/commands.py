@@ -1,0 +1,111 @@
+"""The commands: what each reads, and what it prints."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from staffa.cases import catalog
+from staffa.cases.preview import preview
+from staffa.cases.reading import read_case
+from staffa.cases.writing import to_toml
+from staffa.cli.terminal import out
+from staffa.errors import StaffaError
+from staffa.io.run_directory import read_run
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Predicts how cooling cracks rock.",
+)
+CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_default=False)]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
+]
+CaseName = Annotated[str, typer.Argument(help="name of a ready case", show_default=False)]
+RunFolder = Annotated[Path, typer.Argument(help="a run directory", show_default=False)]
+
+
+@app.command()
+def cases() -> None:
+    """List the ready cases."""
+    table = Table(box=None, show_header=False)
+    for name in catalog.names():
+        table.add_row(f"[bold]{name}[/bold]", escape(catalog.ready_case(name).title))
+    out.print(table)
+
+
+@app.command()
+def new(
+    case: Annotated[str, typer.Argument(help="name of a ready case", show_default=False)],
+) -> None:
+    """Write a ready case to the terminal, every key explained: staffa new slab > my.toml."""
+    print(to_toml(catalog.ready_case(case), explained=True), end="")
+
+
+@app.command()
+def check(case_file: CaseFile, settings: Settings = None) -> None:
+    """Say what the physics and the cost of a case will be, before anything runs."""
+    case = read_case(case_file, settings or [])
+    said = preview(case)
+    if case.title:
+        out.print(f"[bold]{escape(case.title)}[/bold]")
+    table = Table(box=None, show_header=False)
+    for name, value, meaning in said.facts:
+        table.add_row(name, f"[bold]{escape(value)}[/bold]", f"[dim]{escape(meaning)}[/dim]")
+    out.print(table)
+    for sentence in said.warnings:
+        out.print(f"[yellow]warning:[/yellow] {escape(sentence)}")
+    if not said.warnings:
+        out.print("[green]nothing is off[/green]")
+
+
+@app.command()
+def run(
+    case_file: CaseFile,
+    directory: Annotated[
+        Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
+    ] = None,
+    settings: Settings = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+) -> None:
+    """Run a case, also under mpiexec -n N."""
+    from staffa.cli.live import run_and_follow  # loads the finite-element stack
+
+    where = directory or Path("runs") / case_file.stem
+    run_and_follow(lambda: read_case(case_file, settings or []), where, quiet=quiet)
+
+
+@app.command()
+def show(directory: RunFolder) -> None:
+    """Show the summary of a run, also of one that is still going on."""
+    from staffa.cli.results import print_summary
+
+    print_summary(read_run(directory))
+
+
+@app.command()
+def report(directory: RunFolder) -> None:
+    """Draw the pictures and the page of a run again."""
+    from staffa.cli.results import print_pictures  # loads Matplotlib
+
+    print_pictures(read_run(directory))
+
+
+def main() -> None:
+    """Entry point: user errors as one sentence, with their exit code."""
+    try:
+        app()
+    except StaffaError as error:
+        _fail(error)
+
+
+def _fail(error: StaffaError) -> None:
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is None or mpi.COMM_WORLD.rank == 0:
+        print(f"staffa: {error}", file=sys.stderr)
+    raise SystemExit(error.exit_code)

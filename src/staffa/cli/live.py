@@ -1,0 +1,136 @@
+"""Runs a case and follows it: a live line on a terminal, one plain line a step otherwise."""
+
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+
+from staffa.stack import MPI
+
+from rich.progress import BarColumn, Progress, TextColumn
+
+from staffa.cases.experiment import Watcher, run
+from staffa.cases.model import Case
+from staffa.cli.results import print_pictures, print_summary
+from staffa.cli.terminal import out
+from staffa.errors import StaffaError
+from staffa.io.run_directory import append_log, read_run
+from staffa.minimize.alternate import Sweep
+from staffa.parallel import on_root
+from staffa.records import Manifest, Step
+
+
+def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) -> None:
+    """Read the case on rank 0, run it on all, and print on rank 0. Collective.
+
+    An error that only one rank meets ends all ranks, after its traceback.
+    """
+    comm = MPI.COMM_WORLD
+    try:
+        case = on_root(comm, read)
+        follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
+        with follower.progress:
+            run(case, directory, comm=comm, watcher=follower.watcher())
+        if comm.rank == 0 and not quiet:
+            print_summary(read_run(directory))
+            print_pictures(read_run(directory))
+    except StaffaError:
+        raise
+    except Exception:
+        traceback.print_exc()
+        sys.stderr.flush()
+        if comm.size > 1:
+            comm.Abort(1)
+        raise SystemExit(1) from None
+
+
+@dataclass(kw_only=True)
+class Follower:
+    """What is printed and logged while a run goes on."""
+
+    directory: Path
+    speaks: bool
+    quiet: bool
+    manifest: Manifest | None = None
+    began: float = field(default_factory=perf_counter)
+
+    def __post_init__(self) -> None:
+        shown = self.speaks and not self.quiet and out.is_terminal
+        self.progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=20),
+            TextColumn("{task.fields[now]}"),
+            console=out,
+            transient=True,
+            disable=not shown,
+        )
+        self.task = self.progress.add_task("starting", total=None, now="")
+
+    def watcher(self) -> Watcher:
+        """The watcher that `run` tells what happens."""
+        return Watcher(started=self.started, swept=self.swept, stepped=self.stepped)
+
+    def started(self, manifest: Manifest) -> None:
+        """Say what begins."""
+        self.manifest = manifest
+        self.progress.update(self.task, total=len(manifest.times))
+        self._say(
+            f"{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, {len(manifest.times)} "
+            f"steps, {manifest.law}, {manifest.ranks} rank(s), discrete toughness "
+            f"{manifest.toughness_factor:.4f} Gc, in {self.directory}"
+        )
+
+    def swept(self, index: int, sweep: Sweep) -> None:
+        """Refresh the live line."""
+        assert self.manifest is not None
+        self.progress.update(
+            self.task,
+            description=f"step {index + 1}/{len(self.manifest.times)}, {self._when(index)}",
+            now=f"sweep {sweep.number}, energy {sweep.energies.total:.4f}, "
+            f"change {sweep.change:.0e}",
+        )
+
+    def stepped(self, step: Step) -> None:
+        """One line a step, in the log and where it is printed; violations aloud."""
+        self.progress.update(self.task, completed=step.index + 1)
+        self._say(self._line(step))
+        for sentence in step.audit.violations:
+            self._say(f"  audit: {sentence}")
+
+    def _line(self, step: Step) -> str:
+        energies, parts = step.energies, [f"step {step.index + 1:3d}", self._when(step.index)]
+        parts += [
+            f"elastic {energies.elastic:.4f}",
+            f"surface {energies.surface:.4f}",
+            f"total {energies.total:.4f}",
+            f"{step.sweeps:3d} sweeps",
+        ]
+        if step.measures and step.measures.tips:
+            parts.append(f"{len(step.measures.tips)} cracks to {step.measures.front:.3g}")
+        return ", ".join([*parts, self._left(step)])
+
+    def _left(self, step: Step) -> str:
+        assert self.manifest is not None
+        spent = perf_counter() - self.began
+        left = spent / (step.index + 1) * (len(self.manifest.times) - step.index - 1)
+        return f"{_clock(spent)} gone, {_clock(left)} left"
+
+    def _when(self, index: int) -> str:
+        assert self.manifest is not None
+        tau = self.manifest.taus[index]
+        time = f"t {self.manifest.times[index]:.4g}{'' if self.manifest.scaled else ' s'}"
+        return time if tau is None else f"tau {tau:.4f} ({time})"
+
+    def _say(self, line: str) -> None:
+        if not self.speaks:
+            return
+        append_log(self.directory, line)
+        if not self.quiet:
+            out.print(line, markup=False, soft_wrap=True)
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"

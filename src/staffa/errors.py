@@ -1,0 +1,41 @@
+"""The errors a user meets, each one sentence that names what is wrong and the way out."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class StaffaError(Exception):
+    """A failure whose message is written for the user; shown without a traceback, on one line."""
+
+    exit_code = 1
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(printable(sentence))
+
+
+class InputError(StaffaError):
+    """What was asked for cannot work; nothing has been computed or written."""
+
+    exit_code = 2
+
+
+class SolveError(StaffaError):
+    """A solver did not reach what it promises; its result was not used."""
+
+
+def printable(text: str) -> str:
+    """The text on one line, what cannot be printed (a user may write anything) spelled out."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """The question after a wrong name, " Did you mean 'face'?", or nothing if none is close."""
+    names = {valid_name.casefold(): valid_name for valid_name in valid}
+    near = get_close_matches(name.casefold(), names, n=1, cutoff=0.6)
+    return f" Did you mean '{names[near[0]]}'?" if near else ""
+
+
+def choices(name: str, valid: Iterable[str]) -> str:
+    """Sentence end that lists the valid names and, where one is close, proposes it."""
+    names = sorted(valid)
+    return f"it has {', '.join(names)}.{nearest(name, names)}"

@@ -1,0 +1,1 @@
+"""The march through time: the only owner of a state that changes."""

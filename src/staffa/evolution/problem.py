@@ -1,0 +1,93 @@
+"""Everything that defines a run, as objects: what a case file becomes, and a script can write."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from staffa.domain import Domain
+from staffa.evolution.schedule import Schedule
+from staffa.loads.closed_form import Face, Load
+from staffa.minimize.alternate import Stop
+from staffa.physics.damage import DamageLaw
+from staffa.supports import Section, SideSupport
+
+# Values at points: shape (3, n) -> (n,).
+PointFunction = Callable[[np.ndarray], np.ndarray]
+
+
+def ones(x: np.ndarray) -> np.ndarray:
+    """1 at every point."""
+    return np.ones(x.shape[1])
+
+
+def nowhere(x: np.ndarray) -> np.ndarray:
+    """False at every point."""
+    return np.zeros(x.shape[1], dtype=bool)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Numbers of the rock: E, Gc, expansion, ell (SI or scaled), nu; its laws; its heterogeneity.
+
+    toughness: factor on Gc at points, a function of position alone. cracked: True at the points
+    of cracks that are there from the start.
+    """
+
+    E: float
+    nu: float
+    Gc: float
+    expansion: float
+    ell: float
+    law: DamageLaw
+    state: str
+    residual_stiffness: float = 1e-6
+    toughness: PointFunction = ones
+    cracked: PointFunction = nowhere
+
+
+@dataclass(frozen=True, kw_only=True)
+class Irreversibility:
+    """What cannot heal: all damage, or only the crack set, alpha >= threshold (the paper's)."""
+
+    crack_set_only: bool = False
+    threshold: float = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solvers:
+    """Names of the presets in `options`, and when a state counts as a minimum."""
+
+    displacement: str = "direct"
+    damage: str = "snes"
+    stop: Stop = field(default_factory=Stop)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measuring:
+    """Depths below the face at which cracks are counted (m), and the damage that is a crack."""
+
+    depths: tuple[float, ...] = ()
+    threshold: float = 0.8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """A body, what it is made of, what holds and loads it, when to look, and how to solve.
+
+    face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
+    None where nothing diffuses.
+    """
+
+    domain: Domain
+    material: Material
+    load: Load
+    schedule: Schedule
+    sides: tuple[SideSupport, ...] = ()
+    section: Section | None = None
+    anchor: str | None = None
+    face: Face | None = None
+    tau_of: Callable[[float], float] | None = None
+    irreversibility: Irreversibility = field(default_factory=Irreversibility)
+    solvers: Solvers = field(default_factory=Solvers)
+    measuring: Measuring = field(default_factory=Measuring)

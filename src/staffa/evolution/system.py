@@ -1,0 +1,144 @@
+"""Forms, matrices and solvers of a problem, built once and used at every step."""
+
+from dataclasses import dataclass
+
+from dolfinx import fem
+
+from staffa.energy import Energy, Rock
+from staffa.evolution.problem import Material, Problem
+from staffa.fields import (
+    Bounds,
+    Spaces,
+    State,
+    linear_spaces,
+    unit_bounds,
+    vertices,
+    write_vector,
+    zero_state,
+)
+from staffa.minimize.alternate import Alternation
+from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
+from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
+from staffa.options import DAMAGE, DISPLACEMENT
+from staffa.supports import Supports, build_supports, rigid_modes
+
+# The damage is minimized this much more tightly than the whole problem asks for.
+INNER = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True)
+class System:
+    """What `march` works on; everything in it is owned by it and freed by `destroy`."""
+
+    spaces: Spaces
+    state: State
+    bounds: Bounds
+    energy: Energy
+    supports: Supports
+    alternation: Alternation
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        parts = self.alternation
+        parts.elastic.destroy()
+        for solver in parts.bounded:
+            solver.destroy()
+        for thing in (parts.damage.matrix, parts.damage.unit):
+            thing.destroy()
+        for vector in (parts.u, parts.alpha, parts.before, parts.work):
+            vector.destroy()
+
+
+def build(problem: Problem) -> System:
+    """Compile, allocate, and set up. Collective."""
+    domain = problem.domain
+    spaces = linear_spaces(domain)
+    state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
+    _start_cracked(problem.material, state, bounds)
+    energy = Energy(domain=domain, spaces=spaces, state=state, rock=rock(problem.material, spaces))
+    supports = build_supports(
+        domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
+    )
+    return System(
+        spaces=spaces,
+        state=state,
+        bounds=bounds,
+        energy=energy,
+        supports=supports,
+        alternation=_alternation(problem, spaces, state, energy, supports),
+    )
+
+
+def rock(material: Material, spaces: Spaces) -> Rock:
+    """The material's numbers, its toughness evaluated at the middle of each cell."""
+    Gc = fem.Function(spaces.cell, name="Gc")
+    middles = spaces.cell.tabulate_dof_coordinates()
+    Gc.x.array[:] = material.Gc * material.toughness(middles.T)
+    return Rock(
+        E=material.E,
+        nu=material.nu,
+        expansion=material.expansion,
+        Gc=Gc,
+        ell=material.ell,
+        law=material.law,
+        state=material.state,
+        residual_stiffness=material.residual_stiffness,
+    )
+
+
+def _start_cracked(material: Material, state: State, bounds: Bounds) -> None:
+    cracked = material.cracked(vertices(state.alpha.function_space).T)
+    state.alpha.x.array[cracked] = 1.0
+    bounds.lower.x.array[cracked] = 1.0
+
+
+def bounded_energy(energy: Energy) -> BoundedEnergy:
+    """The energy as a function of the damage alone. The caller owns its matrix and vector."""
+    matrix = energy.new_hessian()
+    unit = matrix.createVecRight()
+    energy.resistance(unit)
+    return BoundedEnergy(
+        move_to=lambda x: write_vector(x, energy.state.alpha),
+        value=energy.total,
+        gradient=energy.gradient,
+        hessian=energy.hessian,
+        matrix=matrix,
+        unit=unit,
+    )
+
+
+def bounded_solver(name: str, damage: BoundedEnergy, tolerance: float) -> BoundedSolver:
+    """A solver of the damage by the name of its preset. The caller destroys it."""
+    return SOLVERS[name](damage, tolerance=tolerance, preset=DAMAGE[name], prefix=f"alpha_{name}_")
+
+
+def _alternation(
+    problem: Problem, spaces: Spaces, state: State, energy: Energy, supports: Supports
+) -> Alternation:
+    solvers = problem.solvers
+    n_owned = spaces.u.dofmap.index_map.size_local * problem.domain.dim
+    elastic = ElasticSolver(
+        QuadraticEnergy(
+            matrix=energy.new_stiffness(), stiffness=energy.stiffness, load=energy.load
+        ),
+        fixed=supports.fixed,
+        moved=supports.moved,
+        modes=supports.modes,
+        near_null=rigid_modes(problem.domain, spaces)[:n_owned],
+        preset=DISPLACEMENT[solvers.displacement],
+        prefix=f"u_{solvers.displacement}_",
+    )
+    damage = bounded_energy(energy)
+    order = sorted(SOLVERS, key=lambda name: name != solvers.damage)
+    tolerance = INNER * solvers.stop.residual
+    return Alternation(
+        elastic=elastic,
+        damage=damage,
+        bounded=[bounded_solver(name, damage, tolerance) for name in order],
+        energies=energy.energies,
+        keep_u=lambda u: write_vector(u, state.u),
+        u=elastic.rhs.duplicate(),
+        alpha=damage.unit.duplicate(),
+        before=damage.unit.duplicate(),
+        work=damage.unit.duplicate(),
+    )

@@ -1,0 +1,95 @@
+"""The unknown fields on a mesh: displacement, damage, temperature, and the bounds of the damage."""
+
+from dataclasses import dataclass
+
+from staffa.stack import PETSc
+
+import numpy as np
+from dolfinx import fem
+
+from staffa.domain import Domain
+from staffa.errors import StaffaError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spaces:
+    """Linear elements: vectors for u, scalars for alpha and T, a constant a cell for properties."""
+
+    u: fem.FunctionSpace
+    alpha: fem.FunctionSpace
+    cell: fem.FunctionSpace
+
+
+def linear_spaces(domain: Domain) -> Spaces:
+    """The spaces on a domain. Vertex i of alpha is vertex i of u on every rank. Collective."""
+    mesh = domain.mesh
+    spaces = Spaces(
+        u=fem.functionspace(mesh, ("Lagrange", 1, (domain.dim,))),
+        alpha=fem.functionspace(mesh, ("Lagrange", 1)),
+        cell=fem.functionspace(mesh, ("Discontinuous Lagrange", 0)),
+    )
+    if not np.array_equal(spaces.u.dofmap.list, spaces.alpha.dofmap.list):
+        raise StaffaError("displacement and damage number the vertices differently on this mesh")
+    return spaces
+
+
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """Displacement u (m), damage alpha, temperature change T (K), of one mesh; changed in place."""
+
+    u: fem.Function
+    alpha: fem.Function
+    T: fem.Function
+    mesh: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """lower <= alpha <= upper, vertex by vertex, of one mesh; changed in place."""
+
+    lower: fem.Function
+    upper: fem.Function
+    mesh: str
+
+
+def zero_state(domain: Domain, spaces: Spaces) -> State:
+    """Undamaged, undeformed, at the initial temperature."""
+    return State(
+        u=fem.Function(spaces.u, name="u"),
+        alpha=fem.Function(spaces.alpha, name="alpha"),
+        T=fem.Function(spaces.alpha, name="T"),
+        mesh=domain.identity,
+    )
+
+
+def unit_bounds(domain: Domain, spaces: Spaces) -> Bounds:
+    """0 <= alpha <= 1."""
+    bounds = Bounds(
+        lower=fem.Function(spaces.alpha, name="lower"),
+        upper=fem.Function(spaces.alpha, name="upper"),
+        mesh=domain.identity,
+    )
+    bounds.upper.x.array[:] = 1.0
+    return bounds
+
+
+def owned(function: fem.Function) -> np.ndarray:
+    """The entries that this rank owns, as a view, shape (n_owned * block size,)."""
+    space = function.function_space
+    return function.x.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs]
+
+
+def write_vector(vector: PETSc.Vec, function: fem.Function) -> None:
+    """Copy a solver's vector into a function, ghosts included. Collective."""
+    owned(function)[:] = vector.array_r
+    function.x.scatter_forward()
+
+
+def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
+    """Copy a function into a solver's vector."""
+    vector.array_w[:] = owned(function)
+
+
+def vertices(space: fem.FunctionSpace) -> np.ndarray:
+    """Coordinates of the vertices (owned, then ghosts), shape (n, 3)."""
+    return space.tabulate_dof_coordinates()

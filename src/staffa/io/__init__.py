@@ -1,0 +1,1 @@
+"""The run directory, and fields in and out of it."""

@@ -1,0 +1,50 @@
+"""Brings a distributed state to rank 0 and into a file that ParaView reads."""
+
+from pathlib import Path
+
+from staffa.stack import MPI
+
+import numpy as np
+from dolfinx import plot
+
+from staffa.fields import Spaces, State, owned
+from staffa.io.vtkhdf import VERTICES, Grid, write_vtkhdf
+from staffa.parallel import gather, on_root
+
+
+class FieldWriter:
+    """Writes states on one mesh, whose points and cells are gathered once. Collective."""
+
+    def __init__(self, comm: MPI.Comm, spaces: Spaces) -> None:
+        self.comm = comm
+        index_map = spaces.alpha.dofmap.index_map
+        cells, types, x = plot.vtk_mesh(spaces.alpha)
+        kind = int(comm.allreduce(int(types[0]) if len(types) else 0, op=MPI.MAX))
+        width = VERTICES[kind]
+        local = cells.reshape(-1, width + 1)[:, 1:]
+        everywhere = index_map.local_to_global(local.ravel().astype(np.int32)).reshape(-1, width)
+        points = gather(comm, x[: index_map.size_local])
+        connected = gather(comm, everywhere)
+        self.grid = None
+        if points is not None and connected is not None:
+            self.grid = Grid(
+                points=np.concatenate(points), cells=np.concatenate(connected), type=kind
+            )
+
+    def write(self, path: Path, state: State) -> None:
+        """Write u (m, three components), alpha and T (K) of a state. Collective."""
+        dim = state.u.function_space.dofmap.index_map_bs
+        u = owned(state.u).reshape(-1, dim)
+        local = {
+            "u": np.pad(u, ((0, 0), (0, 3 - dim))),
+            "alpha": owned(state.alpha).copy(),
+            "T": owned(state.T).copy(),
+        }
+        parts = {name: gather(self.comm, values) for name, values in local.items()}
+
+        def put() -> None:
+            assert self.grid is not None
+            whole = {name: np.concatenate(part) for name, part in parts.items() if part}
+            write_vtkhdf(path, self.grid, whole)
+
+        on_root(self.comm, put)

@@ -1,0 +1,147 @@
+"""The layout of a run on disk, and how its records are written and read; no finite elements."""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from staffa.errors import InputError, StaffaError
+from staffa.records import Manifest, Step
+
+FORMAT = 1
+CASE, MANIFEST, STEPS, FIELDS, LOG = (
+    "case.toml",
+    "manifest.json",
+    "steps.jsonl",
+    "fields",
+    "run.log",
+)
+SERIES = "fields.vtkhdf.series"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """A run as read back: its case file's text, its manifest, and the steps finished so far."""
+
+    path: Path
+    case: str
+    manifest: Manifest
+    steps: tuple[Step, ...]
+
+    @property
+    def finished(self) -> bool:
+        """True if the last step is there and converged."""
+        done = len(self.steps) == len(self.manifest.times)
+        return done and self.steps[-1].status == "converged"
+
+
+def require_free(path: Path) -> None:
+    """Refuse a place that holds a run already, or cannot hold one.
+
+    Raises
+    ------
+    InputError
+        With the way out.
+    """
+    if path.exists() and not path.is_dir():
+        raise InputError(f"--out {path} is a file; name a folder that is new or empty")
+    if (path / STEPS).exists() or (path / CASE).exists():
+        raise InputError(f"--out {path} holds a run already; choose another folder or remove it")
+    above = path
+    while not above.exists():
+        above = above.parent
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
+
+
+def create(path: Path, case: str, manifest: Manifest) -> None:
+    """Make a run directory with its case and manifest, and no step yet."""
+    (path / FIELDS).mkdir(parents=True, exist_ok=True)
+    write_aside(path / CASE, case)
+    write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
+    (path / STEPS).touch()
+
+
+def append_step(path: Path, step: Step) -> None:
+    """Add a step's record as one line, on disk before this returns."""
+    with (path / STEPS).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(step.to_record()) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def append_log(path: Path, line: str) -> None:
+    """Add one line to the log."""
+    with (path / LOG).open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+
+
+def fields_name(index: int) -> str:
+    """Name of the fields of a step, below the run directory."""
+    return f"{FIELDS}/step-{index:04d}.vtkhdf"
+
+
+def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
+    """Write the index by which ParaView and PyVista see the files of fields as one animation.
+
+    Parameters
+    ----------
+    written : name below the run directory, and time (s), of each file.
+    """
+    files = [{"name": Path(name).name, "time": time} for name, time in written]
+    index = {"file-series-version": "1.0", "files": files}
+    write_aside(path / FIELDS / SERIES, json.dumps(index, indent=1) + "\n")
+
+
+def write_aside(path: Path, text: str) -> None:
+    """Write a file so that it is there whole or not at all."""
+    aside = path.with_name(path.name + ".part")
+    with aside.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    aside.replace(path)
+
+
+def read_run(path: Path) -> Run:
+    """Read a run directory, also one that is still being written or was killed.
+
+    Raises
+    ------
+    InputError
+        The folder is no run directory, or a later format than this version reads.
+    StaffaError
+        A file in it is damaged.
+    """
+    if not (path / MANIFEST).is_file():
+        raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
+    try:
+        record = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise StaffaError(f"{path / MANIFEST} is damaged: {error}") from None
+    if record.get("format") != FORMAT:
+        raise InputError(
+            f"{path} has format {record.get('format')}, this staffa reads {FORMAT}; use the "
+            f"staffa that wrote it, {record.get('version')}"
+        )
+    for name in ("times", "taus", "requested", "size"):
+        record[name] = tuple(record[name])
+    return Run(
+        path=path,
+        case=(path / CASE).read_text(encoding="utf-8"),
+        manifest=Manifest(**record),
+        steps=_read_steps(path / STEPS),
+    )
+
+
+def _read_steps(path: Path) -> tuple[Step, ...]:
+    """The steps up to a last line that a kill cut short; a bad line before it is an error."""
+    lines = path.read_text(encoding="utf-8").split("\n") if path.exists() else []
+    complete, steps = lines[:-1], []
+    for number, line in enumerate(complete, start=1):
+        try:
+            steps.append(Step.from_record(json.loads(line)))
+        except (ValueError, KeyError, TypeError) as error:
+            raise StaffaError(f"{path}, line {number} is damaged: {error}") from None
+    return tuple(steps)

@@ -1,0 +1,66 @@
+"""Fields on a mesh as one VTKHDF file, which ParaView and PyVista read; no finite elements here.
+
+The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/, UnstructuredGrid.
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+# VTK's cell types (vtkCellType.h) and their number of vertices.
+VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """A mesh of one cell type. points: (n, 3); cells: (m, vertices) in VTK's order; type: VTK's."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    type: int
+
+
+def write_vtkhdf(path: Path, grid: Grid, fields: Mapping[str, np.ndarray]) -> None:
+    """Write point values, shape (n,) or (n, components), aside; then put the file in place."""
+    aside = path.with_name(path.name + ".part")
+    n_cells, width = grid.cells.shape
+    with h5py.File(aside, "w") as file:
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = np.array([2, 0])
+        kind = b"UnstructuredGrid"
+        root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
+        root["NumberOfPoints"] = np.array([len(grid.points)])
+        root["NumberOfCells"] = np.array([n_cells])
+        root["NumberOfConnectivityIds"] = np.array([n_cells * width])
+        _put(root, "Points", grid.points)
+        _put(root, "Connectivity", grid.cells.ravel().astype(np.int64))
+        _put(root, "Offsets", np.arange(0, n_cells * width + 1, width))
+        _put(root, "Types", np.full(n_cells, grid.type, dtype=np.uint8))
+        data = root.create_group("PointData")
+        for name, values in fields.items():
+            _put(data, name, values)
+    with aside.open("rb") as file:
+        os.fsync(file.fileno())
+    aside.replace(path)
+
+
+def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
+    # Level 1 halves a file of fields; higher levels gain little and take long.
+    group.create_dataset(name, data=values, compression="gzip", compression_opts=1)
+
+
+def read_vtkhdf(path: Path) -> tuple[Grid, dict[str, np.ndarray]]:
+    """The mesh and the point values of a file that `write_vtkhdf` wrote."""
+    with h5py.File(path, "r") as file:
+        root = file["VTKHDF"]
+        kind = int(root["Types"][0])
+        grid = Grid(
+            points=root["Points"][:],
+            cells=root["Connectivity"][:].reshape(-1, VERTICES[kind]),
+            type=kind,
+        )
+        return grid, {name: values[:] for name, values in root["PointData"].items()}

@@ -1,0 +1,1 @@
+"""What drives a body to crack."""

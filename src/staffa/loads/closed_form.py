@@ -1,0 +1,118 @@
+"""Temperatures known in closed form, all zero at t = 0, after one face is cooled by dT."""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Protocol
+
+import numpy as np
+from scipy.special import erfc, erfcx
+
+
+class Load(Protocol):
+    """A temperature field known beforehand.
+
+    A user's own load is any object with this one method.
+    """
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """Temperature change (K) at the points x, shape (3, n), at time t (s); shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Face:
+    """The plane x[axis] = position, with the body on its `inward` side (+1 or -1)."""
+
+    axis: int
+    position: float
+    inward: int
+
+    def depth(self, x: np.ndarray) -> np.ndarray:
+        """Distance (m) from the face of the points x, shape (3, n)."""
+        return self.inward * (x[self.axis] - self.position)
+
+
+class NoLoad:
+    """T = 0 always: for cases driven by prescribed displacements."""
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """Zeros, shape (n,)."""
+        return np.zeros(x.shape[1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class HalfSpace:
+    """T = -dT erfc(y/(2 sqrt(kappa t))): the face drops at once, the far side is infinitely far.
+
+    dT in K, kappa in m^2/s; y is the depth below `face`.
+    """
+
+    dT: float
+    kappa: float
+    face: Face
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """See `Load`."""
+        y = self.face.depth(x)
+        if t == 0:
+            return np.where(y <= 0, -self.dT, 0.0)
+        return -self.dT * erfc(y / (2 * sqrt(self.kappa * t)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slab:
+    """The face drops at once, the side at depth L is insulated.
+
+    Late: T = -dT (1 - sum 4/(m pi) exp(-m^2 pi^2 Fo/4) sin(m pi y/(2 L))) over odd m, Fo =
+    kappa t/L^2. Early: the same field as alternating images of the half-space solution. Carslaw
+    and Jaeger, Conduction of Heat in Solids, 3.3 and 3.4.
+    """
+
+    dT: float
+    kappa: float
+    face: Face
+    L: float
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """See `Load`."""
+        y = self.face.depth(x)
+        if t == 0:
+            return np.where(y <= 0, -self.dT, 0.0)
+        fourier = self.kappa * t / self.L**2
+        return -self.dT * (self._series(y, fourier) if fourier > 0.2 else self._images(y, t))
+
+    def _series(self, y: np.ndarray, fourier: float) -> np.ndarray:
+        odd = np.arange(1, 20, 2)[:, None]  # the last term is below 1e-70 at Fo = 0.2
+        amplitude = 4 / (odd * pi) * np.exp(-(odd**2) * pi**2 / 4 * fourier)
+        return 1 - (amplitude * np.sin(odd * pi * y[None, :] / (2 * self.L))).sum(axis=0)
+
+    def _images(self, y: np.ndarray, t: float) -> np.ndarray:
+        scale = 2 * sqrt(self.kappa * t)
+        images = np.zeros_like(y)
+        for n in range(6):  # at Fo = 0.2 the sixth image is below erfc(11) < 1e-50
+            near, far = 2 * n * self.L + y, 2 * (n + 1) * self.L - y
+            images += (-1) ** n * (erfc(near / scale) + erfc(far / scale))
+        return images
+
+
+@dataclass(frozen=True, kw_only=True)
+class Convective:
+    """Half-space whose face loses heat to a bath dT colder; h = Bi/L is film over conductivity.
+
+    T = -dT (erfc(eta) - exp(h y + h^2 kappa t) erfc(eta + h sqrt(kappa t))), eta = y/(2 sqrt(kappa
+    t)); the second term written with erfcx, which does not overflow. h in 1/m.
+    """
+
+    dT: float
+    kappa: float
+    face: Face
+    h: float
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """See `Load`."""
+        y = self.face.depth(x)
+        if t == 0:
+            return np.zeros_like(y)
+        eta = y / (2 * sqrt(self.kappa * t))
+        film = np.exp(-(eta**2)) * erfcx(eta + self.h * sqrt(self.kappa * t))
+        return -self.dT * (erfc(eta) - film)

@@ -1,0 +1,109 @@
+"""From a state to its cracks: how many cross each height, how deep each runs, how long they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from staffa.domain import Domain
+from staffa.energy import Energy
+from staffa.fields import State, owned, vertices
+from staffa.loads.closed_form import Face
+from staffa.measure.statistics import layer_depth, section, tips
+from staffa.parallel import gather, on_root, sum_over_ranks
+from staffa.records import Measures, Section, Tip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gauge:
+    """What is measured, and how.
+
+    face: where depth is measured from, None for a body without a cooled face (no tips then).
+    depths: where cracks are counted (m; in 2-D). threshold: the damage that is a crack.
+    prominence: how much deeper than its surroundings a crack's tip is (m). h: cell edge (m).
+    toughness_factor: the discrete toughness over Gc, measured on the same cells.
+    """
+
+    face: Face | None
+    depths: tuple[float, ...]
+    threshold: float
+    prominence: float
+    h: float
+    toughness_factor: float
+
+
+def measures(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> Measures:
+    """Measure a state. Collective."""
+    found = cracks(domain, state, gauge) if gauge.face else ()
+    return Measures(
+        sections=tuple(crossing(domain, state, gauge, depth) for depth in gauge.depths),
+        tips=found,
+        front=max((tip.depth for tip in found), default=0.0),
+        length_surface=energy.crack_length() / gauge.toughness_factor,
+        length_geometry=energy.crack_variation(),
+    )
+
+
+def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:
+    """The cracks of a 2-D body that cross the line at a depth below the face. Collective."""
+    assert gauge.face is not None and domain.dim == 2
+    edges, x = _cell_pairs(domain, state), vertices(state.alpha.function_space)
+    side = gauge.face.depth(x.T) - depth
+    i, j = edges[(side[edges[:, 0]] <= 0) & (side[edges[:, 1]] > 0)].T
+    weight = (side[i] / (side[i] - side[j]))[:, None]
+    values = np.column_stack([x[:, 1 - gauge.face.axis], state.alpha.x.array])
+    samples = gather(domain.comm, (1 - weight) * values[i] + weight * values[j])
+
+    def count() -> Section:
+        along, alpha = np.concatenate(samples or []).T
+        return section(along, alpha, height=depth, threshold=gauge.threshold)
+
+    return on_root(domain.comm, count)
+
+
+def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
+    """The tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective."""
+    assert gauge.face is not None
+    space = state.alpha.function_space
+    below = gauge.face.depth(vertices(space).T) > damaged_layer(domain, state, gauge)
+    cracked = below & (state.alpha.x.array > gauge.threshold)
+    pairs = _cell_pairs(domain, state)
+    pairs = pairs[cracked[pairs].all(axis=1)]
+    index_map = space.dofmap.index_map
+    numbers = index_map.local_to_global(pairs.ravel().astype(np.int32)).reshape(-1, 2)
+    used = np.flatnonzero(cracked[: index_map.size_local])
+    here = index_map.local_to_global(used.astype(np.int32))
+    all_numbers = gather(domain.comm, here)
+    all_points = gather(domain.comm, vertices(space)[used])
+    all_pairs = gather(domain.comm, numbers)
+
+    def find() -> tuple[Tip, ...]:
+        assert gauge.face is not None
+        known = np.concatenate(all_numbers or [])
+        points = np.concatenate(all_points or [])
+        edges = np.searchsorted(known, np.unique(np.concatenate(all_pairs or []), axis=0))
+        depth = gauge.face.depth(points.T)
+        return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence)
+
+    return on_root(domain.comm, find)
+
+
+def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
+    """Depth (m) of the layer at the face that is cracked all over, 0 without one. Collective."""
+    assert gauge.face is not None
+    n_owned = state.alpha.function_space.dofmap.index_map.size_local
+    depth = gauge.face.depth(vertices(state.alpha.function_space)[:n_owned].T)
+    cracked = owned(state.alpha) > gauge.threshold
+    bins = np.rint(depth / gauge.h).astype(np.int64)
+    count = int(np.rint(max(domain.size) / gauge.h)) + 2
+    points = sum_over_ranks(domain.comm, np.bincount(bins, minlength=count))
+    broken = sum_over_ranks(domain.comm, np.bincount(bins[cracked], minlength=count))
+    return layer_depth(broken, points, bin_depth=gauge.h)
+
+
+def _cell_pairs(domain: Domain, state: State) -> np.ndarray:
+    """All ordered pairs of vertices (local numbers) of each cell that this rank owns, (n, 2)."""
+    cells = state.alpha.function_space.dofmap.list
+    cells = cells[: domain.mesh.topology.index_map(domain.dim).size_local]
+    width = cells.shape[1]
+    pairs = [(i, j) for i in range(width) for j in range(width) if i != j]
+    return np.concatenate([cells[:, pair] for pair in pairs])

@@ -1,0 +1,214 @@
+"""From the tips of all steps to generations: when cracks nucleated, which stopped, and when."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil
+from statistics import median
+
+import numpy as np
+
+from staffa.records import Step, Tip
+
+# A generation counts if more than this share of its cracks has stopped: one straggler at an end
+# of the body does not hide an arrest.
+MAJORITY = 0.5
+# A crack that is slower than this share of its mean speed has stopped: growing ones slow down
+# with the heat, to about a half, and stopped ones creep within ell/2.
+SLOW = 0.25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """One crack of the last step, followed back in time.
+
+    place: where its tip ended, along the face (m). depths: depth of its tip at each step (m),
+    None where it was not seen.
+    """
+
+    place: tuple[float, ...]
+    depths: tuple[float | None, ...]
+
+    @property
+    def final(self) -> float:
+        """Depth at the last step (m)."""
+        return next(depth for depth in reversed(self.depths) if depth is not None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nucleation:
+    """The first step at which at least half of the final number of cracks (and two) was there.
+
+    cracks, depth: their number and median depth (m) at that step, whose tau and time (s) these
+    are. spacing: mean distance (m) of all cracks of the last step, those that stopped included;
+    None along a face with two directions.
+    """
+
+    cracks: int
+    spacing: float | None
+    depth: float
+    tau: float | None
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Generation:
+    """Cracks that stopped together: their number, median depth (m), and arrest (tau; time in s)."""
+
+    number: int
+    cracks: int
+    depth: float
+    tau: float | None
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arrests:
+    """What the crack network of a run did.
+
+    left: cracks in no generation; growing: how many of them had not stopped; depth: their median
+    depth (m), None without any.
+    """
+
+    nucleation: Nucleation | None
+    generations: tuple[Generation, ...]
+    left: int
+    growing: int
+    depth: float | None
+
+
+def arrests(steps: Sequence[Step], *, axis: int, ell: float) -> Arrests:
+    """Sort the cracks of the last step into generations.
+
+    A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
+    has stopped if a quarter of its mean speed up to then (final depth over tau) would have
+    carried it farther than ell/2 since. Generation k is the shallower half of what generation
+    k - 1 left (Bahr's period doubling): of the cracks sorted by depth, those before the widest
+    gap that parts them no worse than one to two; or all that is left if the medians of the two
+    parts differ by less than ell. It counts if more than half of its cracks have stopped; the
+    search ends at the first that does not, or with fewer than two cracks left.
+
+    Parameters
+    ----------
+    axis : the one along which depth is measured. ell : regularization length (m).
+    """
+    seen = [step for step in steps if step.measures is not None]
+    rest = sorted(tracks(seen, axis=axis), key=lambda track: track.final)
+    nucleation = _nucleation(seen, rest, axis)
+    found: list[Generation] = []
+    while len(rest) > 1:
+        members = rest[: _doubling(rest, ell)]
+        stopped = [_has_stopped(track, seen, ell) for track in members]
+        if sum(stopped) <= MAJORITY * len(members):
+            break
+        found.append(_generation(len(found) + 1, members, seen, ell))
+        rest = rest[len(members) :]
+    return Arrests(
+        nucleation=nucleation,
+        generations=tuple(found),
+        left=len(rest),
+        growing=sum(not _has_stopped(track, seen, ell) for track in rest),
+        depth=median(track.final for track in rest) if rest else None,
+    )
+
+
+def tracks(steps: Sequence[Step], *, axis: int) -> tuple[Track, ...]:
+    """The cracks of the last step that was measured, each followed back from step to step.
+
+    A crack's tip one step earlier is the nearest one along the face, if it is nearer than half
+    the distance to the neighboring crack; no tip is then taken twice, and a crack may curve.
+    """
+    measured = [index for index, step in enumerate(steps) if step.measures is not None]
+    tips = _tips(steps[measured[-1]]) if measured else ()
+    if not tips:
+        return ()
+    depths: list[list[float | None]] = [[None] * len(steps) for _ in tips]
+    for history, tip in zip(depths, tips, strict=True):
+        history[measured[-1]] = tip.depth
+    places = np.array([_along(tip, axis) for tip in tips])
+    for index in reversed(measured[:-1]):
+        before = _tips(steps[index])
+        for number, nearest in _matches(places, before, axis):
+            depths[number][index] = before[nearest].depth
+            places[number] = _along(before[nearest], axis)
+    ends = [_along(tip, axis) for tip in tips]
+    return tuple(Track(place=p, depths=tuple(d)) for p, d in zip(ends, depths, strict=True))
+
+
+def _matches(places: np.ndarray, tips: Sequence[Tip], axis: int) -> list[tuple[int, int]]:
+    """Pairs (crack, tip) that belong together."""
+    if not tips:
+        return []
+    there = np.array([_along(tip, axis) for tip in tips])
+    distance = np.linalg.norm(places[:, None] - there[None], axis=2)
+    between = np.linalg.norm(places[:, None] - places[None], axis=2)
+    np.fill_diagonal(between, np.inf)
+    nearest, reach = distance.argmin(axis=1), between.min(axis=1) / 2
+    close = distance.min(axis=1) < reach
+    return [(int(i), int(nearest[i])) for i in np.flatnonzero(close)]
+
+
+def _tips(step: Step) -> tuple[Tip, ...]:
+    return step.measures.tips if step.measures else ()
+
+
+def _along(tip: Tip, axis: int) -> tuple[float, ...]:
+    return tuple(c for i, c in enumerate(tip.position) if i != axis)
+
+
+def _clock(step: Step) -> float:
+    return step.time if step.tau is None else step.tau
+
+
+def _arrest(track: Track, steps: Sequence[Step], ell: float) -> Step:
+    there = (d is not None and d >= track.final - ell / 2 for d in track.depths)
+    return steps[next(index for index, reached in enumerate(there) if reached)]
+
+
+def _has_stopped(track: Track, steps: Sequence[Step], ell: float) -> bool:
+    arrest, end = _clock(_arrest(track, steps, ell)), _clock(steps[-1])
+    return SLOW * track.final * (end - arrest) > ell / 2 * arrest
+
+
+def _doubling(rest: Sequence[Track], ell: float) -> int:
+    """How many of the cracks, sorted by depth, are the shallower half."""
+    depth, n = [track.final for track in rest], len(rest)
+    splits = range(ceil(n / 3), n - ceil(n / 3) + 1)
+    # Of equal gaps, that nearest to the middle.
+    split = max(splits, key=lambda k: (depth[k] - depth[k - 1], -abs(2 * k - n)))
+    return split if median(depth[split:]) - median(depth[:split]) >= ell else n
+
+
+def _generation(
+    number: int, members: Sequence[Track], steps: Sequence[Step], ell: float
+) -> Generation:
+    ends = [_arrest(track, steps, ell) for track in members]
+    taus = [step.tau for step in ends if step.tau is not None]
+    return Generation(
+        number=number,
+        cracks=len(members),
+        depth=median(track.final for track in members),
+        tau=median(taus) if taus else None,
+        time=median(step.time for step in ends),
+    )
+
+
+def _nucleation(steps: Sequence[Step], cracks: Sequence[Track], axis: int) -> Nucleation | None:
+    enough = max(2, len(cracks) / 2)
+    for step in steps:
+        if len(_tips(step)) >= enough:
+            return Nucleation(
+                cracks=len(_tips(step)),
+                spacing=_spacing(cracks),
+                depth=median(tip.depth for tip in _tips(step)),
+                tau=step.tau,
+                time=step.time,
+            )
+    return None
+
+
+def _spacing(cracks: Sequence[Track]) -> float | None:
+    if len(cracks) < 2 or len(cracks[0].place) != 1:
+        return None
+    places = sorted(track.place[0] for track in cracks)
+    return float(np.mean([b - a for a, b in pairwise(places)]))

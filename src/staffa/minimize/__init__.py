@@ -1,0 +1,1 @@
+"""How to minimize: energies, gradients, Hessians, as functions of vectors; nothing of cracks."""

@@ -1,0 +1,180 @@
+"""Minimizes a smooth energy between bounds, by TAO or by SNES, behind one interface."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from staffa.stack import PETSc
+
+import numpy as np
+
+from staffa.errors import SolveError
+from staffa.options import apply
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoundedEnergy:
+    """An energy of a vector x, lower <= x <= upper, by functions that fill what they are given.
+
+    `move_to(x)` sets the point at which `value`, `gradient` and `hessian` are evaluated; `matrix`
+    has the Hessian's pattern; `unit` is the force on an entry that counts as one.
+    """
+
+    move_to: Callable[[PETSc.Vec], None]
+    value: Callable[[], float]
+    gradient: Callable[[PETSc.Vec], None]
+    hessian: Callable[[PETSc.Mat], None]
+    matrix: PETSc.Mat
+    unit: PETSc.Vec
+
+
+class BoundedSolver(Protocol):
+    """A minimizer between bounds. Everything is collective."""
+
+    iterations: int
+
+    def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
+        """Overwrite x by a minimizer between the bounds; what x holds is the first guess.
+
+        Raises
+        ------
+        SolveError
+            It did not converge, or left the bounds, or the result is not finite; x is then
+            undefined.
+        """
+        ...
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        ...
+
+
+# A damage this close to its bound is at it: SNES's own measure (snes_vi_zero_tolerance).
+AT_BOUND = 1e-8
+
+
+def unbalanced(
+    energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
+) -> float:
+    """Largest force on an entry that could follow it, over the unit: 0 at a first-order minimum.
+
+    Collective.
+    """
+    energy.move_to(x)
+    energy.gradient(work)
+    force, at = work.array_r, x.array_r
+    at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
+    held = ((force > 0) & at_lower) | ((force < 0) & at_upper)
+    ratio = np.where(held, 0.0, np.abs(force)) / energy.unit.array_r
+    work.array_w[:] = ratio
+    return work.norm(PETSc.NormType.NORM_INFINITY)
+
+
+class TaoSolver:
+    """TAO's bounded Newton trust region, or any TAO solver that knows bounds."""
+
+    def __init__(
+        self,
+        energy: BoundedEnergy,
+        *,
+        tolerance: float,
+        preset: Mapping[str, str],
+        prefix: str,
+    ) -> None:
+        self.energy = energy
+        self.gradient = energy.unit.duplicate()
+        self.tao = PETSc.TAO().create(energy.matrix.comm)
+        self.tao.setOptionsPrefix(prefix)
+        apply(prefix, preset)
+        self.tao.setObjectiveGradient(self._value_and_gradient, self.gradient)
+        self.tao.setHessian(self._hessian, energy.matrix)
+        absolute = tolerance * energy.unit.norm(PETSc.NormType.NORM_INFINITY)
+        self.tao.setTolerances(gatol=absolute, grtol=0.0, gttol=0.0)
+        self.tao.setFromOptions()
+        self.iterations = 0
+
+    def _value_and_gradient(self, tao: PETSc.TAO, x: PETSc.Vec, g: PETSc.Vec) -> float:
+        self.energy.move_to(x)
+        self.energy.gradient(g)
+        return self.energy.value()
+
+    def _hessian(self, tao: PETSc.TAO, x: PETSc.Vec, H: PETSc.Mat, P: PETSc.Mat) -> None:
+        self.energy.move_to(x)
+        self.energy.hessian(H)
+
+    def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
+        """See `BoundedSolver`."""
+        self.tao.setVariableBounds((lower, upper))
+        self.tao.solve(x)
+        self.iterations += self.tao.getIterationNumber()
+        reason = self.tao.getConvergedReason()
+        _require(reason > 0, f"TAO ended with reason {reason}", x)
+        _into_bounds(x, lower, upper)
+        self.energy.move_to(x)
+
+    def destroy(self) -> None:
+        """See `BoundedSolver`."""
+        self.tao.destroy()
+        self.gradient.destroy()
+
+
+class SnesSolver:
+    """SNES for variational inequalities: the active set of Benson and Munson."""
+
+    def __init__(
+        self,
+        energy: BoundedEnergy,
+        *,
+        tolerance: float,
+        preset: Mapping[str, str],
+        prefix: str,
+    ) -> None:
+        self.energy = energy
+        self.gradient = energy.unit.duplicate()
+        self.snes = PETSc.SNES().create(energy.matrix.comm)
+        self.snes.setOptionsPrefix(prefix)
+        apply(prefix, preset)
+        self.snes.setFunction(self._gradient, self.gradient)
+        self.snes.setJacobian(self._hessian, energy.matrix)
+        absolute = tolerance * energy.unit.norm(PETSc.NormType.NORM_INFINITY)
+        self.snes.setTolerances(rtol=0.0, atol=absolute, stol=0.0)
+        self.snes.setFromOptions()
+        self.iterations = 0
+
+    def _gradient(self, snes: PETSc.SNES, x: PETSc.Vec, g: PETSc.Vec) -> None:
+        self.energy.move_to(x)
+        self.energy.gradient(g)
+
+    def _hessian(self, snes: PETSc.SNES, x: PETSc.Vec, H: PETSc.Mat, P: PETSc.Mat) -> None:
+        self.energy.move_to(x)
+        self.energy.hessian(H)
+
+    def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
+        """See `BoundedSolver`."""
+        self.snes.setVariableBounds(lower, upper)
+        self.snes.solve(None, x)
+        self.iterations += self.snes.getIterationNumber()
+        reason = self.snes.getConvergedReason()
+        _require(reason > 0, f"SNES ended with reason {reason}", x)
+        _into_bounds(x, lower, upper)
+        self.energy.move_to(x)
+
+    def destroy(self) -> None:
+        """See `BoundedSolver`."""
+        self.snes.destroy()
+        self.gradient.destroy()
+
+
+SOLVERS: dict[str, type[TaoSolver] | type[SnesSolver]] = {"tao": TaoSolver, "snes": SnesSolver}
+
+
+def _require(converged: bool, how: str, x: PETSc.Vec) -> None:
+    finite = np.isfinite(x.norm())
+    if not (converged and finite):
+        what = how if finite else "the result is not finite"
+        raise SolveError(f"the damage was not minimized: {what}")
+
+
+def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
+    """Remove what round-off left outside."""
+    np.clip(x.array_r, lower.array_r, upper.array_r, out=x.array_w)

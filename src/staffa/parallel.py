@@ -1,0 +1,60 @@
+"""The only place where ranks reduce, gather, or wait for one another. All of it is collective."""
+
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+from staffa.stack import MPI
+
+import numpy as np
+
+
+def sum_over_ranks[N: (float, np.ndarray)](comm: MPI.Comm, value: N) -> N:
+    """Sum of a number, or an array of one shape, that each rank holds a part of. Collective."""
+    return comm.allreduce(value, op=MPI.SUM)
+
+
+def max_over_ranks(comm: MPI.Comm, values: np.ndarray | float) -> float:
+    """Largest entry over all ranks; a rank may hold none; NaN anywhere gives NaN. Collective."""
+    values = np.atleast_1d(values)
+    here = float(values.max()) if values.size else -np.inf
+    found_nan = comm.allreduce(bool(np.isnan(here)), op=MPI.LOR)
+    return float("nan") if found_nan else float(comm.allreduce(here, op=MPI.MAX))
+
+
+def any_over_ranks(comm: MPI.Comm, flag: bool) -> bool:
+    """True on every rank if it is true on one. Collective."""
+    return bool(comm.allreduce(bool(flag), op=MPI.LOR))
+
+
+def gather(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray] | None:
+    """The ranks' arrays in the order of the ranks, on rank 0; None elsewhere. Collective."""
+    return comm.gather(part, root=0)
+
+
+def best_candidate(comm: MPI.Comm, candidate: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    """The largest tuple that any rank proposes, the same on all ranks. Collective."""
+    found = [c for c in comm.allgather(candidate) if c is not None]
+    return max(found) if found else None
+
+
+def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:
+    """Act on rank 0 only; give the result, or raise the error, on every rank. Collective."""
+    outcome: tuple[bool, Any] = (True, None)
+    if comm.rank == 0:
+        try:
+            outcome = (True, action())
+        except Exception as error:
+            outcome = (False, _portable(error))
+    succeeded, value = comm.bcast(outcome, root=0)
+    if not succeeded:
+        raise value
+    return value
+
+
+def _portable(error: Exception) -> Exception:
+    """The error itself if it survives the way to another rank, else one with the same words."""
+    try:
+        return pickle.loads(pickle.dumps(error))
+    except Exception:
+        return RuntimeError(f"{type(error).__name__}: {error}")

@@ -1,0 +1,1 @@
+"""Laws and scales as small pure functions of anything with arithmetic."""

@@ -1,0 +1,97 @@
+"""Damage laws: how stiffness falls with damage, and what damage costs."""
+
+from typing import Any, Protocol
+
+import numpy as np
+
+
+class DamageLaw(Protocol):
+    """A law for E = int a(alpha) psi + Gc/(4 c_w) int (w(alpha)/ell + ell |grad alpha|^2).
+
+    `a` falls from 1 at alpha = 0 to 0 at alpha = 1; `w` rises from 0 to 1; `c_w` is the integral of
+    sqrt(w) over [0, 1]. Both take and return anything with arithmetic: float, numpy, UFL, sympy.
+    Subclass nothing: a class with these four members is a law.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in tables and records."""
+        ...
+
+    @property
+    def c_w(self) -> float:
+        """Integral of sqrt(w) over [0, 1]."""
+        ...
+
+    def a(self, alpha: Any) -> Any:
+        """Fraction of the stiffness that is left."""
+        ...
+
+    def w(self, alpha: Any) -> Any:
+        """Local dissipation, in units of Gc/(4 c_w ell)."""
+        ...
+
+
+class AT1:
+    """w = alpha: an elastic phase up to a strength, then damage (Pham et al. 2011)."""
+
+    name = "AT1"
+    c_w = 2 / 3
+
+    def a(self, alpha: Any) -> Any:
+        """a(alpha) = (1 - alpha)^2."""
+        return (1 - alpha) ** 2
+
+    def w(self, alpha: Any) -> Any:
+        """w(alpha) = alpha."""
+        return alpha
+
+
+class AT2:
+    """w = alpha^2, damage at any load: the paper's eq. (2), v = 1 - alpha and ell = 2 epsilon."""
+
+    name = "AT2"
+    c_w = 1 / 2
+
+    def a(self, alpha: Any) -> Any:
+        """a(alpha) = (1 - alpha)^2."""
+        return (1 - alpha) ** 2
+
+    def w(self, alpha: Any) -> Any:
+        """w(alpha) = alpha^2."""
+        return alpha**2
+
+
+LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
+
+
+def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:
+    """Derivative of a law's function, exact to round-off by the complex step."""
+    step = 1e-30
+    return np.imag(function(np.asarray(alpha) + 1j * step)) / step
+
+
+def has_threshold(law: DamageLaw) -> bool:
+    """True if the law stays elastic up to a strength, as AT1 does and AT2 does not: w'(0) > 0."""
+    return bool(slope(law.w, 0.0) > 0)
+
+
+def strength(law: DamageLaw, *, E: float, Gc: float, ell: float) -> float:
+    """Largest stress that a bar of uniform damage carries.
+
+    sigma^2 = max over alpha of (E Gc / (2 c_w ell)) w'(alpha) / S'(alpha), with S = 1/a:
+    sqrt(3 Gc E/(8 ell)) for AT1, (3/16) sqrt(3 Gc E/ell) for AT2.
+
+    Parameters
+    ----------
+    E, Gc, ell : modulus (Pa), toughness (J/m^2), regularization length (m); or all scaled.
+    """
+    alpha = np.linspace(0.0, 0.999, 20_000)
+    softening = -slope(law.a, alpha) / law.a(alpha) ** 2
+    ratio = slope(law.w, alpha) / softening
+    return float(np.sqrt(E * Gc / (2 * law.c_w * ell) * ratio.max()))
+
+
+def discrete_toughness_factor(law: DamageLaw, *, h: float, ell: float) -> float:
+    """First guess 1 + h/(4 c_w ell) at a mesh's toughness over Gc; a run measures it."""
+    return 1 + h / (4 * law.c_w * ell)

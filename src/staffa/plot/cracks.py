@@ -1,0 +1,136 @@
+"""The cracks of a 2-D body at chosen times, with isotherms: the paper's Figure 1."""
+
+from collections.abc import Sequence
+from math import ceil
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.transforms import offset_copy
+from matplotlib.tri import Triangulation
+
+from staffa.grid import SIDES, face_position
+from staffa.io.vtkhdf import Grid
+from staffa.plot.frames import Frame
+from staffa.plot.labels import TAU_CONVENTION, moment, with_unit
+from staffa.plot.style import WIDTH, new_figure
+from staffa.records import Manifest
+
+# Pale up to half, so that what is seen dark is the crack and not the width of its damage profile.
+DAMAGE = LinearSegmentedColormap.from_list(
+    "damage", [(0, "#ffffff"), (0.4, "#e6e2db"), (0.7, "#a79e93"), (0.9, "#3b342d"), (1, "#14100c")]
+)
+COLD = "#1f5fbf"
+# T/dT of the isotherms, and their colors from cold to warm.
+ISOTHERMS = {-0.8: "#1149a8", -0.6: "#2a74d6", -0.4: "#4f9be8", -0.2: "#86bdf2"}
+FACE = 3.0  # points: width of the line that marks the cooled face
+TALLEST = 1.4  # height of the picture over its width, before panels go side by side
+BAR = 0.9  # inches for the legend and the labels below
+
+
+def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
+    """One panel a moment: damage from white to dark, isotherms in blue, the cooled face marked."""
+    columns, height = layout(manifest.size, len(frames))
+    figure = new_figure(height, gap=0.05)
+    rows = ceil(len(frames) / columns)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    dT = temperature_drop(manifest, frames)
+    triangles = triangulation(frames[0].grid)
+    for number, axes in enumerate(grid.flat):
+        if number >= len(frames):
+            axes.set_axis_off()
+            continue
+        if len(frames[number].alpha) != len(triangles.x):
+            triangles = triangulation(frames[number].grid)
+        draw_panel(axes, manifest, frames[number], triangles, dT)
+        if number + columns >= len(frames):
+            axes.set_xlabel(with_unit("x", manifest, "m"))
+            axes.tick_params(labelbottom=True)
+        if number % columns == 0:
+            axes.set_ylabel(with_unit("y", manifest, "m"))
+    _add_legend(figure, manifest, frames, dT)
+    return figure
+
+
+def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
+    """Columns of panels and height (inches): one column, unless that makes the picture too tall."""
+    for columns in range(1, panels + 1):
+        one = (WIDTH - 0.7) / columns * size[1] / size[0] + 0.36
+        height = ceil(panels / columns) * one + BAR
+        if height <= TALLEST * WIDTH:
+            break
+    return columns, min(height, 2 * WIDTH)
+
+
+def draw_panel(
+    axes: Axes, manifest: Manifest, frame: Frame, triangles: Triangulation, dT: float
+) -> None:
+    """Damage, isotherms and cooled face of one moment."""
+    axes.grid(False)
+    axes.set_aspect("equal")
+    axes.tripcolor(triangles, frame.alpha, cmap=DAMAGE, vmin=0, vmax=1, shading="gouraud")
+    theta = frame.T / dT if dT else frame.T
+    levels = [level for level in ISOTHERMS if theta.min() < level < theta.max()]
+    if levels:
+        colors = [ISOTHERMS[level] for level in levels]
+        axes.tricontour(
+            triangles, theta, levels=levels, colors=colors, linewidths=0.7, linestyles="solid"
+        )
+    width, height = manifest.size[:2]
+    axes.set_xlim(0, width)
+    axes.set_ylim(0, height)
+    for side in axes.spines.values():
+        side.set_visible(True)
+    if manifest.face:
+        _mark_face(axes, manifest.face, manifest.size)
+    axes.set_title(moment(manifest, frame.step), loc="left", pad=3)
+
+
+def _mark_face(axes: Axes, face: str, size: tuple[float, ...]) -> None:
+    """A blue line along the cooled face, just outside the body."""
+    axis, end = SIDES[2][face]
+    at, ends = face_position(face, size), [0, size[1 - axis]]
+    line = ([at, at], ends) if axis == 0 else (ends, [at, at])
+    outwards = end * (FACE + 1) / 2
+    shift = {"x": outwards} if axis == 0 else {"y": outwards}
+    outside = offset_copy(axes.transData, axes.get_figure(root=True), units="points", **shift)
+    axes.plot(
+        *line, color=COLD, linewidth=FACE, clip_on=False, solid_capstyle="butt", transform=outside
+    )
+
+
+def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
+    """The drop dT by which temperatures are divided (K): the case's, or the largest seen."""
+    known = manifest.scales.get("dT")
+    return known if known else max(float(np.abs(frame.T).max()) for frame in frames)
+
+
+def triangulation(grid: Grid) -> Triangulation:
+    """The mesh as triangles, quadrilaterals cut in two along alternating diagonals."""
+    cells = grid.cells
+    if cells.shape[1] == 4:
+        a, b, c, d = cells.T
+        even = (np.arange(len(cells)) % 2 == 0)[:, None]
+        one = np.where(even, np.column_stack([a, b, c]), np.column_stack([a, b, d]))
+        two = np.where(even, np.column_stack([a, c, d]), np.column_stack([b, c, d]))
+        cells = np.concatenate([one, two])
+    return Triangulation(grid.points[:, 0], grid.points[:, 1], cells)
+
+
+def _add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: float) -> None:
+    handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
+    if manifest.face:
+        handles.append(Line2D([], [], color=COLD, linewidth=FACE, label="cooled face"))
+    if dT:
+        handles += [
+            Line2D([], [], color=color, linewidth=1.4, label=f"T = {level:g} ΔT".replace("-", "−"))
+            for level, color in ISOTHERMS.items()
+        ]
+    figure.legend(
+        handles=handles, loc="outside upper left", ncols=len(handles), handlelength=1.3,
+        columnspacing=1.3, borderaxespad=0.1,
+    )  # fmt: skip
+    if frames[0].step.tau is not None:
+        figure.supxlabel(TAU_CONVENTION, fontsize=8)

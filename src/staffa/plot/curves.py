@@ -1,0 +1,120 @@
+"""Energies, crack lengths, depths and numbers of cracks of a run against tau."""
+
+from collections.abc import Sequence
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from staffa.grid import face_axis
+from staffa.measure.generations import Arrests, Track, arrests, tracks
+from staffa.plot.labels import clock, clock_label, crack_label, energy_label, with_unit
+from staffa.plot.style import BLACK, BLUE, GENERATIONS, ORANGE, legend_above, new_figure
+from staffa.records import Manifest, Measures, Step
+
+
+def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
+    """Elastic, surface and total energy of each step."""
+    figure = new_figure(3.4)
+    axes = figure.subplots()
+    at, energies = clock(steps), [step.energies for step in steps]
+    marker = "o" if len(steps) < 40 else ""
+    style: Any = {"marker": marker, "markersize": 3}
+    axes.plot(at, [e.total for e in energies], color=BLACK, label="total", **style)
+    axes.plot(at, [e.elastic for e in energies], color=BLUE, label="elastic", **style)
+    axes.plot(at, [e.surface for e in energies], color=ORANGE, label="surface", **style)
+    axes.set_xlabel(clock_label(manifest, steps))
+    axes.set_ylabel(energy_label(manifest))
+    axes.set_ylim(bottom=0)
+    legend_above(axes, 3)
+    return figure
+
+
+def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
+    """Total length, depth of every crack, and cracks crossing each depth, one above the other."""
+    seen = [step for step in steps if step.measures is not None]
+    measured = [step.measures for step in seen if step.measures is not None]
+    counted = bool(measured[0].sections)
+    panels = 1 + bool(manifest.face) + counted
+    figure = new_figure(0.9 + 2.1 * panels)
+    rows = figure.subplots(panels, 1, squeeze=False, sharex=True)[:, 0]
+    at = clock(seen)
+    _draw_lengths(rows[0], manifest, at, measured)
+    if manifest.face:
+        axis = face_axis(manifest.face, len(manifest.size))
+        followed = tracks(seen, axis=axis)
+        found = arrests(seen, axis=axis, ell=manifest.ell)
+        _draw_depths(rows[1], manifest, at, followed, found)
+    if counted:
+        _draw_counts(rows[-1], manifest, at, measured)
+    rows[-1].set_xlabel(clock_label(manifest, seen))
+    return figure
+
+
+def _draw_lengths(
+    axes: Axes, manifest: Manifest, at: Sequence[float], measured: Sequence[Measures]
+) -> None:
+    surface = [m.length_surface for m in measured]
+    geometry = [m.length_geometry for m in measured]
+    axes.plot(at, surface, color=ORANGE, label="from the surface energy")
+    axes.plot(at, geometry, color=BLUE, label="from the geometry", linestyle="--")
+    axes.set_ylabel(crack_label(manifest))
+    axes.set_ylim(bottom=0)
+    legend_above(axes, 2)
+
+
+def _draw_depths(
+    axes: Axes, manifest: Manifest, at: Sequence[float], followed: Sequence[Track], found: Arrests
+) -> None:
+    """A line for the tip of each crack, colored by its generation, and a mark at each arrest."""
+    rest = sorted(followed, key=lambda track: track.final)
+    for generation, color in zip(found.generations, cycle(GENERATIONS), strict=False):
+        members, rest = rest[: generation.cracks], rest[generation.cracks :]
+        label = f"generation {generation.number}: {_cracks(generation.cracks)}"
+        _draw_tracks(axes, at, members, color, label)
+        when = generation.time if generation.tau is None else generation.tau
+        axes.plot(
+            [when], [generation.depth], linestyle="", marker="D", markersize=6, color=color,
+            markeredgecolor="white", zorder=5,
+        )  # fmt: skip
+    _draw_tracks(axes, at, rest, BLACK, f"others: {_cracks(len(rest))}, {found.growing} growing")
+    axes.set_ylabel(with_unit("depth of each tip", manifest, "m"))
+    axes.set_ylim(bottom=0)
+    if followed:
+        legend_above(axes, min(4, len(found.generations) + 1))
+
+
+def _draw_tracks(
+    axes: Axes, at: Sequence[float], members: Sequence[Track], color: str, label: str
+) -> None:
+    for number, track in enumerate(members):
+        depths = [np.nan if depth is None else depth for depth in track.depths]
+        axes.plot(
+            at, depths, color=color, linewidth=1.0, marker=".", markersize=3,
+            label=label if number == 0 else None,
+        )  # fmt: skip
+
+
+def _cracks(number: int) -> str:
+    return "1 crack" if number == 1 else f"{number} cracks"
+
+
+def _draw_counts(
+    axes: Axes, manifest: Manifest, at: Sequence[float], measured: Sequence[Measures]
+) -> None:
+    heights = [section.height for section in measured[0].sections]
+    colors = colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
+    for number, (height, color) in enumerate(zip(heights, colors, strict=True)):
+        width = 1.4 + 0.45 * (len(heights) - 1 - number)  # so that equal counts show one in another
+        counts = [m.sections[number].cracks for m in measured]
+        axes.step(at, counts, where="post", color=color, linewidth=width, label=f"{height:.3g}")
+    axes.set_ylabel("cracks crossing")
+    axes.set_ylim(bottom=0)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    legend = legend_above(axes, len(heights))
+    legend.set_title(with_unit("at depth", manifest, "m"))
+    legend.set_alignment("left")

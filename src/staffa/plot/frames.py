@@ -1,0 +1,59 @@
+"""Which moments of a run are drawn, and their fields read back."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from staffa.io.run_directory import Run
+from staffa.io.vtkhdf import Grid, read_vtkhdf
+from staffa.records import Step
+
+MOST = 5  # panels that one picture holds at a size where cracks can be told apart
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """One moment: its step, its file, the mesh, and damage and temperature at the n points."""
+
+    step: Step
+    path: Path
+    grid: Grid
+    alpha: np.ndarray
+    T: np.ndarray
+
+
+def read_frames(run: Run) -> tuple[list[Frame], list[str]]:
+    """The moments to draw, oldest first, and a sentence on each file that could not be read."""
+    frames, reasons = [], []
+    for step in chosen(run):
+        path = run.path / str(step.fields)
+        try:
+            grid, values = read_vtkhdf(path)
+            frames.append(
+                Frame(step=step, path=path, grid=grid, alpha=values["alpha"], T=values["T"])
+            )
+        except (OSError, KeyError, ValueError, IndexError) as error:
+            why = "it is not there" if not path.exists() else f"it cannot be read: {error}"
+            reasons.append(f"{step.fields} is left out: {why}")
+    return frames, reasons
+
+
+def chosen(run: Run) -> list[Step]:
+    """At most five steps with fields: the requested ones and the last, spread evenly."""
+    there = [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
+    there = there or [step for step in run.steps if step.fields]
+    asked = [s for s in there if _requested(run, s) or s is there[-1]]
+    return spread(asked if len(asked) > 1 else there)
+
+
+def _requested(run: Run, step: Step) -> bool:
+    return step.index < len(run.manifest.requested) and run.manifest.requested[step.index]
+
+
+def spread(steps: Sequence[Step]) -> list[Step]:
+    """At most five of the steps, evenly spread; the last stays, and the first, uncracked, goes."""
+    if len(steps) <= MOST:
+        return list(steps)
+    return [steps[i] for i in np.linspace(0, len(steps) - 1, MOST + 1).round().astype(int)[1:]]

@@ -1,0 +1,51 @@
+"""The words on axes: quantities with their units, and the time that a run counts in."""
+
+from collections.abc import Sequence
+
+from staffa.records import Manifest, Step
+
+TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
+TAU_CONVENTION = TAU + r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ in a half-space"
+
+
+def has_tau(steps: Sequence[Step]) -> bool:
+    """True if every step has its tau."""
+    return bool(steps) and all(step.tau is not None for step in steps)
+
+
+def clock(steps: Sequence[Step]) -> list[float]:
+    """What goes on the axis of time: tau, or the time (s) where nothing diffuses."""
+    tau = has_tau(steps)
+    return [step.tau if tau and step.tau is not None else step.time for step in steps]
+
+
+def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
+    """Label of the axis of time."""
+    if has_tau(steps):
+        return TAU_CONVENTION
+    return "time (scaled)" if manifest.scaled else "time (s)"
+
+
+def moment(manifest: Manifest, step: Step) -> str:
+    """The time of a step in words, for a title."""
+    seconds = f"t = {step.time:.4g}" + ("" if manifest.scaled else " s")
+    if step.tau is None:
+        return seconds
+    return f"τ = {step.tau:.3g}" + ("" if manifest.scaled else f"   ({seconds})")
+
+
+def with_unit(name: str, manifest: Manifest, unit: str) -> str:
+    """A quantity's name with its unit, or with the word that says that it has none."""
+    return f"{name} (scaled)" if manifest.scaled else f"{name} ({unit})"
+
+
+def energy_label(manifest: Manifest) -> str:
+    """Label of an axis of energy: per unit thickness in 2-D."""
+    return with_unit("energy", manifest, "J/m" if len(manifest.size) == 2 else "J")
+
+
+def crack_label(manifest: Manifest) -> str:
+    """Label of an axis of crack length, in 3-D of crack area."""
+    if len(manifest.size) == 2:
+        return with_unit("crack length", manifest, "m")
+    return with_unit("crack area", manifest, "m²")

@@ -1,0 +1,70 @@
+"""How the pictures look, and how one gets to disk."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
+
+WIDTH = 7.0  # inches: with DPI 1400 pixels, twice the width of a README's column
+DPI = 200
+
+# Okabe and Ito's colors, told apart with every kind of color blindness.
+BLACK, BLUE, ORANGE, GREEN, PURPLE = "#1a1a1a", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE)
+
+_RC: Any = {
+    "font.family": ["DejaVu Sans"],
+    "font.size": 8.5,
+    "axes.titlesize": 9,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.7,
+    "axes.edgecolor": "#555555",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "xtick.labelcolor": BLACK,
+    "ytick.labelcolor": BLACK,
+    "text.color": BLACK,
+    "axes.labelcolor": BLACK,
+}
+
+
+def new_figure(height: float, *, gap: float = 0.04) -> Figure:
+    """An empty white figure of the common width and a height in inches.
+
+    gap: inches kept free above and below each panel.
+    """
+    layout = ConstrainedLayoutEngine(h_pad=gap)
+    return Figure(figsize=(WIDTH, height), dpi=DPI, layout=layout, facecolor="white")
+
+
+def legend_above(axes: Axes, columns: int) -> Legend:
+    """Put the legend above the axes, where it hides no data."""
+    return axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2,
+        handlelength=1.6, columnspacing=1.4,
+    )  # fmt: skip
+
+
+def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
+    """Draw and write a PNG so that it is there whole or not at all."""
+    aside = path.with_name(path.name + ".part")
+    with matplotlib.rc_context(_RC):
+        figure = draw()
+        FigureCanvasAgg(figure)
+        figure.savefig(aside, format="png", dpi=DPI)
+    aside.replace(path)

@@ -1,0 +1,173 @@
+"""What a run hands from floor to floor and keeps on disk: frozen results, and their JSON form."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Energies:
+    """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J)."""
+
+    elastic: float
+    surface: float
+
+    @property
+    def total(self) -> float:
+        """Elastic plus surface energy."""
+        return self.elastic + self.surface
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a minimization ended: its reason is the sentence that a user reads."""
+
+    converged: bool
+    reason: str
+    sweeps: int
+    change: float
+    residual: float
+    largest_rise: float
+    energies: Energies
+    fallbacks: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Audit:
+    """What was checked after a step, each figure dimensionless, and the sentences on what failed.
+
+    largest_rise: largest rise of the total energy in a half sweep, over the total energy.
+    healing: largest decrease of the damage below its irreversibility bound.
+    optimality: first-order residual of the whole problem (see `minimize.alternate`).
+    balance: error of E_i = E_(i-1) + work - released, with the work of the loads done on frozen
+    cracks, over the total energy.
+    work, released: the two terms of that balance, in units of energy.
+    """
+
+    largest_rise: float
+    healing: float
+    optimality: float
+    balance: float
+    work: float
+    released: float
+    violations: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """The cracks that cross one height: their number, positions along x, and mean spacing."""
+
+    height: float
+    cracks: int
+    spacing: float | None
+    positions: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tip:
+    """One crack: where it ends, and how far that is from the cooled face."""
+
+    position: tuple[float, ...]
+    depth: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """The crack network of one state.
+
+    front: depth of the deepest crack, 0 without one.
+    length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
+    length_geometry: half the variation of the damage across the cracks (area in 3-D).
+    """
+
+    sections: tuple[Section, ...]
+    tips: tuple[Tip, ...]
+    front: float
+    length_surface: float
+    length_geometry: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One converged load state, as recorded in `steps.jsonl`."""
+
+    index: int
+    time: float
+    tau: float | None
+    energies: Energies
+    sweeps: int
+    status: str
+    reason: str
+    audit: Audit
+    measures: Measures | None
+    fallbacks: int = 0
+    seconds: float = 0.0
+    fields: str | None = None
+
+    def to_record(self) -> dict[str, Any]:
+        """The step as a dictionary that JSON can hold, the total energy written out."""
+        record = asdict(self)
+        record["energies"]["total"] = self.energies.total
+        return record
+
+    @staticmethod
+    def from_record(record: dict[str, Any]) -> "Step":
+        """The step that `to_record` wrote."""
+        known = dict(record)
+        energies = known.pop("energies")
+        audit = dict(known.pop("audit"))
+        audit["violations"] = tuple(audit["violations"])
+        measures = known.pop("measures")
+        return Step(
+            energies=Energies(elastic=energies["elastic"], surface=energies["surface"]),
+            audit=Audit(**audit),
+            measures=None if measures is None else _measures(measures),
+            **known,
+        )
+
+
+def _measures(record: dict[str, Any]) -> Measures:
+    sections = (dict(s, positions=tuple(s["positions"])) for s in record["sections"])
+    tips = (dict(t, position=tuple(t["position"])) for t in record["tips"])
+    return Measures(
+        sections=tuple(Section(**s) for s in sections),
+        tips=tuple(Tip(**t) for t in tips),
+        front=record["front"],
+        length_surface=record["length_surface"],
+        length_geometry=record["length_geometry"],
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manifest:
+    """What a run is: written once, before its first step.
+
+    title, law: the case's own. scaled: True if lengths and times are scaled, False if in m and s.
+    size: extent along each axis; face: name of the cooled face, if any; h: cell edge; L: depth of
+    the body below the face. toughness_factor: measured discrete toughness over Gc. times, taus: all
+    that the run will visit; requested: whether each is an output time. scales: the derived numbers
+    that `staffa check` prints, by name.
+    """
+
+    version: str
+    commit: str | None
+    created: str
+    ranks: int
+    title: str
+    law: str
+    scaled: bool
+    size: tuple[float, ...]
+    face: str | None
+    h: float
+    ell: float
+    L: float
+    cells: int
+    unknowns: int
+    mesh: str
+    toughness_factor: float
+    times: tuple[float, ...]
+    taus: tuple[float | None, ...]
+    requested: tuple[bool, ...]
+    scales: dict[str, float | None]
+    versions: dict[str, str]
+    petsc_options: dict[str, dict[str, str]]
+    format: int = 1

@@ -1,0 +1,1 @@
+"""From a run directory to a summary, a comparison, pictures, and a page; no finite elements."""

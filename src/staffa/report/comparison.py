@@ -1,0 +1,117 @@
+"""The paper's table 1 with a run's own line: nucleation and arrests, beside the published ones."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+from staffa.grid import face_axis
+from staffa.io.run_directory import Run
+from staffa.measure.generations import Arrests, arrests
+from staffa.records import Manifest
+from staffa.report.published import BAHR, PAPER, SEVERITY, Published
+
+ABSENT = "-"
+# Beyond this difference in severity the published lengths and times are not comparable.
+LIKENESS = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Cells as text: a header, rows as long as it, and the sentences that belong under it."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...]
+
+
+def table(run: Run) -> Table | None:
+    """The comparison, or None where it has no meaning: but for a 2-D body cooled as severely."""
+    manifest = run.manifest
+    severity = manifest.scales.get("severity")
+    if len(manifest.size) != 2 or manifest.face is None or None in manifest.taus:
+        return None
+    if severity is None or abs(severity / SEVERITY - 1) > LIKENESS:
+        return None
+    found = run_arrests(run)
+    assert found is not None
+    most = max(3, len(found.generations))
+    names = chain.from_iterable((f"a{k}", f"tau{k}") for k in range(most + 1))
+    lines = (BAHR, PAPER, _own(found, manifest))
+    return Table(
+        header=("", "p", *names),
+        rows=tuple(_row(line, most) for line in lines),
+        notes=(*DEFINITIONS, *_remarks(run, found)),
+    )
+
+
+def run_arrests(run: Run) -> Arrests | None:
+    """The generations of a run, or None without a cooled face."""
+    manifest = run.manifest
+    if manifest.face is None:
+        return None
+    axis = face_axis(manifest.face, len(manifest.size))
+    return arrests(run.steps, axis=axis, ell=manifest.ell)
+
+
+DEFINITIONS = (
+    "tau = 2 sqrt(kappa t)/L, so that T = -dT erfc(y/(tau L)) in a half-space; lengths are over "
+    "L, the depth of the body below the cooled face.",
+    "p: mean spacing of all cracks of the last step. a0, tau0: median depth and tau of the first "
+    "step with at least half of these cracks (and two).",
+    "ak, tauk: median depth and tau of arrest of generation k, the shallower half of the cracks "
+    "that generation k - 1 left (split at the widest gap in depth that parts them no worse than "
+    "one to two; all of them if the halves differ by less than ell).",
+    "Arrest: the first step at which a tip was within ell/2 of its final depth, if a quarter of "
+    "its mean speed would have carried it farther than ell/2 since; a generation counts if more "
+    "than half of its cracks have stopped.",
+)
+
+
+def _remarks(run: Run, found: Arrests) -> list[str]:
+    manifest, severity = run.manifest, run.manifest.scales.get("severity")
+    own = "" if severity is None else f"; this run's is {severity:.3g}"
+    remarks = [
+        f"p, a0 and tau0 depend on the regularization: here ell/L = "
+        f"{manifest.ell / manifest.L:.3g}, h/L = {manifest.h / manifest.L:.3g}.",
+        f"The published numbers are for a 5 x 1 slab of severity {SEVERITY:g}{own}. "
+        f"Bahr's a2 is .35 in the paper's table and .335 in its text.",
+    ]
+    if found.left and found.depth is not None:
+        remarks.append(
+            f"At the last step {remaining(found)}, at a median depth of "
+            f"{found.depth / manifest.L:.3g} L."
+        )
+    return remarks
+
+
+def remaining(found: Arrests) -> str:
+    """What the cracks outside the generations do, as words."""
+    cracks = "1 crack was" if found.left == 1 else f"{found.left} cracks were"
+    if found.growing == 0:
+        return f"{cracks} left, and had stopped"
+    if found.growing == found.left:
+        return f"{cracks} left, still growing"
+    return f"{cracks} left, {found.growing} of them still growing"
+
+
+def _own(found: Arrests, manifest: Manifest) -> Published:
+    start, ends = found.nucleation, found.generations
+    return Published(
+        name="this run",
+        spacing=start.spacing / manifest.L if start and start.spacing else None,
+        depths=tuple(None if s is None else s.depth / manifest.L for s in (start, *ends)),
+        taus=tuple(None if s is None else s.tau for s in (start, *ends)),
+    )
+
+
+def _row(line: Published, most: int) -> tuple[str, ...]:
+    pairs = zip(_filled(line.depths, most + 1), _filled(line.taus, most + 1), strict=True)
+    return (line.name, _number(line.spacing), *map(_number, chain.from_iterable(pairs)))
+
+
+def _filled(values: Sequence[float | None], length: int) -> list[float | None]:
+    return [*values, *[None] * (length - len(values))]
+
+
+def _number(value: float | None) -> str:
+    return ABSENT if value is None else f"{value:.3f}".rstrip("0")

@@ -1,0 +1,126 @@
+"""The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from staffa.io.run_directory import Run
+from staffa.records import Manifest, Step
+from staffa.report.comparison import remaining, run_arrests
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fact:
+    """One row: what, and how much, in words. alarm: True if it tells of something wrong."""
+
+    name: str
+    text: str
+    alarm: bool = False
+
+
+def summary(run: Run) -> tuple[Fact, ...]:
+    """What the run is, how far it came, what it found, and what its audit says."""
+    return (*_case(run.manifest), *_progress(run), *_state(run), *_arrests(run), *_audit(run))
+
+
+def title(run: Run) -> str:
+    """The case's title, or the name of the run directory."""
+    return run.manifest.title or run.path.resolve().name
+
+
+def _case(manifest: Manifest) -> Iterator[Fact]:
+    unit = "" if manifest.scaled else " m"
+    size = " x ".join(f"{length:g}" for length in manifest.size)
+    severity = manifest.scales.get("severity")
+    cooled = f", cooled on the {manifest.face}" if manifest.face else ""
+    yield Fact(
+        name="body", text=f"{size}{unit}{cooled}, {manifest.cells} cells of {manifest.h:g}{unit}"
+    )
+    text = f"{manifest.law}, ell = {manifest.ell:g}{unit}"
+    yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
+
+
+def _progress(run: Run) -> Iterator[Fact]:
+    steps, planned = run.steps, len(run.manifest.times)
+    if not steps:
+        yield Fact(name="status", text=f"no step is finished yet, of {planned}")
+        return
+    count = f"{len(steps)} of {planned} steps"
+    if steps[-1].status != "converged":
+        text = f"{steps[-1].status} at step {steps[-1].index}, {count}: {steps[-1].reason}"
+        yield Fact(name="status", text=text, alarm=True)
+    elif run.finished:
+        yield Fact(name="status", text=f"finished, {count}")
+    else:
+        yield Fact(name="status", text=f"{count}; still going on, or stopped")
+    yield Fact(name="time", text=_time(run.manifest, steps[-1]))
+    most = max(steps, key=lambda step: step.sweeps)
+    spent = f"{sum(step.sweeps for step in steps)}, at most {most.sweeps} in a step ({most.index})"
+    yield Fact(name="sweeps", text=spent)
+    yield Fact(name="computing", text=f"{sum(step.seconds for step in steps):.0f} s")
+
+
+def _time(manifest: Manifest, step: Step) -> str:
+    text = f"t = {step.time:.4g}" + ("" if manifest.scaled else " s")
+    return text if step.tau is None else f"tau = {step.tau:.4g}, {text}"
+
+
+def _state(run: Run) -> Iterator[Fact]:
+    if not run.steps:
+        return
+    step, plane = run.steps[-1], len(run.manifest.size) == 2
+    scaled = run.manifest.scaled
+    unit = "" if scaled else " J/m" if plane else " J"
+    e = step.energies
+    text = f"elastic {e.elastic:.5g}, surface {e.surface:.5g}, total {e.total:.5g}{unit}"
+    yield Fact(name="energies", text=text)
+    measures = step.measures
+    if measures is None:
+        return
+    if run.manifest.face:
+        deepest = f", the deepest {measures.front:.4g}{'' if scaled else ' m'}"
+        text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
+        yield Fact(name="cracks", text=text)
+    unit = "" if scaled else " m" if plane else " m²"
+    text = (
+        f"{measures.length_surface:.4g} by energy, {measures.length_geometry:.4g} by geometry{unit}"
+    )
+    yield Fact(name="crack length" if plane else "crack area", text=text)
+    if measures.sections:
+        counts = (f"{s.cracks} at {s.height:.3g}" for s in measures.sections)
+        yield Fact(name="cracks at depth", text=", ".join(counts))
+
+
+def _arrests(run: Run) -> Iterator[Fact]:
+    found = run_arrests(run)
+    if found is None or not (found.generations or found.left):
+        return
+    unit = "" if run.manifest.scaled else " m"
+    for g in found.generations:
+        when = f"t = {g.time:.4g}" if g.tau is None else f"tau = {g.tau:.3g}"
+        cracks = "1 crack" if g.cracks == 1 else f"{g.cracks} cracks"
+        text = f"{cracks} stopped at depth {g.depth:.3g}{unit}, {when}"
+        yield Fact(name=f"generation {g.number}", text=text)
+    if found.left and found.depth is not None:
+        text = f"{remaining(found)}, median depth {found.depth:.3g}{unit}"
+        yield Fact(name="at the end", text=text)
+
+
+def _audit(run: Run) -> Iterator[Fact]:
+    audits = [step.audit for step in run.steps]
+    if not audits:
+        return
+    worst = (
+        f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
+        f"healing {max(a.healing for a in audits):.1e}",
+        f"balance {max(a.balance for a in audits):.1e}",
+        f"first-order residual {max(a.optimality for a in audits):.1e}",
+    )
+    yield Fact(name="audit, worst step", text=", ".join(worst))
+    fallbacks = sum(step.fallbacks for step in run.steps)
+    if fallbacks:
+        yield Fact(name="fall-backs", text=f"the second solver was needed {fallbacks} times")
+    found = [f"step {s.index}: {text}" for s in run.steps for text in s.audit.violations]
+    if not found:
+        yield Fact(name="violations", text="none")
+    for text in found:
+        yield Fact(name="violation", text=text, alarm=True)

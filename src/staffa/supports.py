@@ -1,0 +1,183 @@
+"""What holds the body: prescribed displacements, pins against rigid motions, and free sections."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+
+from staffa.domain import Domain
+from staffa.errors import InputError
+from staffa.fields import Spaces, vertices
+from staffa.grid import face_axis
+from staffa.parallel import best_candidate, sum_over_ranks
+
+# A displacement component in time (m): t -> value.
+History = Callable[[float], float]
+
+
+def at_rest(t: float) -> float:
+    """No displacement, ever."""
+    return 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SideSupport:
+    """The components of u that are prescribed on one named boundary: axis -> history in time."""
+
+    side: str
+    components: Mapping[int, History]
+
+
+def rollers(domain: Domain, side: str) -> SideSupport:
+    """No displacement across the side, free along it."""
+    domain.facets(side)
+    return SideSupport(side=side, components={face_axis(side, domain.dim): at_rest})
+
+
+def clamped(domain: Domain, side: str) -> SideSupport:
+    """No displacement at all."""
+    return SideSupport(side=side, components=dict.fromkeys(range(domain.dim), at_rest))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """The right side of a cell cut from a long slab, that stays plane: u_x = c + theta (y - y_m).
+
+    With rollers on the left this is the uniform strain e_xx = (c + theta (y - y_m))/width added to
+    a periodic field; c, and theta unless `bending` is False, are minimized with the displacement
+    (no force, no moment). y_m is the middle of the height, for conditioning only.
+    """
+
+    bending: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Supports:
+    """Degrees of freedom that are not free, on this rank: local indices of entries that it owns.
+
+    fixed: prescribed entries of u, each with the index of its history; moved: entries that the
+    unknowns of a section move; modes: for each of these, its unit displacement, shape (n_owned,).
+    """
+
+    fixed: np.ndarray
+    history_of: np.ndarray
+    histories: tuple[History, ...]
+    moved: np.ndarray
+    modes: tuple[np.ndarray, ...]
+
+    def values(self, t: float) -> np.ndarray:
+        """Prescribed values (m) at time t, one for each entry of `fixed`."""
+        return np.array([history(t) for history in self.histories] or [0.0])[self.history_of]
+
+
+def build_supports(
+    domain: Domain,
+    spaces: Spaces,
+    sides: Sequence[SideSupport],
+    *,
+    section: Section | None = None,
+    anchor: str | None = None,
+) -> Supports:
+    """Turn supports by side into degrees of freedom, and pin what rigid motions they leave.
+
+    The pins are as many components of single vertices as there are free rigid motions, so that
+    they carry no reaction under loads in equilibrium, and bend nothing. They are sought on the
+    boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
+    all boundaries. Collective.
+    """
+    histories: list[History] = [at_rest]
+    prescribed: dict[int, int] = {}
+    for support in sides:
+        for axis, history in support.components.items():
+            histories.append(history)
+            for dof in _dofs(domain, spaces, support.side, axis):
+                prescribed[int(dof)] = len(histories) - 1
+    moved, modes = _section_modes(domain, spaces, section)
+    held = np.array([*prescribed, *moved], dtype=np.int32)
+    for pin in _pins(domain, spaces, held, anchor):
+        prescribed[pin] = 0
+    fixed = np.array(sorted(prescribed), dtype=np.int32)
+    return Supports(
+        fixed=fixed,
+        history_of=np.array([prescribed[int(dof)] for dof in fixed], dtype=np.int64),
+        histories=tuple(histories),
+        moved=moved,
+        modes=modes,
+    )
+
+
+def _dofs(domain: Domain, spaces: Spaces, side: str, axis: int) -> np.ndarray:
+    facets = domain.facets(side)
+    found = fem.locate_dofs_topological(spaces.alpha, domain.dim - 1, facets)
+    return found[found < spaces.alpha.dofmap.index_map.size_local] * domain.dim + axis
+
+
+def _section_modes(
+    domain: Domain, spaces: Spaces, section: Section | None
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    if section is None:
+        return np.zeros(0, dtype=np.int32), ()
+    if domain.dim != 2:
+        raise InputError("a section that stretches or bends is for 2-D cells; use rollers in 3-D")
+    moved = np.asarray(_dofs(domain, spaces, "right", 0), dtype=np.int32)
+    x = vertices(spaces.alpha)
+    stretch = np.zeros(2 * spaces.alpha.dofmap.index_map.size_local)
+    stretch[moved] = 1.0
+    if not section.bending:
+        return moved, (stretch,)
+    bend = np.zeros_like(stretch)
+    bend[moved] = x[moved // 2, 1] - domain.size[1] / 2
+    return moved, (stretch, bend)
+
+
+def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
+    """Translations and rotations about the body's middle, of order 1; shape (n_local, 3 or 6)."""
+    dim = domain.dim
+    middle = np.array(domain.size) / 2
+    x = (vertices(spaces.alpha)[:, :dim] - middle) / max(domain.size)
+    planes = [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (2, 0)]
+    modes = np.zeros((len(x), dim, dim + len(planes)))
+    for axis in range(dim):
+        modes[:, axis, axis] = 1.0
+    for number, (i, j) in enumerate(planes):
+        modes[:, i, dim + number] = -x[:, j]
+        modes[:, j, dim + number] = x[:, i]
+    return modes.reshape(len(x) * dim, -1)
+
+
+def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) -> list[int]:
+    """Greedy choice of the components that stop what `held` leaves free, the same on any ranks."""
+    comm, dim = domain.comm, domain.dim
+    modes = rigid_modes(domain, spaces)
+    n_owned = spaces.u.dofmap.index_map.size_local * dim
+    gram = comm.allreduce(modes[held].T @ modes[held])
+    count = max(1.0, sum_over_ranks(comm, len(held)))
+    strength, directions = np.linalg.eigh(gram / count)
+    free = modes @ directions[:, strength < 1e-9]  # what no support resists, to round-off
+
+    names = [anchor] if anchor else list(domain.boundaries)
+    facets = np.unique(np.concatenate([domain.facets(name) for name in names]))
+    candidates = fem.locate_dofs_topological(spaces.alpha, dim - 1, facets)
+    candidates = candidates[candidates * dim < n_owned]
+    dofs = (candidates[:, None] * dim + np.arange(dim)).ravel()
+    x = vertices(spaces.alpha)
+    local_range = spaces.u.dofmap.index_map.local_range[0] * dim
+    pins = []
+    for _ in range(free.shape[1]):
+        best = None
+        if len(dofs):
+            reach = np.round(np.linalg.norm(free[dofs], axis=1), 9)
+            keys = [
+                (reach[k], *x[dof // dim].round(9), float(dof % dim)) for k, dof in enumerate(dofs)
+            ]
+            k = max(range(len(dofs)), key=keys.__getitem__)
+            best = (*keys[k], float(local_range + dofs[k]), *free[dofs[k]])
+        chosen = best_candidate(comm, best)
+        assert chosen is not None and chosen[0] > 1e-6, "no vertex to pin the body at"
+        dof = int(chosen[5]) - local_range
+        row = np.array(chosen[6:])
+        if 0 <= dof < n_owned:
+            pins.append(int(dof))
+        free = free - np.outer(free @ row, row) / (row @ row)
+    return pins

@@ -1,0 +1,127 @@
+"""Numbers with units: what a user writes, "70 GPa", and the SI number that is computed with."""
+
+import re
+from functools import cache
+from math import inf
+from typing import Any
+
+import pint
+
+from staffa.errors import InputError
+
+# One unit a dimension, the SI one; the names are those of the messages.
+SI_UNITS = {
+    "length": "m",
+    "stress": "Pa",
+    "toughness": "J/m**2",
+    "temperature difference": "K",
+    "thermal expansion": "1/K",
+    "time": "s",
+    "diffusivity": "m**2/s",
+}
+EXAMPLES = {
+    "length": "5 mm",
+    "stress": "70 GPa",
+    "toughness": "10 J/m^2",
+    "temperature difference": "120 K",
+    "thermal expansion": "9e-6 1/K",
+    "time": "2 min",
+    "diffusivity": "0.5 mm^2/s",
+}
+
+
+# A number, then a product of units: stricter than pint, which would read "10^-6/K" as ten to the
+# power of something and "1,5 mm" as 15.
+NUMBER = r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+FACTOR = r"\(*(?:°?[^\W\d]+|%)(?:(?:\^|\*\*)[+-]?\d)?\)*"
+WRITTEN = re.compile(rf"{NUMBER}(.*)", re.DOTALL)
+UNIT = re.compile(rf"(?:1?\s*/)?\s*{FACTOR}(?:\s*[*/·\s]\s*{FACTOR})*")
+# Beyond these a product of a few quantities leaves the range of a float.
+SMALLEST, LARGEST = 1e-30, 1e30
+
+
+class Quantity(float):
+    """A number that remembers how it was written; its value is in SI, or the bare scaled one.
+
+    `given` is what stands in the case file; `has_units` is True if that was a text with a unit.
+    """
+
+    given: str | float
+    has_units: bool
+
+    def __new__(cls, value: float, given: str | float | None = None) -> "Quantity":
+        self = super().__new__(cls, value)
+        self.given = float(value) if given is None else given
+        self.has_units = isinstance(given, str)
+        return self
+
+    def __getnewargs__(self) -> tuple[float, str | float]:  # type: ignore[override]
+        return float(self), self.given
+
+
+@cache
+def _registry() -> pint.UnitRegistry:
+    return pint.UnitRegistry()
+
+
+def parse(value: Any, dimension: str) -> Quantity:
+    """Read a bare number or a text such as "5 mm" as a quantity of the given dimension.
+
+    Raises
+    ------
+    InputError
+        The text is no number with a unit, its unit measures something else, or the number is not
+        finite or absurdly large or small.
+    """
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, str):
+        return Quantity(sensible(_to_si(value, dimension)), value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f'a {dimension} is a number, or a text like "{EXAMPLES[dimension]}"')
+    number = sensible(value)
+    return Quantity(number, number)
+
+
+def sensible(value: float) -> float:
+    """A number that can be computed with: zero, or between 1e-30 and 1e30.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if value != value or value in (inf, -inf):
+        raise InputError("it must be a finite number")
+    if value and not SMALLEST <= abs(value) <= LARGEST:
+        raise InputError(f"it must lie between {SMALLEST:g} and {LARGEST:g}; check its unit")
+    return float(value)
+
+
+def _to_si(text: str, dimension: str) -> float:
+    example = f'write it like "{EXAMPLES[dimension]}"'
+    written = WRITTEN.fullmatch(text)
+    if written is None:
+        raise InputError(f"that is no {dimension}, which begins with a number; {example}")
+    number, unit = written[1], written[2].strip()
+    if not unit:
+        raise InputError(
+            f"a {dimension} in quotes needs a unit; {example}, or leave out the quotes if the case "
+            f"is scaled"
+        )
+    one = _unit(unit, example)
+    if not one.is_compatible_with(SI_UNITS[dimension]):
+        raise InputError(f"'{unit}' does not measure a {dimension}; {example}")
+    if _registry().Quantity(0.0, one.units).to(SI_UNITS[dimension]).magnitude != 0:
+        raise InputError(f"'{unit}' has a zero of its own, and a {dimension} has none; {example}")
+    return float(number) * float(one.to(SI_UNITS[dimension]).magnitude)
+
+
+def _unit(unit: str, example: str) -> pint.Quantity:
+    try:
+        if len(unit) > 40 or not UNIT.fullmatch(unit):
+            raise ValueError
+        one = _registry().Quantity(f"1 {unit}")
+    except Exception:  # pint raises many kinds for a text that is no unit
+        raise InputError(f"'{unit}' is no unit that staffa knows; {example}") from None
+    return one

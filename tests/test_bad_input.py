@@ -1,0 +1,422 @@
+"""Bad input: one sentence that names the key and the way out, exit code 2, nothing written."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from staffa.cases import catalog
+from staffa.cases.reading import LARGEST_FILE, parse_case, read_case
+from staffa.errors import InputError
+from staffa.io import run_directory
+
+GOOD = """
+title = "small"
+[domain]
+size = [1.0, 1.0]
+h = 0.1
+[damage]
+ell = 0.3
+[temperature]
+severity = 10.0
+[time]
+t = [0.1, 0.2]
+"""
+PULLED = ("temperature={}", 'temperature.profile="none"')
+SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
+# What no user should have to know.
+JARGON = (
+    "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
+    "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|Prescribed|Quantity|namespace|recursion"
+)
+BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
+
+# The change to the good case; what the sentence names; the rule or the way out.
+VALUES = [
+    # the body
+    ("domain.size=3", "domain.size = 3", "write size like [5.0, 1.0]"),
+    ('domain.size="5 mm"', 'domain.size = "5 mm"', "write size like [5.0, 1.0]"),
+    ("domain.size=[1.0]", "domain.size = [1.0]", "two numbers (2-D) or three (3-D)"),
+    ("domain.size=[]", "domain.size = []", "two numbers (2-D) or three (3-D)"),
+    ("domain.size=[1,1,1,1]", "domain.size = [1, 1, 1, 1]", "two numbers (2-D) or three (3-D)"),
+    ("domain.size=[1.0,-1.0]", "domain.size, entry 2 = -1.0", "larger than zero"),
+    ("domain.size=[1.0,inf]", "domain.size, entry 2 = inf", "a finite number"),
+    ("domain.size=[true,1.0]", "domain.size, entry 1 = true", 'a text like "5 mm"'),
+    ("domain.h=0", "domain.h = 0", "larger than zero"),
+    ("domain.h=-0.0", "domain.h = -0.0", "larger than zero"),
+    ("domain.h=nan", "domain.h = nan", "a finite number"),
+    ("domain.h=1e400", "domain.h = inf", "a finite number"),
+    ("domain.h=1e-40", "domain.h = 1e-40", "between 1e-30 and 1e+30; check its unit"),
+    (f"domain.h=1{'0' * 400}", "domain.h = 1000", "between 1e-30 and 1e+30; check its unit"),
+    ("domain.h=1e-9", "domain.h = 1e-09", "take a larger h"),
+    ("domain.h=2.0", "domain.h = 2.0", "take a smaller h"),
+    ("domain.h=[0.1]", "domain.h = [0.1]", 'a text like "5 mm"'),
+    ("domain.h=1979-05-27", "domain.h = 1979-05-27", 'a text like "5 mm"'),
+    ('domain.h=""', 'domain.h = ""', 'write it like "5 mm"'),
+    ('domain.h="0.1"', 'domain.h = "0.1"', "leave out the quotes if the case is scaled"),
+    ('domain.h="5 mm/s"', "'mm/s' does not measure a length", 'write it like "5 mm"'),
+    ('domain.h="5 mn"', "'mn' is no unit that staffa knows", 'write it like "5 mm"'),
+    ('domain.h="1,5 mm"', "',5 mm' is no unit", 'write it like "5 mm"'),
+    ('domain.h="9**9**9**9 m"', "domain.h", 'write it like "5 mm"'),
+    ('domain.cells="hexahedron"', "domain.cells", "use quadrilateral or triangle"),
+    ('domain.cells="triangel"', "domain.cells", "Did you mean 'triangle'?"),
+    ("domain.cells=4", "domain.cells = 4", '"quadrilateral", "triangle"'),
+    # the rock
+    ("material.E=-70.0", "material.E = -70.0", "larger than zero"),
+    ('material.E="70 gpa"', "'gpa' is no unit", 'write it like "70 GPa"'),
+    ('material.E="GPa"', 'material.E = "GPa"', "begins with a number"),
+    ('material.E="5 mm"', "'mm' does not measure a stress", 'write it like "70 GPa"'),
+    ('material.E="70 GPa"', 'material.E = "70 GPa" has one', "give every number a unit, or none"),
+    ("material.Gc=0.0", "material.Gc = 0.0", "larger than zero"),
+    ("material.nu=0.6", "material.nu = 0.6", "at most 0.5"),
+    ("material.nu=-1", "material.nu = -1", "larger than -1"),
+    ("material.nu=true", "material.nu = true", "one number, without quotes"),
+    ('material.nu="0.2"', 'material.nu = "0.2"', "one number, without quotes"),
+    ("material.nu=inf", "material.nu = inf", "a finite number"),
+    ('material.plane="shear"', "material.plane", '"stress", "strain"'),
+    # the damage
+    ("damage.ell=0.05", "damage.ell = 0.05", "set damage.allow_coarse = true"),
+    ("damage.ell=2.0", "damage.ell = 2.0", "take a smaller ell"),
+    ('damage.law="AT3"', "damage.law", '"AT1", "AT2"'),
+    ('damage.law="at1"', "damage.law", "Did you mean 'AT1'?"),
+    ('damage.irreversibility="crackset"', "damage.irreversibility", "Did you mean 'crack set'?"),
+    ("damage.crack_set_threshold=1.5", "damage.crack_set_threshold = 1.5", "at most 1"),
+    ("damage.residual_stiffness=0", "damage.residual_stiffness = 0", "larger than 0"),
+    ('damage.allow_coarse="yes"', "damage.allow_coarse", "true or false, without quotes"),
+    # its variation
+    ("toughness.amplitude=1.0", "toughness.amplitude = 1.0", "less than 1"),
+    ("toughness.seed=1.5", "toughness.seed = 1.5", "a whole number"),
+    ("toughness.seed=-1", "toughness.seed = -1", "at least 0"),
+    ("toughness.bands=[3]", "toughness.bands, entry 1 = 3", "write bands like [{ lower"),
+    (f"toughness.bands=[{{{BOX}}}]", "entry 1, factor is missing", "factor = 3.0"),
+    (f"toughness.bands=[{{{BOX}, factor=0}}]", "entry 1, factor = 0", "larger than zero"),
+    # the cooling
+    ('temperature.face="botom"', "boundary 'botom'", "Did you mean 'bottom'?"),
+    ('temperature.face="front"', "boundary 'front'", "it has bottom, left, right, top"),
+    ("temperature.face=3", "temperature.face = 3", "a text in quotes"),
+    ("temperature.dT=3.0", "temperature.dT and temperature.severity", "give exactly one of them"),
+    ('temperature.dT="5 degC"', "'degC' has a zero of its own", 'write it like "120 K"'),
+    ("temperature.severity=-1", "temperature.severity = -1", "larger than zero"),
+    ('temperature.profile="halfspace"', "temperature.profile", "Did you mean 'half-space'?"),
+    ('temperature.profile="none"', "temperature.severity = 10.0", "leave one of them out"),
+    ('temperature.profile="convective"', "temperature.biot is missing", "biot = 10.0"),
+    ("temperature.biot=3.0", "temperature.biot = 3", 'temperature.profile = "convective"'),
+    # the supports
+    ('supports.left="roller"', "supports.left", "Did you mean 'rollers'?"),
+    ("supports.left=3", "supports.left = 3", "or a table like { y = {"),
+    ("supports.left={}", "supports.left = {}", "give at least one of x, y"),
+    ("supports.left={q=1}", "supports.left has no key 'q'", "it has x, y, z"),
+    ("supports.left={z=1}", "supports.left.z", "it has x and y"),
+    ("supports.left={x=true}", "supports.left.x = true", 'a text like "5 mm"'),
+    ("supports.left={x={t=[0,1]}}", "supports.left.x.u is missing", "u = [0.0, 0.1]"),
+    ("supports.left={x={t=[0,1],u=[0]}}", "t has 2 numbers and u has 1", "as many of each"),
+    ("supports.left={x={t=[],u=[]}}", "t has 0 numbers and u has 0", "at least one"),
+    ("supports.left={x={t=[1,0],u=[0,1]}}", "supports.left.x.t: 0.0 comes after 1.0", "order"),
+    ("supports.left={x={t=[0,1],u=[0,nan]}}", "supports.left.x.u, entry 2 = nan", "finite"),
+    ('supports.front="rollers"', "supports.front", "it has bottom, left, right, top"),
+    ('supports.section="bend"', "supports.section", '"stretch", "free"'),
+    # the cracks
+    ("cracks=3", "cracks = 3", "write cracks like [{ start = [0.5, 0.0]"),
+    ("cracks=[{start=[0.5,0]}]", "cracks, entry 1, end is missing", "end = [0.5, 0.1]"),
+    ("cracks=[{start=[0.5,0],end=[0.5,0,1]}]", "cracks, entry 1, end", "it needs 2 numbers"),
+    ("cracks=[{start=[0.5,0],end=[0.5,0]}]", "both [0.5, 0.0]", "a crack needs a length"),
+    ("cracks=[{start=[0.5,0],end=[0.5,4]}]", "end = [0.5, 4.0] lies outside", "move it in"),
+    ("cracks=[{center=[0,0],radius=1,normal=[1,0]}]", "cracks, entry 1", "this body is 2-D"),
+    # the times
+    ("time.t=[]", "time.t = []", "give at least one time"),
+    ("time.t=0.1", "time.t = 0.1", "write t like { start"),
+    ("time.t=[0.2,0.1]", "time.t: 0.1 comes after 0.2", "in increasing order"),
+    ("time.t=[0.1,0.1]", "time.t: 0.1 comes after 0.1", "no two of them equal"),
+    ("time.t=[-1.0,0.1]", "time.t, entry 1 = -1.0", "must not be negative"),
+    ("time.t=[0.0,0.1]", "time.t: the first time is 0", "start later"),
+    ("time.tau=[0.1]", "time.tau and time.t: both are given", "give exactly one of them"),
+    ("time={}", "time.tau and time.t: neither is given", "give exactly one of them"),
+    ("time.t={start=0.1,stop=0.2,steps=0}", "time.t.steps = 0", "at least 2"),
+    ("time.t={start=0.1,stop=0.2,steps=1}", "time.t.steps = 1", "or give a list"),
+    ("time.t={start=0.1,stop=0.2,steps=2.5}", "time.t.steps = 2.5", "a whole number"),
+    ("time.t={start=0.1,stop=0.2,steps=1000000}", "time.t.steps", "at most 100,000"),
+    ("time.t={start=0.2,stop=0.1,steps=3}", "stop = 0.1 must be larger", "start = 0.2"),
+    ("time.t={start=0.1,stop=0.2}", "time.t.steps is missing", "steps = 40"),
+    # the outputs, measures and solvers
+    ("output.at=[0.3]", "output.at: 0.3 lies outside the run", "goes to t = 0.2"),
+    ("output.at=[0.0]", "output.at: 0.0 lies outside the run", "leave it out"),
+    ("output.at=[0.1,0.1]", "output.at: 0.1 is there twice", "leave one out"),
+    ('output.at=["1 s"]', 'output.at = "1 s" has one', "give every number a unit, or none"),
+    ("output.at=0.1", "output.at = 0.1", "write at like [0.1, 0.2, 0.4]"),
+    ('output.fields="some"', "output.fields", '"requested", "all"'),
+    ("measures.depths=[1.0]", "measures.depths: 1.0", "take smaller depths"),
+    ("measures.threshold=0", "measures.threshold = 0", "larger than 0"),
+    ('solver.displacement="cg"', "solver.displacement", '"direct", "iterative"'),
+    ("solver.change=10", "solver.change = 10", "less than 1"),
+    ("solver.sweeps=true", "solver.sweeps = true", "a whole number"),
+    # keys and tables
+    ("domian.h=0.1", "no key 'domian'", "Did you mean 'domain'?"),
+    ("titel=3", "no key 'titel'", "Did you mean 'title'?"),
+    ("domain.H=0.1", "[domain] has no key 'H'", "Did you mean 'h'?"),
+    ("temperature.severety=3", "no key 'severety'", "Did you mean 'severity'?"),
+    ("damage.nu=0.3", "[damage] has no key 'nu'", "it stands in [material]"),
+    ("material.alpha=1e-5", "[material] has no key 'alpha'", "it is called 'expansion' here"),
+    ("damage.epsilon=0.1", "[damage] has no key 'epsilon'", "it is called 'ell' here"),
+    ("cracks=[{start=[0.5,0],ende=[0.5,1]}]", "no key 'ende'", "Did you mean 'end'?"),
+    ("domain=4", "domain = 4", "a line [domain] with its keys below it"),
+    ("title=4", "title = 4", "a text in quotes"),
+    (f'title="{"x" * 300}"', "title", "at most 200 characters"),
+    # settings
+    ("damage.law", "--set damage.law", "write it like --set damage.law=AT2"),
+    ("=3", "--set =3", "write it like --set damage.law=AT2"),
+    ("title.x=3", "--set title.x=3: 'title' is no table", "--set damage.law=AT2"),
+]
+COMBINED = [
+    (
+        ("material.nu=0.5", 'material.plane="strain"'),
+        "in plane strain",
+        "0.49 or less, or material.plane",
+    ),
+    ((*SOLID, "material.nu=0.5"), "material.nu = 0.5", "take 0.49 or less"),
+    ((*SOLID, 'material.plane="stress"'), "material.plane", "leave it out"),
+    ((*SOLID, "measures.depths=[0.1]"), "measures.depths = [0.1]", "leave it out"),
+    ((*SOLID, 'supports.section="free"'), "supports.section", "in 3-D give rollers"),
+    ((*SOLID, "cracks=[{start=[0,0,0],end=[1,0,0]}]"), "cracks, entry 1", "this body is 3-D"),
+    (
+        (*SOLID, "cracks=[{center=[0,0,0],radius=0.1,normal=[0,0,0]}]"),
+        "normal = [0.0, 0.0, 0.0] is no direction",
+        "not all zero",
+    ),
+    (
+        ("toughness.bands=[{lower=[0,0],upper=[1],factor=2}]",),
+        "entry 1, upper = [1.0]",
+        "it needs 2 numbers",
+    ),
+    (
+        ("toughness.bands=[{lower=[0,0.5],upper=[1,0.1],factor=2}]",),
+        "upper = [1.0, 0.1]",
+        "larger than lower",
+    ),
+    (
+        ("toughness.bands=[{lower=[0,2],upper=[1,3],factor=2}]",),
+        "from [0.0, 2.0] to [1.0, 3.0] lies outside",
+        "move it in",
+    ),
+    (
+        ('supports.section="free"', 'supports.left="clamped"'),
+        'supports.left = "clamped"',
+        "leave one out",
+    ),
+    (
+        ('supports.section="stretch"', 'supports.bottom="clamped"'),
+        'supports.bottom = "clamped"',
+        "leave one out",
+    ),
+    (
+        ('supports.section="free"', 'temperature.face="left"'),
+        'temperature.face = "left"',
+        "its bottom or top",
+    ),
+    (PULLED, "the case loads nothing", "give one of them"),
+    ((*PULLED, "supports.left={x=0.0}"), "the case loads nothing", "give one of them"),
+    (
+        (*PULLED, "supports.left={x=1.0}", "time={tau=[0.1]}"),
+        "time.tau has no meaning",
+        "give time.t",
+    ),
+    (
+        (*PULLED, "supports.left={x=1.0}", "measures.depths=[0.1]"),
+        "measures.depths = [0.1]",
+        "leave it out",
+    ),
+    (("time={tau=[0.1]}", 'output.at=["1 s"]'), 'output.at: "1 s" is a time', "give tau here"),
+    (
+        ('domain.size=["1 m","1 m"]', 'domain.h="0.1 m"', 'damage.ell="0.3 m"', 'time.t=["1 s"]'),
+        "material.E is missing",
+        'E = "70 GPa"',
+    ),
+]
+TEXTS = [
+    ("", "[domain] is missing", "`staffa new slab` writes a case"),
+    ("{", "my.toml is no TOML file", "(at line 1, column 1); correct it there"),
+    ('{"domain": 1}', "my.toml is no TOML file", "(at line 1, column 1); correct it there"),
+    ("domain: 1", "my.toml is no TOML file", "expected '=' after a key"),
+    ("[damage]\nlaw = AT1", "a text needs quotes", "(at line 2, column 7)"),
+    ("[damage\nlaw = 1", "my.toml is no TOML file", "correct it there"),
+    ("title = 'a'\ntitle = 'b'\n", "a key is given twice", "(at line 2, column 12)"),
+    ("[domain]\n[domain]", "a table is given twice", "(at line 2, column 8)"),
+    ("domain.h = 1\n[domain]\nsize = [1, 1]", "a table is given twice", "correct it there"),
+    ("x = " + "[" * 5000, "my.toml is no case file", "nested too deeply"),
+    ("x = " + "1" * 5000, "my.toml is no TOML file", "too long; shorten it"),
+    ('"a\\nb\\u001b[31m" = 1', "no key 'a\\u000ab\\u001b[31m'", "it has cracks, damage, domain"),
+    ("x" * 5000 + " = 1", "no key 'xxx", "it has cracks, damage, domain"),
+]
+
+
+def sentence_of(call) -> str:
+    with pytest.raises(InputError) as caught:
+        call()
+    return str(caught.value)
+
+
+def check_sentence(said: str, *parts: str) -> None:
+    for part in parts:
+        assert part in said, f"'{part}' is not in: {said}"
+    assert "\n" not in said and said.isprintable(), f"more than one line: {said!r}"
+    assert len(said) < 400, f"{len(said)} characters: {said}"
+    assert not re.search(JARGON, said), f"jargon in: {said}"
+    strays = re.search(r"[.;,:]{2}|  ", said.replace("...", ""))
+    assert not strays, f"double punctuation or space in: {said}"
+
+
+def test_the_case_that_the_others_change_is_good():
+    assert parse_case(GOOD).dim == 2
+
+
+@pytest.mark.parametrize(("setting", "names", "way_out"), VALUES, ids=lambda v: v[:40])
+def test_a_bad_value_is_refused_in_one_sentence(setting, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(GOOD, [setting])), names, way_out)
+
+
+@pytest.mark.parametrize(("settings", "names", "way_out"), COMBINED, ids=lambda v: str(v[-1])[:40])
+def test_values_that_do_not_go_together_are_refused_in_one_sentence(settings, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
+
+
+@pytest.mark.parametrize(("text", "names", "way_out"), TEXTS, ids=lambda v: repr(v[:20]))
+def test_a_text_that_is_no_case_is_refused_in_one_sentence(text, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(text, name="my.toml")), names, way_out)
+
+
+@pytest.mark.parametrize("key", ["[domain]", "[damage]", "[time]", "size = ", "h = ", "ell = "])
+def test_what_is_missing_is_named(key):
+    lines = [line for line in GOOD.splitlines() if not line.startswith(key)]
+    if key.startswith("["):  # its keys would else belong to the table above
+        start = GOOD.index(key)
+        end = GOOD.find("\n[", start + 1)
+        lines = [GOOD[:start], GOOD[end:] if end > 0 else ""]
+    check_sentence(sentence_of(lambda: parse_case("\n".join(lines))), key.removesuffix(" = "))
+
+
+def test_a_time_of_zero_is_fine_without_a_jump_in_temperature():
+    pulled = parse_case(GOOD, [*PULLED, "supports.left={x=1.0}", "time.t=[0.0, 1.0]"])
+    film = parse_case(
+        GOOD, ['temperature.profile="convective"', "temperature.biot=1", "time.t=[0.0, 1.0]"]
+    )
+    assert pulled.time.t == film.time.t == (0.0, 1.0)
+
+
+def file_of(folder: Path, kind: str) -> Path:
+    path = folder / "my.toml"
+    if kind == "folder":
+        path.mkdir()
+    elif kind == "run":
+        path.mkdir()
+        (path / "case.toml").write_text(GOOD)
+    elif kind == "below a file":
+        path.write_text(GOOD)
+        path = path / "my.toml"
+    elif kind != "missing":
+        content = {"binary": b"\x00\xff\xfe", "latin": "title = 'Größe'".encode("latin-1")}
+        path.write_bytes(content.get(kind, b"#" * (LARGEST_FILE + 1)))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "way_out"),
+    [
+        ("missing", "`staffa new slab > my.toml` writes one"),
+        ("folder", "name the TOML file in it"),
+        ("run", "case.toml is one"),
+        ("below a file", "name a TOML file that you may read"),
+        ("binary", "it is not UTF-8 text; save it as such"),
+        ("latin", "it is not UTF-8 text; save it as such"),
+        ("huge", "larger than 1,000,000 bytes; a case is a page"),
+    ],
+)
+def test_a_file_that_is_no_case_is_refused_in_one_sentence(tmp_path, kind, way_out):
+    path = file_of(tmp_path, kind)
+    check_sentence(sentence_of(lambda: read_case(path)), "my.toml", way_out)
+
+
+def test_an_endless_file_is_refused():
+    check_sentence(
+        sentence_of(lambda: read_case(Path("/dev/zero"))), "/dev/zero", "a case is a page"
+    )
+
+
+def test_a_file_from_windows_is_read(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert read_case(path).title == "small"
+
+
+def test_an_unknown_ready_case_is_named_with_the_nearest():
+    check_sentence(sentence_of(lambda: catalog.text("slap")), "'slap'", "Did you mean 'slab'?")
+
+
+@pytest.mark.parametrize("kind", ["a run", "a file", "below a file"])
+def test_a_place_that_cannot_take_a_run_is_refused(tmp_path, kind):
+    place, way_out = tmp_path / "out", {"a run": "another folder", "a file": "new or empty"}
+    if kind == "a run":
+        place.mkdir()
+        (place / "case.toml").write_text(GOOD)
+    else:
+        place.write_text("")
+    asked = place / "deep" / "er" if kind == "below a file" else place
+    said = sentence_of(lambda: run_directory.require_free(asked))
+    check_sentence(said, f"--out {asked}", way_out.get(kind, "you may write to"))
+
+
+def staffa(folder: Path, *arguments: str, ranks: int = 0) -> subprocess.CompletedProcess:
+    """The real command, in a folder that must stay as it is."""
+    here = Path(sys.executable).parent
+    launch = [str(here / "mpiexec"), "-n", str(ranks)] if ranks else []
+    return subprocess.run(
+        [*launch, str(here / "staffa"), *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+COMMANDS = [
+    (("check", "none.toml"), "no file none.toml"),
+    (("check", "my.toml", "--set", "material.nu=0.7"), "material.nu = 0.7"),
+    (("new", "slap"), "Did you mean 'slab'?"),
+    (("run", "my.toml", "--out", "runs/a", "--set", "damage.ell=0.01"), "damage.allow_coarse"),
+    (("run", "my.toml", "--out", "my.toml"), "--out my.toml is a file"),
+    (("run", "my.toml", "--out", "done"), "--out done holds a run already"),
+    (("show", "my.toml"), "my.toml"),
+]
+
+
+def files_in(folder: Path) -> list[tuple[str, float]]:
+    return sorted((str(path), path.stat().st_mtime) for path in folder.rglob("*"))
+
+
+@pytest.fixture
+def place(tmp_path) -> Path:
+    """A folder with a good case and a run."""
+    (tmp_path / "my.toml").write_text(GOOD)
+    (tmp_path / "done").mkdir()
+    (tmp_path / "done" / "steps.jsonl").touch()
+    return tmp_path
+
+
+@pytest.mark.parametrize(("arguments", "part"), COMMANDS, ids=lambda v: str(v)[:40])
+def test_the_command_says_it_once_and_leaves_no_trace(place, arguments, part):
+    before = files_in(place)
+    done = staffa(place, *arguments)
+    assert done.returncode == 2, f"exit code {done.returncode}: {done.stderr}"
+    assert done.stdout == "", done.stdout
+    assert done.stderr.count("\n") == 1, done.stderr
+    check_sentence(done.stderr.rstrip("\n"), "staffa: ", part)
+    assert files_in(place) == before
+
+
+@pytest.mark.mpi
+def test_two_ranks_say_it_once_and_leave_no_trace(place):
+    before = files_in(place)
+    done = staffa(place, "run", "my.toml", "--out", "runs/a", "--set", "domain.h=-1", ranks=2)
+    assert done.returncode == 2, f"exit code {done.returncode}: {done.stderr}"
+    assert done.stderr.count("domain.h = -1: it must be larger than zero") == 1, done.stderr
+    assert "Traceback" not in done.stderr and files_in(place) == before

@@ -1,0 +1,114 @@
+"""The house: imports point down, packages on a floor are strangers, the light half stays light."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).parent.parent / "src" / "staffa"
+
+# The floors of docs/architecture.md. A package is named by its folder, a module by its file.
+FLOORS = [
+    {"errors", "units", "records", "options", "parallel", "stack", "grid"},
+    {"physics"},
+    {"domain", "fields"},
+    {"energy", "supports", "loads"},
+    {"minimize", "measure", "io"},
+    {"evolution"},
+    {"cases"},
+    {"report", "plot"},
+    {"cli"},
+]
+# Modules of one floor that serve others of it.
+WITHIN = {
+    "units": ["errors"],
+    "parallel": ["stack"],
+    "options": ["stack"],
+    "fields": ["domain"],
+    "report": ["plot"],
+}
+LIGHT = [
+    "staffa",
+    "staffa.errors",
+    "staffa.units",
+    "staffa.records",
+    "staffa.grid",
+    "staffa.physics.damage",
+    "staffa.physics.material",
+    "staffa.physics.scales",
+    "staffa.loads.closed_form",
+    "staffa.measure.statistics",
+    "staffa.measure.generations",
+    "staffa.io.run_directory",
+    "staffa.io.vtkhdf",
+    "staffa.evolution.schedule",
+    "staffa.cases.catalog",
+    "staffa.cases.preview",
+    "staffa.cases.cautions",
+    "staffa.cases.reading",
+    "staffa.cases.rules",
+    "staffa.cases.writing",
+    "staffa.plot",
+    "staffa.report",
+    "staffa.cli",
+]
+
+
+def place(path: Path) -> str:
+    """The package or module of the top level that a file belongs to."""
+    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+
+
+def floor(name: str) -> int:
+    return next(number for number, names in enumerate(FLOORS) if name in names)
+
+
+def imports(path: Path) -> set[str]:
+    """Top-level parts of staffa that a file imports, wherever in it the import stands."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports are written in full"
+            names = [node.module or ""]
+            if node.module == "staffa":
+                names = [f"staffa.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        else:
+            continue
+        found |= {name.split(".")[1] for name in names if name.startswith("staffa.")}
+    return found
+
+
+FILES = sorted(path for path in SOURCE.rglob("*.py") if path != SOURCE / "__init__.py")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_imports_point_down(path: Path) -> None:
+    here = place(path)
+    for there in imports(path) - {here}:
+        allowed = floor(there) < floor(here) or there in WITHIN.get(here, [])
+        assert allowed, f"{here} (floor {floor(here)}) imports {there} (floor {floor(there)})"
+
+
+def test_every_module_has_a_floor() -> None:
+    assert {place(path) for path in FILES} <= set().union(*FLOORS)
+
+
+def test_light_half_loads_without_the_finite_element_stack() -> None:
+    code = (
+        "import sys, importlib\n"
+        f"for name in {LIGHT!r}: importlib.import_module(name)\n"
+        "heavy = {'dolfinx', 'petsc4py', 'mpi4py', 'ufl', 'dolfinx_solver'} & set(sys.modules)\n"
+        "sys.exit(', '.join(sorted(heavy)) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, f"the light half loads {done.stderr}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+def test_no_file_is_long(path: Path) -> None:
+    lines = len(path.read_text().splitlines())
+    assert lines <= 400, f"{lines} lines: split it"

@@ -1,0 +1,245 @@
+"""Minimizers keep their promises, and say so when they cannot."""
+
+from dataclasses import replace
+
+from staffa.stack import PETSc
+
+import numpy as np
+import pytest
+
+from bodies import body, quench, rock
+from staffa.errors import SolveError
+from staffa.evolution.march import Loading, Observers, audit, change_loads, march
+from staffa.evolution.problem import Irreversibility
+from staffa.evolution.system import System, build
+from staffa.fields import owned
+from staffa.loads.closed_form import Face, HalfSpace
+from staffa.minimize.alternate import Stop, alternate, equilibrium
+from staffa.minimize.bounded import unbalanced
+from staffa.options import DAMAGE
+from staffa.physics.damage import AT2, LAWS
+from staffa.records import Energies, Outcome
+
+TIMES = (0.0025, 0.01, 0.0225)
+
+
+def cooled(**changes):
+    """A plate that cracks under a severe quench in a second or two."""
+    fields = {
+        "load": quench(8.0),
+        "times": TIMES,
+        "material": rock(ell=0.08, toughness=uneven),
+        "anchor": "top",
+        "face": Face(axis=1, position=0.0, inward=1),
+    }
+    return body((1.0, 0.5), 0.04, **{**fields, **changes})
+
+
+def uneven(x: np.ndarray) -> np.ndarray:
+    """A toughness that favors some places, so that no round-off decides."""
+    return 1 + 0.1 * np.cos(7 * x[0] + 1)
+
+
+def damage_problem(system: System):
+    """The damage at a displacement that strains the body, from 0 upwards."""
+    parts, bounds = system.alternation, system.bounds
+    return parts, bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
+
+
+@pytest.mark.parametrize("law", ["AT1", "AT2"])
+@pytest.mark.parametrize("solver", ["tao", "snes"])
+def test_damage_is_at_a_first_order_minimum(solver: str, law: str) -> None:
+    problem = cooled(damage=solver, material=rock(ell=0.08, law=LAWS[law], toughness=uneven))
+    system = build(problem)
+    parts, lower, upper = damage_problem(system)
+    values = np.zeros(len(system.supports.fixed))
+    equilibrium(parts, values)
+    change_loads(problem, system, TIMES[0], values)
+    first = parts.bounded[0]
+    first.minimize(parts.alpha, lower, upper)
+    alpha = parts.alpha.array_r
+    assert alpha.max() > 0.2 and first.iterations > 0
+    assert np.all((alpha >= 0) & (alpha <= 1))
+    force = unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+    assert force <= 1e-4, f"unbalanced force {force:.1e} against the 1e-4 asked for"
+    system.destroy()
+
+
+def test_both_damage_solvers_give_the_same_run() -> None:
+    tight = Stop(change=1e-6, residual=1e-4)
+    energies = {}
+    for solver in ("tao", "snes"):
+        system = build(problem := cooled(damage=solver, stop=tight))
+        energies[solver] = [step.energies.total for step in march(problem, system)]
+        system.destroy()
+    assert energies["tao"] == pytest.approx(energies["snes"], rel=1e-6)
+
+
+def test_direct_and_iterative_displacements_give_the_same_run() -> None:
+    tight = Stop(change=1e-6, residual=1e-4)
+    energies = {}
+    for solver in ("direct", "iterative"):
+        system = build(problem := cooled(displacement=solver, stop=tight))
+        assert system.alternation.elastic.ksp.getType() == {"direct": "preonly"}.get(solver, "cg")
+        energies[solver] = [step.energies.total for step in march(problem, system)]
+        system.destroy()
+    assert energies["direct"] == pytest.approx(energies["iterative"], rel=1e-6)
+
+
+def test_energy_never_rises_and_audit_is_clean() -> None:
+    system = build(problem := cooled())
+    seen: dict[int, list[float]] = {}
+    observers = Observers(
+        watch=lambda index, sweep: seen.setdefault(index, []).append(sweep.energies.total)
+    )
+    steps = list(march(problem, system, observers))
+    assert max(owned(system.state.alpha)) > 0.95, "the body must crack for this to be a test"
+    for index, energies in seen.items():
+        rises = np.diff(energies) / energies[0]
+        assert rises.max(initial=0.0) < 1e-10, f"step {index} rose by {rises.max():.1e}"
+    for step in steps:
+        assert step.audit.violations == ()
+        assert step.audit.balance < 1e-9 and step.audit.healing <= 0
+        assert step.audit.released >= 0
+    system.destroy()
+
+
+def test_energy_balance_sums_up() -> None:
+    """E at the end is E at the start plus all work minus all that was released."""
+    system = build(problem := cooled())
+    start = system.energy.total()
+    steps = list(march(problem, system))
+    flow = sum(step.audit.work - step.audit.released for step in steps)
+    assert steps[-1].energies.total - start == pytest.approx(flow, rel=1e-9)
+    system.destroy()
+
+
+@pytest.mark.parametrize("crack_set_only", [False, True])
+def test_irreversibility(crack_set_only: bool) -> None:
+    """On reheating, all damage stays, or only the crack set does and the rest heals."""
+
+    class Cycle(HalfSpace):
+        def temperature(self, x, t):
+            return super().temperature(x, t) if t < 1 else np.zeros(x.shape[1])
+
+    rule = Irreversibility(crack_set_only=crack_set_only, threshold=0.8)
+    load = Cycle(dT=14.0, kappa=1.0, face=Face(axis=1, position=0.0, inward=1))
+    problem = cooled(load=load, times=(0.001, 0.0025, 2.0), irreversibility=rule)
+    system = build(problem)
+    steps = march(problem, system)
+    next(steps), next(steps)
+    cold = owned(system.state.alpha).copy()
+    next(steps)
+    warm = owned(system.state.alpha)
+    in_set = cold >= 0.8
+    assert in_set.any() and (cold[~in_set] > 0.3).any(), "both kinds must be there"
+    assert np.all(warm[in_set] >= cold[in_set])
+    fallen = (cold - warm)[~in_set].max()
+    assert (fallen > 0.05) if crack_set_only else (fallen <= 0)
+    system.destroy()
+
+
+def test_running_out_of_sweeps_is_said_and_yielded() -> None:
+    system = build(problem := cooled(stop=Stop(change=1e-6, residual=1e-4, sweeps=2)))
+    saved = []
+    observers = Observers(save=lambda i, t, converged: saved.append((i, converged)))
+    steps = []
+    with pytest.raises(SolveError, match=r"not converged in 2 sweeps.*try shorter time steps"):
+        for step in march(problem, system, observers):
+            steps.append(step)
+    assert steps[-1].status == "not converged" and steps[-1].audit.violations
+    assert saved[-1] == (steps[-1].index, False), "the state was saved"
+    system.destroy()
+
+
+def test_fall_back_takes_over_and_is_counted() -> None:
+    """A first solver that may not iterate fails; the second does the work; the record says so."""
+    crippled = dict(DAMAGE["tao"], tao_max_it="1")
+    from staffa.minimize.bounded import TaoSolver
+
+    system = build(problem := cooled(times=TIMES[:2]))
+    parts = system.alternation
+    lame = TaoSolver(parts.damage, tolerance=1e-14, preset=crippled, prefix="lame_")
+    system = replace(system, alternation=replace(parts, bounded=[lame, parts.bounded[1]]))
+    steps = list(march(problem, system))
+    assert sum(step.fallbacks for step in steps) >= 1
+    assert parts.bounded[1].iterations > 0
+    reference = build(problem)
+    expected = [step.energies.total for step in march(problem, reference)]
+    assert [step.energies.total for step in steps] == pytest.approx(expected, rel=1e-4)
+
+
+def test_when_all_damage_solvers_fail_the_run_stops() -> None:
+    from staffa.minimize.bounded import SnesSolver
+
+    system = build(problem := cooled())
+    parts = system.alternation
+    lame = SnesSolver(
+        parts.damage, tolerance=1e-12, preset=dict(DAMAGE["snes"], snes_max_it="0"), prefix="lame2_"
+    )
+    system = replace(system, alternation=replace(parts, bounded=[lame]))
+    with pytest.raises(SolveError, match=r"step 0 .* damage was not minimized"):
+        list(march(problem, system))
+
+
+def test_linear_solver_that_stops_early_is_refused() -> None:
+    system = build(problem := cooled(displacement="iterative"))
+    system.alternation.elastic.ksp.setTolerances(rtol=1e-8, max_it=1)
+    with pytest.raises(SolveError, match=r"displacement was not solved for.*DIVERGED"):
+        list(march(problem, system))
+
+
+def test_temperature_that_is_not_finite_is_refused() -> None:
+    class Broken:
+        def temperature(self, x, t):
+            """NaN."""
+            return np.full(x.shape[1], np.nan)
+
+    system = build(problem := cooled(load=Broken()))
+    with pytest.raises(SolveError, match="temperature that is not finite"):
+        list(march(problem, system))
+
+
+GOOD = Outcome(
+    converged=True,
+    reason="",
+    sweeps=3,
+    change=0.0,
+    residual=1e-4,
+    largest_rise=0.0,
+    energies=Energies(elastic=1.0, surface=2.0),
+)
+QUIET = Loading(work=0.5, start=3.0, end=3.5)
+
+
+@pytest.mark.parametrize(
+    ("outcome", "loading", "healing", "sentence"),
+    [
+        (replace(GOOD, largest_rise=1e-3), QUIET, 0.0, "energy rose by 1.0e-03"),
+        (GOOD, QUIET, 1e-3, "damage healed by 1.0e-03"),
+        (GOOD, replace(QUIET, work=0.4), 0.0, "energy balance is off by"),
+        (replace(GOOD, converged=False, residual=0.3), QUIET, 0.0, "residual is 3.0e-01"),
+    ],
+)
+def test_audit_reports_each_violation(outcome, loading, healing, sentence) -> None:
+    assert audit(GOOD, QUIET, 0.0).violations == ()
+    (violation,) = audit(outcome, loading, healing).violations
+    assert sentence in violation
+
+
+def test_a_state_at_its_minimum_takes_no_sweep_more_than_one() -> None:
+    system = build(problem := cooled(material=rock(ell=0.08, law=AT2(), toughness=uneven)))
+    list(march(problem, system))
+    parts, lower, upper = damage_problem(system)
+    values = np.zeros(len(system.supports.fixed))
+    again = alternate(parts, values, lower, upper, problem.solvers.stop)
+    assert again.converged and again.sweeps == 1
+    system.destroy()
+
+
+def test_option_prefixes_do_not_depend_on_the_rank() -> None:
+    system = build(cooled())
+    prefixes = [system.alternation.elastic.ksp.getOptionsPrefix()]
+    everywhere = PETSc.COMM_WORLD.tompi4py().allgather(prefixes)
+    assert all(found == prefixes for found in everywhere)
+    system.destroy()

@@ -1,0 +1,358 @@
+"""Drawn runs, whole and odd ones: their pictures, their table, and their page."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from scipy.special import erfc
+
+from staffa.errors import StaffaError
+from staffa.grid import SIDES
+from staffa.io.run_directory import (
+    STEPS,
+    Run,
+    append_step,
+    create,
+    fields_name,
+    read_run,
+    write_aside,
+)
+from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.plot.cracks import triangulation
+from staffa.plot.frames import chosen
+from staffa.records import Audit, Energies, Manifest, Measures, Section, Step, Tip
+from staffa.report.comparison import ABSENT, table
+from staffa.report.drawing import draw
+from staffa.report.summary import summary
+
+ELL, HEIGHTS, N = 0.04, (0.1, 0.2, 0.4), 16
+TAUS = np.linspace(0.02, 0.5, 25)
+SLAB, BOX = (2.5, 1.0), (1.0, 1.0, 1.0)
+PLACES = (np.arange(N) + 0.5) / N
+
+
+def depth_at(tau: float) -> np.ndarray:
+    """Depths of the N cracks: all start at tau = .06; half stop at .14, half of the rest at .33."""
+    stops = np.array([0.14 if k % 2 == 0 else 0.33 if k % 4 == 1 else np.inf for k in range(N)])
+    return np.minimum(tau, stops) if tau >= 0.06 else np.zeros(0)
+
+
+def drawn_manifest(size: tuple[float, ...], **changes: object) -> Manifest:
+    whole = Manifest(
+        version="0.1.0", commit="abc1234", created="2026-01-01T00:00:00+00:00", ranks=2,
+        title="A drawn slab & its <cracks>", law="AT1", scaled=True, size=size, face="bottom",
+        h=0.025, ell=ELL, L=size[-1], cells=4000, unknowns=12000, mesh="0123456789abcdef",
+        toughness_factor=1.1, times=tuple(TAUS**2 / 4), taus=tuple(map(float, TAUS)),
+        requested=tuple(i % 4 == 0 for i in range(len(TAUS))),
+        scales={"dT": 54.0, "severity": 54.0}, versions={"dolfinx": "0.11.0"}, petsc_options={},
+    )  # fmt: skip
+    return replace(whole, **changes)  # type: ignore[arg-type]
+
+
+def drawn_step(index: int, size: tuple[float, ...], fields: str | None) -> Step:
+    tau = float(TAUS[index])
+    depths = depth_at(tau)
+    total = float(depths.sum())
+    middle = (size[1] / 2,) if len(size) == 3 else ()
+    found = [
+        Tip(position=(float(p * size[0]), *middle, float(d)), depth=float(d))
+        for p, d in zip(PLACES, depths, strict=False)
+    ]
+    sections = [
+        Section(height=h, cracks=int((depths > h).sum()), spacing=None)
+        for h in (HEIGHTS if len(size) == 2 else ())
+    ]
+    return Step(
+        index=index, time=tau**2 / 4, tau=tau, energies=Energies(elastic=1 + tau, surface=total),
+        sweeps=10 + index, status="converged", reason="converged", seconds=1.5, fields=fields,
+        audit=Audit(
+            largest_rise=1e-12, healing=0.0, optimality=0.05, balance=2e-13, work=0.1, released=0.0
+        ),
+        measures=Measures(
+            sections=tuple(sections), tips=tuple(found), front=float(depths.max(initial=0.0)),
+            length_surface=total, length_geometry=0.95 * total,
+        ),
+    )  # fmt: skip
+
+
+def drawn_mesh(size: tuple[float, ...], n: int) -> Grid:
+    """Squares or cubes of edge 1/n, points numbered along x, then y, then z."""
+    counts = [round(length * n) for length in size]
+    axes = [np.linspace(0, length, c + 1) for length, c in zip(size, counts, strict=True)]
+    points = np.stack([a.ravel(order="F") for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    number = np.arange(len(points)).reshape([c + 1 for c in counts], order="F")
+    corner = number[tuple(slice(0, -1) for _ in size)].ravel(order="F")
+    right, up = 1, counts[0] + 1
+    square = np.column_stack([corner, corner + right, corner + right + up, corner + up])
+    if len(size) == 2:
+        return Grid(points=np.pad(points, ((0, 0), (0, 1))), cells=square, type=9)
+    layer = (counts[0] + 1) * (counts[1] + 1)
+    return Grid(points=points, cells=np.hstack([square, square + layer]), type=12)
+
+
+def write_fields(path: Path, grid: Grid, size: tuple[float, ...], tau: float) -> None:
+    x, y = grid.points[:, 0], grid.points[:, len(size) - 1]
+    alpha = np.zeros(len(x))
+    for place, depth in zip(PLACES, depth_at(tau), strict=False):
+        distance = np.hypot(x - place * size[0], np.maximum(y - depth, 0))
+        alpha = np.maximum(alpha, np.clip(1 - distance / (2 * ELL), 0, 1) ** 2)
+    fields = {"alpha": alpha, "T": -54 * erfc(y / tau), "u": np.zeros((len(x), 3))}
+    write_vtkhdf(path, grid, fields)
+
+
+def drawn_run(path: Path, size: tuple[float, ...] = SLAB, *, n: int = 16, **changes: object) -> Run:
+    """A run directory as `staffa run` leaves it, of cracks whose generations are known."""
+    manifest, grid = drawn_manifest(size, **changes), drawn_mesh(size, n)
+    create(path, 'title = "A drawn slab"\n', manifest)
+    for index in range(len(TAUS)):
+        kept = manifest.requested[index]
+        if kept:
+            write_fields(path / fields_name(index), grid, size, float(TAUS[index]))
+        append_step(path, drawn_step(index, size, fields_name(index) if kept else None))
+    return read_run(path)
+
+
+def rewritten(run: Run, steps: list[Step]) -> Run:
+    """The same run directory with other records."""
+    write_aside(run.path / STEPS, "")
+    for step in steps:
+        append_step(run.path, step)
+    return read_run(run.path)
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """Pictures of few pixels, for tests that do not look at them."""
+    monkeypatch.setattr("staffa.plot.style.DPI", 40)
+
+
+def assert_shows_something(picture: Path) -> None:
+    image = imread(picture)
+    assert 1200 <= image.shape[1] <= 1600, f"{picture.name} is {image.shape[1]} pixels wide"
+    assert image[..., :3].std() > 0.02, f"{picture.name} is blank"
+    border = np.concatenate([image[0, :, :3], image[-1, :, :3]])
+    assert border.min() > 0.9, f"{picture.name} is clipped at its upper or lower edge"
+
+
+def test_the_sides_are_those_of_the_mesh():
+    domain = pytest.importorskip("staffa.domain")
+    assert domain.SIDES == SIDES
+
+
+def test_the_report_loads_without_finite_elements():
+    heavy = ("dolfinx", "petsc4py", "mpi4py", "pyvista", "matplotlib.pyplot")
+    code = "import sys, staffa.report.drawing; print([m for m in sys.argv[1:] if m in sys.modules])"
+    said = subprocess.run(
+        [sys.executable, "-c", code, *heavy], capture_output=True, text=True, check=True
+    )
+    assert said.stdout.strip() == "[]"
+
+
+def test_a_whole_run_has_all_pictures_and_a_page_with_its_numbers(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    drawn = draw(run)
+    assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png", "lengths.png"]
+    assert drawn.skipped == ()
+    for picture in drawn.pictures:
+        assert_shows_something(picture)
+    assert not list(run.path.rglob("*.part"))
+    text = drawn.page.read_text(encoding="utf-8")
+    assert text.count("data:image/png;base64,") == 3
+    assert "http" not in text, "the page is not self-contained"
+    assert "A drawn slab &amp; its &lt;cracks&gt;" in text
+    compared = table(run)
+    assert compared is not None
+    for cell in (*compared.rows[0], *compared.rows[1], *compared.rows[2]):
+        assert f"<td>{cell}</td>" in text
+
+
+def test_the_table_holds_the_published_and_the_drawn_numbers(tmp_path):
+    compared = table(drawn_run(tmp_path / "run"))
+    assert compared is not None
+    header, bahr, paper, own = compared.header, *compared.rows
+    assert header == ("", "p", "a0", "tau0", "a1", "tau1", "a2", "tau2", "a3", "tau3")
+    assert bahr[1:] == ("0.13", "0.06", ABSENT, "0.14", "0.09", "0.35", "0.23", "0.45", "0.3")
+    assert paper[1:] == ("0.15", "0.02", "0.02", "0.08", "0.05", "0.33", "0.16", "0.48", "0.25")
+    cells = dict(zip(header, own, strict=True))
+    assert cells["p"] == f"{2.5 / N:.3f}"
+    assert (cells["a1"], cells["a2"], cells["a3"]) == ("0.14", "0.33", ABSENT)
+    # The first steps, .02 apart, within ell/2 = .02 of the drawn arrests at .14 and .33.
+    assert (float(cells["tau1"]), float(cells["tau2"])) == pytest.approx((0.12, 0.32), abs=0.021)
+    notes = " ".join(compared.notes)
+    for said in ("tau = 2 sqrt(kappa t)/L", "severity 54", "ell/L = 0.04", "4 cracks were left"):
+        assert said in notes
+
+
+def test_lengths_in_the_table_are_over_the_depth_of_the_body(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    scaled = replace(run, manifest=replace(run.manifest, L=2.0))
+    compared = table(scaled)
+    assert compared is not None
+    assert compared.rows[2][compared.header.index("a1")] == "0.07"
+
+
+@pytest.mark.parametrize(
+    ("size", "changes"),
+    [(BOX, {}), (SLAB, {"face": None}), (SLAB, {"taus": (None,) * len(TAUS)})],
+)
+def test_there_is_no_table_where_it_has_no_meaning(tmp_path, size, changes):
+    run = Run(path=tmp_path, case="", manifest=drawn_manifest(size, **changes), steps=())
+    assert table(run) is None
+
+
+def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
+    facts = {fact.name: fact.text for fact in summary(drawn_run(tmp_path / "run"))}
+    assert facts["status"] == "finished, 25 of 25 steps"
+    assert facts["generation 1"].startswith("8 cracks stopped at depth 0.14")
+    assert facts["generation 2"].startswith("4 cracks stopped at depth 0.33")
+    assert facts["cracks at depth"] == "16 at 0.1, 8 at 0.2, 4 at 0.4"
+    assert facts["violations"] == "none"
+    assert "2.0e-13" in facts["audit, worst step"]
+
+
+def test_a_run_without_steps_has_a_page_and_no_pictures(tmp_path):
+    create(tmp_path / "run", "", drawn_manifest(SLAB))
+    drawn = draw(read_run(tmp_path / "run"))
+    assert drawn.pictures == ()
+    assert "no step is finished" in " ".join(drawn.skipped)
+    assert "no step is finished yet, of 25" in drawn.page.read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_run_of_one_step_shows_its_cracks_only(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    drawn = draw(rewritten(run, [run.steps[0]]))
+    assert [p.name for p in drawn.pictures] == ["cracks.png"]
+    assert any("two steps" in reason for reason in drawn.skipped)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_run_that_is_going_on_can_be_shown(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    run = rewritten(run, list(run.steps[:12]))
+    with (run.path / STEPS).open("a", encoding="utf-8") as file:
+        file.write('{"index": 12, "time": 0.0')
+    (run.path / (fields_name(12) + ".part")).write_bytes(b"half a file")
+    run = read_run(run.path)
+    assert len(draw(run).pictures) == 3
+    assert any("12 of 25 steps" in fact.text for fact in summary(run))
+
+
+@pytest.mark.usefixtures("coarse")
+def test_unmeasured_steps_have_energies_but_no_lengths(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    run = rewritten(run, [replace(step, measures=None) for step in run.steps])
+    drawn = draw(run)
+    assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png"]
+    assert any(reason.startswith("lengths") for reason in drawn.skipped)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_run_without_a_cooled_face_is_drawn_against_time(tmp_path):
+    run = drawn_run(tmp_path / "run", face=None, taus=(None,) * len(TAUS), scaled=False, scales={})
+    steps = []
+    for step in run.steps:
+        assert step.measures is not None
+        bare = replace(step.measures, tips=(), sections=(), front=0.0)
+        steps.append(replace(step, tau=None, measures=bare))
+    run = rewritten(run, steps)
+    assert len(draw(run).pictures) == 3
+    assert not any(fact.name.startswith("generation") for fact in summary(run))
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_crackless_run_is_drawn(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    run = rewritten(run, list(run.steps[:2]))
+    assert len(draw(run).pictures) == 3
+    compared = table(run)
+    assert compared is not None and set(compared.rows[2][1:]) == {ABSENT}
+
+
+@pytest.mark.usefixtures("coarse")
+def test_lost_and_damaged_fields_are_left_out_with_a_reason(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    (run.path / fields_name(24)).write_bytes(b"no HDF5")
+    (run.path / fields_name(20)).unlink()
+    drawn = draw(run)
+    assert drawn.pictures[0].name == "cracks.png"
+    assert [reason.split()[0] for reason in drawn.skipped] == [fields_name(24)]
+    for step in run.steps:
+        (run.path / fields_name(step.index)).unlink(missing_ok=True)
+    drawn = draw(run)
+    assert [p.name for p in drawn.pictures] == ["energies.png", "lengths.png"]
+    assert any(reason.startswith("cracks") for reason in drawn.skipped)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    bad = replace(
+        run.steps[7],
+        status="not converged",
+        reason="did not converge in 5000 sweeps",
+        audit=replace(run.steps[7].audit, violations=("damage healed by 1e-3",)),
+    )
+    run = rewritten(run, [*run.steps[:7], bad])
+    alarms = [fact.text for fact in summary(run) if fact.alarm]
+    assert alarms == [
+        "not converged at step 7, 8 of 25 steps: did not converge in 5000 sweeps",
+        "step 7: damage healed by 1e-3",
+    ]
+    assert draw(run).page.read_text(encoding="utf-8").count('class="alarm"') == 2
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_place_that_cannot_be_written_is_a_plain_error(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    (run.path / "pictures").write_text("a file in the way", encoding="utf-8")
+    with pytest.raises(StaffaError, match="cannot be written"):
+        draw(run)
+
+
+def test_five_moments_are_drawn_the_last_among_them(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    assert [step.index for step in chosen(run)] == [4, 8, 16, 20, 24]
+
+
+@pytest.mark.parametrize("kind", ["quadrilaterals", "triangles"])
+def test_cells_become_triangles_that_cover_the_body_once(kind):
+    grid = drawn_mesh(SLAB, 8)
+    if kind == "triangles":
+        a, b, c, d = grid.cells.T
+        halves = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+        grid = Grid(points=grid.points, cells=halves, type=5)
+    triangles = triangulation(grid)
+    x, y = triangles.x[triangles.triangles], triangles.y[triangles.triangles]
+    twice = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    assert twice.min() > 0
+    assert twice.sum() / 2 == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("face", ["top", "left", "right"])
+def test_any_side_can_be_the_cooled_one(tmp_path, face):
+    run = drawn_run(tmp_path / "run", face=face)
+    (run.path / fields_name(0)).unlink()
+    drawn = draw(rewritten(run, list(run.steps[:6])))
+    assert_shows_something(drawn.pictures[0])
+
+
+@pytest.mark.slow
+def test_a_body_in_three_dimensions_is_rendered(tmp_path):
+    run = drawn_run(tmp_path / "run", BOX)
+    drawn = draw(run)
+    assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png", "lengths.png"], drawn
+    for picture in drawn.pictures:
+        assert_shows_something(picture)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_without_a_renderer_only_the_picture_in_three_dimensions_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setattr("staffa.plot.volume.RENDERER", "staffa.no_such_module")
+    drawn = draw(drawn_run(tmp_path / "run", BOX, n=6))
+    assert [p.name for p in drawn.pictures] == ["energies.png", "lengths.png"]
+    assert any("ParaView" in reason for reason in drawn.skipped)

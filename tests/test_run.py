@@ -1,0 +1,175 @@
+"""A case run from the command line leaves what a user needs, on any number of ranks."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista
+
+from staffa.io.run_directory import read_run
+from staffa.io.vtkhdf import read_vtkhdf
+
+BIN = Path(sys.executable).parent
+CASES = Path(__file__).parent.parent / "src" / "staffa" / "cases"
+# The notched plate cracks, its paths are seeded; tight stops make ranks comparable.
+QUICK = [
+    *("--set", "time.tau={start=0.1, stop=0.4, steps=4}"),
+    *("--set", "output.at=[0.2, 0.4]"),
+    *("--set", "solver.change=1e-6"),
+    *("--set", "solver.residual=1e-4"),
+    *("--set", "measures.depths=[0.05, 0.2]"),
+]
+
+
+def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
+    """staffa in a process of its own, one thread a rank."""
+    command = [BIN / "staffa", *arguments]
+    if ranks > 1:
+        command = [BIN / "mpiexec", "-n", str(ranks), *command]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    return subprocess.run(command, capture_output=True, text=True, timeout=500, env=environment)
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory) -> Path:
+    directory = tmp_path_factory.mktemp("serial") / "run"
+    done = launch(1, "run", CASES / "notched.toml", *QUICK, "--out", directory)
+    assert done.returncode == 0, done.stderr
+    return directory
+
+
+@pytest.mark.slow
+def test_run_directory_is_complete(serial: Path) -> None:
+    run = read_run(serial)
+    assert run.finished and len(run.steps) == 4
+    assert {p.name for p in serial.iterdir()} >= {
+        "case.toml",
+        "manifest.json",
+        "steps.jsonl",
+        "run.log",
+        "fields",
+        "pictures",
+        "report.html",
+    }
+    assert len((serial / "run.log").read_text().splitlines()) == 1 + 4
+    assert run.steps[-1].measures.tips and run.steps[-1].audit.violations == ()
+    assert not list(serial.rglob("*.part"))
+    record = json.loads((serial / "steps.jsonl").read_text().splitlines()[0])
+    energies = record["energies"]
+    assert energies["total"] == energies["elastic"] + energies["surface"]
+
+
+@pytest.mark.slow
+def test_fields_are_read_by_pyvista_as_an_animation(serial: Path) -> None:
+    reader = pyvista.get_reader(serial / "fields" / "fields.vtkhdf.series")
+    run = read_run(serial)
+    kept = [step for step in run.steps if step.fields]
+    assert reader.time_values == pytest.approx([step.time for step in kept])
+    for step in kept:
+        reader.set_active_time_value(step.time)
+        mesh = reader.read()
+        mesh = mesh[0] if isinstance(mesh, pyvista.MultiBlock) else mesh
+        grid, fields = read_vtkhdf(serial / step.fields)
+        assert mesh.n_cells == run.manifest.cells
+        assert np.array_equal(mesh.points, grid.points)
+        assert mesh.point_data["u"].shape == (mesh.n_points, 3)
+        for name in ("alpha", "T", "u"):
+            assert np.array_equal(mesh.point_data[name], fields[name])
+        # Every cell has its true area: the vertices are in VTK's order.
+        areas = mesh.compute_cell_sizes(length=False, volume=False)["Area"]
+        assert areas.sum() == pytest.approx(1.0 * 0.6, rel=1e-9) and areas.min() > 0
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_ranks_agree(serial: Path, ranks: int, tmp_path: Path) -> None:
+    """Energies to 1e-6, sweeps within 1, the same cracks, the same fields."""
+    done = launch(ranks, "run", CASES / "notched.toml", *QUICK, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    one, many = read_run(serial), read_run(tmp_path / "run")
+    assert many.manifest.ranks == ranks and len(many.steps) == len(one.steps)
+    for a, b in zip(one.steps, many.steps, strict=True):
+        assert b.energies.total == pytest.approx(a.energies.total, rel=1e-6)
+        assert b.energies.elastic == pytest.approx(a.energies.elastic, rel=1e-5)
+        assert abs(a.sweeps - b.sweeps) <= 1, f"{a.sweeps} sweeps against {b.sweeps}"
+        assert [s.cracks for s in a.measures.sections] == [s.cracks for s in b.measures.sections]
+        assert b.measures.length_surface == pytest.approx(a.measures.length_surface, rel=1e-5)
+        assert b.measures.length_geometry == pytest.approx(a.measures.length_geometry, rel=1e-5)
+        assert [t.depth for t in a.measures.tips] == pytest.approx(
+            [t.depth for t in b.measures.tips]
+        )
+    (_, here), (_, there) = (
+        read_vtkhdf(d / one.steps[-1].fields) for d in (serial, tmp_path / "run")
+    )
+    assert np.sort(there["alpha"]) == pytest.approx(np.sort(here["alpha"]), abs=1e-3)
+
+
+@pytest.mark.slow
+def test_show_and_report(serial: Path) -> None:
+    shown = launch(1, "show", serial)
+    assert shown.returncode == 0 and "finished, 4 of 4 steps" in shown.stdout
+    (serial / "pictures" / "cracks.png").unlink()
+    drawn = launch(1, "report", serial)
+    assert drawn.returncode == 0 and "cracks.png" in drawn.stdout
+    assert (serial / "pictures" / "cracks.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_second_run_is_refused(serial: Path) -> None:
+    before = (serial / "steps.jsonl").read_bytes()
+    again = launch(1, "run", CASES / "notched.toml", "--out", serial)
+    assert again.returncode == 2 and "holds a run already" in again.stderr
+    assert (serial / "steps.jsonl").read_bytes() == before
+
+
+@pytest.mark.slow
+def test_the_resolved_case_runs_the_same(serial: Path, tmp_path: Path) -> None:
+    """case.toml of a run, with every default written out, is the same case."""
+    done = launch(1, "run", serial / "case.toml", "--out", tmp_path / "run", "--quiet")
+    assert done.returncode == 0 and done.stdout == ""
+    one, two = read_run(serial), read_run(tmp_path / "run")
+    assert [s.energies for s in one.steps] == [s.energies for s in two.steps]
+
+
+@pytest.mark.slow
+def test_a_step_that_does_not_converge_is_saved_and_said(tmp_path: Path) -> None:
+    directory = tmp_path / "run"
+    done = launch(
+        1, "run", CASES / "notched.toml", *QUICK, "--set", "solver.sweeps=1", "--out", directory
+    )
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1 and "try shorter time steps" in done.stderr
+    run = read_run(directory)
+    assert run.steps[-1].status == "not converged" and (directory / run.steps[-1].fields).exists()
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_a_rank_that_fails_alone_ends_all(tmp_path: Path) -> None:
+    """An exception on one rank only: the others do not wait for it for ever."""
+    code = (
+        "from pathlib import Path\n"
+        "from staffa.stack import MPI\n"
+        "from staffa.cases import experiment\n"
+        "from staffa.cases.reading import read_case\n"
+        "from staffa.cli import live\n"
+        "true_build = experiment.build\n"
+        "def build(problem):\n"
+        "    if MPI.COMM_WORLD.rank == 1: raise RuntimeError('rank one is ill')\n"
+        "    return true_build(problem)\n"
+        "experiment.build = build\n"
+        f"live.run_and_follow(lambda: read_case(Path({str(CASES / 'notched.toml')!r})), "
+        f"Path({str(tmp_path / 'run')!r}), quiet=True)\n"
+    )
+    done = subprocess.run(
+        [BIN / "mpiexec", "-n", "2", sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode != 0 and "rank one is ill" in done.stderr
