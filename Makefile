@@ -20,6 +20,7 @@ help:
 	@echo "make clean   delete .venv and caches, keep runs/"
 
 demo: $(READY)
+	rm -rf runs/demo
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
 
 test: $(READY)

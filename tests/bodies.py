@@ -10,8 +10,8 @@ from staffa.domain import block
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import Schedule, schedule
 from staffa.loads.closed_form import Face, HalfSpace, Load, NoLoad
-from staffa.minimize.alternate import Stop
 from staffa.physics.damage import AT1
+from staffa.records import Stop
 from staffa.supports import SideSupport
 
 BOTTOM = Face(axis=1, position=0.0, inward=1)

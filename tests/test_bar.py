@@ -12,9 +12,8 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
-from staffa.minimize.alternate import Stop
 from staffa.physics.damage import LAWS
-from staffa.records import Step
+from staffa.records import Step, Stop
 from staffa.supports import SideSupport, at_rest
 
 LENGTH, HEIGHT, E, ELL, H = 1.0, 0.3, 100.0, 0.1, 1 / 51  # a cell, not a vertex, in the middle

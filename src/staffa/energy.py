@@ -97,6 +97,7 @@ class Energy:
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         self._elastic = fem.form(elastic)
         self._surface = fem.form(surface)
+        self._total = fem.form(total)
         self._cracks = fem.form(cracks * dx)
         self._variation = fem.form(variation * length_dx)
         self._power = fem.form(ufl.derivative(elastic, T, self.direction))
@@ -129,7 +130,7 @@ class Energy:
 
     def total(self) -> float:
         """Elastic plus surface energy."""
-        return self.energies().total
+        return self._integral(self._total)
 
     def crack_length(self) -> float:
         """Surface energy over Gc, toughness variations divided out: length in 2-D, area in 3-D."""
@@ -138,8 +139,8 @@ class Energy:
     def crack_variation(self) -> float:
         """1/2 int |grad alpha^4|: length of the cracks by their geometry (area in 3-D).
 
-        Across a crack alpha rises from 0 to 1 and falls again, so that the integral is 2 a unit of
-        length, whatever the profile.
+        Across a crack alpha rises from 0 to 1 and falls again: 1/2 (1 + 1) a unit of length,
+        whatever the profile.
         """
         return self._integral(self._variation)
 

@@ -9,6 +9,7 @@ from dolfinx import fem
 
 from staffa.domain import Domain
 from staffa.errors import StaffaError
+from staffa.parallel import any_over_ranks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +29,8 @@ def linear_spaces(domain: Domain) -> Spaces:
         alpha=fem.functionspace(mesh, ("Lagrange", 1)),
         cell=fem.functionspace(mesh, ("Discontinuous Lagrange", 0)),
     )
-    if not np.array_equal(spaces.u.dofmap.list, spaces.alpha.dofmap.list):
+    same = np.array_equal(spaces.u.dofmap.list, spaces.alpha.dofmap.list)
+    if any_over_ranks(domain.comm, not same):
         raise StaffaError("displacement and damage number the vertices differently on this mesh")
     return spaces
 

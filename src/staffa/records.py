@@ -18,6 +18,19 @@ class Energies:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Stop:
+    """When a state counts as a minimum; dimensionless.
+
+    change: largest change of the damage in the last sweep. residual: largest unbalanced force on
+    the damage over Gc/(4 c_w ell), at a displacement in equilibrium. sweeps: give up after these.
+    """
+
+    change: float = 1e-3
+    residual: float = 1e-1
+    sweeps: int = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
 class Outcome:
     """How a minimization ended: its reason is the sentence that a user reads."""
 
@@ -88,7 +101,11 @@ class Measures:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One converged load state, as recorded in `steps.jsonl`."""
+    """One load state, as recorded in `steps.jsonl`.
+
+    status: "converged", "not converged" (out of sweeps), or "failed" (a solver failed; the state is
+    the last one before that, without audit and measures). fields: the file of its fields, if kept.
+    """
 
     index: int
     time: float
@@ -97,8 +114,8 @@ class Step:
     sweeps: int
     status: str
     reason: str
-    audit: Audit
-    measures: Measures | None
+    audit: Audit | None = None
+    measures: Measures | None = None
     fallbacks: int = 0
     seconds: float = 0.0
     fields: str | None = None
@@ -114,15 +131,18 @@ class Step:
         """The step that `to_record` wrote."""
         known = dict(record)
         energies = known.pop("energies")
-        audit = dict(known.pop("audit"))
-        audit["violations"] = tuple(audit["violations"])
+        audit = known.pop("audit")
         measures = known.pop("measures")
         return Step(
             energies=Energies(elastic=energies["elastic"], surface=energies["surface"]),
-            audit=Audit(**audit),
+            audit=None if audit is None else _audit(audit),
             measures=None if measures is None else _measures(measures),
             **known,
         )
+
+
+def _audit(record: dict[str, Any]) -> Audit:
+    return Audit(**dict(record, violations=tuple(record["violations"])))
 
 
 def _measures(record: dict[str, Any]) -> Measures:
@@ -169,5 +189,5 @@ class Manifest:
     requested: tuple[bool, ...]
     scales: dict[str, float | None]
     versions: dict[str, str]
-    petsc_options: dict[str, dict[str, str]]
+    petsc_options: dict[str, str]
     format: int = 1

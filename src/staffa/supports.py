@@ -143,7 +143,7 @@ def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
     for number, (i, j) in enumerate(planes):
         modes[:, i, dim + number] = -x[:, j]
         modes[:, j, dim + number] = x[:, i]
-    return modes.reshape(len(x) * dim, -1)
+    return modes.reshape(len(x) * dim, dim + len(planes))
 
 
 def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) -> list[int]:

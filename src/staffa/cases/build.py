@@ -14,9 +14,9 @@ from staffa.evolution.problem import Irreversibility, Material, Measuring, Probl
 from staffa.evolution.schedule import schedule
 from staffa.grid import SIDES, opposite
 from staffa.loads.closed_form import Load
-from staffa.minimize.alternate import Stop
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
+from staffa.records import Stop
 from staffa.supports import History as InTime
 from staffa.supports import Section, SideSupport, at_rest, clamped, rollers
 

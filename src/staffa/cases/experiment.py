@@ -20,10 +20,11 @@ from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
+from staffa.loads.closed_form import Load
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import Sweep
-from staffa.options import DAMAGE, DISPLACEMENT
 from staffa.parallel import on_root
+from staffa.physics.damage import DamageLaw
 from staffa.records import Manifest, Step
 
 
@@ -37,9 +38,19 @@ class Watcher:
 
 
 def run(
-    case: Case, directory: Path, *, comm: MPI.Comm = MPI.COMM_WORLD, watcher: Watcher | None = None
+    case: Case,
+    directory: Path,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    watcher: Watcher | None = None,
+    damage: DamageLaw | None = None,
+    temperature: Load | None = None,
 ) -> list[Step]:
     """Run a case to its end and leave a run directory. Collective.
+
+    Parameters
+    ----------
+    damage, temperature : a law or a load of your own, in place of the case's.
 
     Raises
     ------
@@ -50,10 +61,10 @@ def run(
     """
     watcher = watcher or Watcher()
     on_root(comm, lambda: run_directory.require_free(directory))
-    setup = problem(case, comm=comm)
+    setup = problem(case, comm=comm, damage=damage, temperature=temperature)
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
-    manifest = describe(case, setup, system, factor)
+    manifest = on_root(comm, lambda: describe(case, setup, system, factor))
     on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest))
     watcher.started(manifest)
     steps = []
@@ -138,10 +149,7 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         requested=schedule.requested,
         scales=derived.table(),
         versions=_versions(),
-        petsc_options={
-            "displacement": DISPLACEMENT[setup.solvers.displacement],
-            "damage": DAMAGE[setup.solvers.damage],
-        },
+        petsc_options=dict(PETSc.Options().getAll()),
     )
 
 

@@ -21,6 +21,7 @@ from staffa.cases.kinds import (
     Toughness,
     kind,
 )
+from staffa.records import Stop
 from staffa.units import EXAMPLES, Quantity
 
 
@@ -117,8 +118,8 @@ class TemperatureKeys(Section):
 
     profile: Literal["half-space", "slab", "convective", "none"] = Field(
         default="half-space",
-        description="half-space (endlessly deep); slab (far side insulated); convective (the same, "
-        "with a film on its face); none",
+        description="half-space (endlessly deep, its face cold at once); slab (far side "
+        "insulated); convective (a half-space behind a film); none",
     )
     face: str = Field(default="bottom", description="the cooled side")
     dT: Drop | None = Field(
@@ -324,13 +325,15 @@ class SolverKeys(Section):
         description="bound-constrained solver, tao or snes; the other is the fall-back",
     )
     change: Annotated[PositiveNumber, Field(lt=1)] = Field(
-        default=1e-3, description="a step ends when a sweep changes the damage by less than this"
+        default=Stop.change,
+        description="a step ends when a sweep changes the damage by less than this",
     )
     residual: PositiveNumber = Field(
-        default=1e-1, description="and no force on the damage exceeds this times Gc/(4 c_w ell)"
+        default=Stop.residual,
+        description="and no force on the damage exceeds this times Gc/(4 c_w ell)",
     )
     sweeps: Annotated[Integer, Field(ge=1)] = Field(
-        default=5000, description="give up a step after this many sweeps"
+        default=Stop.sweeps, description="give up a step after this many sweeps"
     )
 
 

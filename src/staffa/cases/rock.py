@@ -46,34 +46,37 @@ def _noise(case: Case) -> PointFunction:
 
 
 def cracked(case: Case, h: float) -> PointFunction:
-    """True within a cell edge h of a crack of the case: so that a layer of cells breaks wherever
-    the crack lies in the mesh."""
-    reach = h * (1 + 1e-9)
+    """True on both sides of a crack of the case, h wide in all and h/2 beyond its ends.
+
+    The distance is counted with its sign, and one end of the range is left out: so that exactly
+    one layer of cells of edge h breaks, also where a crack lies on their vertices.
+    """
 
     def near(x: np.ndarray) -> np.ndarray:
         found = np.zeros(x.shape[1], dtype=bool)
         for crack in case.cracks:
-            found |= _distance(crack, x) <= reach
+            across, beyond = _disc(crack, x) if isinstance(crack, Disc) else _segment(crack, x)
+            tiny = 1e-9 * h
+            found |= (across > -h + tiny) & (across <= h + tiny) & (beyond <= h / 2 + tiny)
         return found
 
     return near
 
 
-def _distance(crack: Segment | Disc, x: np.ndarray) -> np.ndarray:
-    return _from_disc(crack, x) if isinstance(crack, Disc) else _from_segment(crack, x)
-
-
-def _from_segment(crack: Segment, x: np.ndarray) -> np.ndarray:
+def _segment(crack: Segment, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance across the crack's line, with its sign, and beyond its ends along it (m)."""
     start, end = np.array(crack.start, dtype=float), np.array(crack.end, dtype=float)
-    along = end - start
-    offset = x[:2] - start[:, None]
-    fraction = np.clip(along @ offset / (along @ along), 0.0, 1.0)
-    return np.linalg.norm(offset - np.outer(along, fraction), axis=0)
+    length = float(np.linalg.norm(end - start))
+    along, offset = (end - start) / length, x[:2] - start[:, None]
+    position = along @ offset
+    across = along[0] * offset[1] - along[1] * offset[0]
+    return across, np.maximum(-position, position - length)
 
 
-def _from_disc(crack: Disc, x: np.ndarray) -> np.ndarray:
+def _disc(crack: Disc, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance across the disc's plane, with its sign, and beyond its rim in it (m)."""
     normal = np.array(crack.normal, dtype=float) / np.linalg.norm(crack.normal)
     offset = x - np.array(crack.center, dtype=float)[:, None]
-    height = normal @ offset
-    radial = np.linalg.norm(offset - np.outer(normal, height), axis=0)
-    return np.hypot(height, np.maximum(radial - float(crack.radius), 0.0))
+    across = normal @ offset
+    radial = np.linalg.norm(offset - np.outer(normal, across), axis=0)
+    return across, radial - float(crack.radius)

@@ -38,12 +38,29 @@ def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) ->
             print_pictures(read_run(directory))
     except StaffaError:
         raise
-    except Exception:
+    except BaseException as error:
+        if _was_interrupted(error):
+            raise SystemExit(_interrupted(directory, speaks=comm.rank == 0)) from None
         traceback.print_exc()
         sys.stderr.flush()
         if comm.size > 1:
             comm.Abort(1)
         raise SystemExit(1) from None
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    """True for Ctrl-C, also where PETSc turned it into an error of its own."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _interrupted(directory: Path, *, speaks: bool) -> int:
+    if speaks:
+        print(f"staffa: interrupted; the finished steps are in {directory}", file=sys.stderr)
+    return 130
 
 
 @dataclass(kw_only=True)
@@ -54,13 +71,14 @@ class Follower:
     speaks: bool
     quiet: bool
     manifest: Manifest | None = None
+    latest: str = ""
     began: float = field(default_factory=perf_counter)
 
     def __post_init__(self) -> None:
         shown = self.speaks and not self.quiet and out.is_terminal
         self.progress = Progress(
             TextColumn("{task.description}"),
-            BarColumn(bar_width=20),
+            BarColumn(bar_width=10),
             TextColumn("{task.fields[now]}"),
             console=out,
             transient=True,
@@ -87,41 +105,51 @@ class Follower:
         assert self.manifest is not None
         self.progress.update(
             self.task,
-            description=f"step {index + 1}/{len(self.manifest.times)}, {self._when(index)}",
-            now=f"sweep {sweep.number}, energy {sweep.energies.total:.4f}, "
-            f"change {sweep.change:.0e}",
+            description=f"step {index}, {self._clock(index)}",
+            now=f"sweep {sweep.number}, energy {sweep.energies.total:.4g}{self.latest}",
         )
 
     def stepped(self, step: Step) -> None:
         """One line a step, in the log and where it is printed; violations aloud."""
+        self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
         self.progress.update(self.task, completed=step.index + 1)
         self._say(self._line(step))
-        for sentence in step.audit.violations:
-            self._say(f"  audit: {sentence}")
+        for sentence in step.audit.violations if step.audit else (step.reason,):
+            self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
 
     def _line(self, step: Step) -> str:
-        energies, parts = step.energies, [f"step {step.index + 1:3d}", self._when(step.index)]
+        energies, parts = step.energies, [f"step {step.index:3d}", self._when(step.index)]
         parts += [
             f"elastic {energies.elastic:.4f}",
             f"surface {energies.surface:.4f}",
             f"total {energies.total:.4f}",
             f"{step.sweeps:3d} sweeps",
         ]
-        if step.measures and step.measures.tips:
-            parts.append(f"{len(step.measures.tips)} cracks to {step.measures.front:.3g}")
-        return ", ".join([*parts, self._left(step)])
+        return ", ".join([*parts, *self._cracks(step), *self._left(step)])
 
-    def _left(self, step: Step) -> str:
+    def _cracks(self, step: Step) -> list[str]:
+        if not step.measures or not step.measures.tips:
+            return []
+        unit = "" if self.manifest is None or self.manifest.scaled else " m"
+        count = len(step.measures.tips)
+        return [f"{count} crack{'s' * (count > 1)} to {step.measures.front:.3g}{unit}"]
+
+    def _left(self, step: Step) -> tuple[str, str]:
         assert self.manifest is not None
         spent = perf_counter() - self.began
         left = spent / (step.index + 1) * (len(self.manifest.times) - step.index - 1)
-        return f"{_clock(spent)} gone, {_clock(left)} left"
+        return f"{_clock(spent)} gone", f"{_clock(left)} left"
 
-    def _when(self, index: int) -> str:
+    def _clock(self, index: int) -> str:
         assert self.manifest is not None
         tau = self.manifest.taus[index]
         time = f"t {self.manifest.times[index]:.4g}{'' if self.manifest.scaled else ' s'}"
-        return time if tau is None else f"tau {tau:.4f} ({time})"
+        return time if tau is None else f"tau {tau:.4f}"
+
+    def _when(self, index: int) -> str:
+        assert self.manifest is not None
+        clock, time = self._clock(index), self.manifest.times[index]
+        return clock if self.manifest.taus[index] is None else f"{clock} (t {time:.4g})"
 
     def _say(self, line: str) -> None:
         if not self.speaks:

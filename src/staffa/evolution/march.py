@@ -52,8 +52,8 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
     Raises
     ------
     SolveError
-        A step did not converge (it has been saved and yielded before, with its status), or a
-        solver failed in it (then the step before is the last).
+        A step did not converge, or a solver failed in it; it has been saved and yielded before,
+        with its status and the reason.
     """
     observers = observers or Observers()
     values = np.zeros(len(system.supports.fixed))
@@ -65,6 +65,7 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
             values = system.supports.values(time)
             outcome, healing = minimize_step(problem, system, index, values, observers)
         except SolveError as error:
+            yield _failed(problem, system, index, time, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
         step = Step(
             index=index,
@@ -85,6 +86,23 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
             raise SolveError(f"step {index} (time {time:.6g}) {step.reason}; its state is saved")
 
 
+def _failed(
+    problem: Problem, system: System, index: int, time: float, observers: Observers, reason: str
+) -> Step:
+    """The record of a step in which a solver failed, after saving the last state before that."""
+    write_vector(system.alternation.alpha, system.state.alpha)
+    return Step(
+        index=index,
+        time=time,
+        tau=None if problem.tau_of is None else problem.tau_of(time),
+        energies=system.energy.energies(),
+        sweeps=0,
+        status="failed",
+        reason=reason,
+        fields=observers.save(index, time, False),
+    )
+
+
 def change_loads(problem: Problem, system: System, time: float, before: np.ndarray) -> Loading:
     """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
 
@@ -96,7 +114,9 @@ def change_loads(problem: Problem, system: System, time: float, before: np.ndarr
     x = vertices(state.T.function_space).T
     T = problem.load.temperature(x, time)
     if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
-        raise SolveError("the load gives a temperature that is not finite")
+        raise SolveError(
+            f"the load gives a temperature that is not finite at time {time:.6g}; mend the load"
+        )
     values = system.supports.values(time)
 
     def power() -> float:
@@ -140,7 +160,7 @@ def minimize_step(
 def audit(outcome: Outcome, loading: Loading, healing: float) -> Audit:
     """Hold a step against what must be true of it."""
     end = outcome.energies.total
-    scale = max(abs(loading.end), abs(end), 1e-300)
+    scale = max(abs(loading.start), abs(loading.end), abs(end), 1e-300)
     balance = abs(loading.end - loading.start - loading.work) / scale
     checks = {
         f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (

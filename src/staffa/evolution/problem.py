@@ -8,8 +8,8 @@ import numpy as np
 from staffa.domain import Domain
 from staffa.evolution.schedule import Schedule
 from staffa.loads.closed_form import Face, Load
-from staffa.minimize.alternate import Stop
 from staffa.physics.damage import DamageLaw
+from staffa.records import Stop
 from staffa.supports import Section, SideSupport
 
 # Values at points: shape (3, n) -> (n,).
@@ -59,7 +59,7 @@ class Solvers:
     """Names of the presets in `options`, and when a state counts as a minimum."""
 
     displacement: str = "direct"
-    damage: str = "snes"
+    damage: str = "tao"
     stop: Stop = field(default_factory=Stop)
 
 

@@ -107,9 +107,11 @@ def bounded_energy(energy: Energy) -> BoundedEnergy:
     )
 
 
-def bounded_solver(name: str, damage: BoundedEnergy, tolerance: float) -> BoundedSolver:
-    """A solver of the damage by the name of its preset. The caller destroys it."""
-    return SOLVERS[name](damage, tolerance=tolerance, preset=DAMAGE[name], prefix=f"alpha_{name}_")
+def bounded_solver(
+    name: str, damage: BoundedEnergy, tolerance: float, *, of: str = "alpha"
+) -> BoundedSolver:
+    """A solver by the name of its preset; `of` starts its option prefix. The caller destroys it."""
+    return SOLVERS[name](damage, tolerance=tolerance, preset=DAMAGE[name], prefix=f"{of}_{name}_")
 
 
 def _alternation(

@@ -33,10 +33,11 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     uniform = Material(**{**vars(material), "toughness": lambda x: np.ones(x.shape[1])})
     energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock(uniform, spaces))
     damage = bounded_energy(energy)
-    solver = bounded_solver("snes", damage, tolerance=1e-6)
-    solver.minimize(state.alpha.x.petsc_vec, bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec)
-    length = energy.crack_length()
-    solver.destroy()
-    damage.matrix.destroy()
-    damage.unit.destroy()
-    return length / float(np.prod(size[1:]))
+    solver = bounded_solver("snes", damage, 1e-6, of="toughness")
+    try:
+        solver.minimize(state.alpha.x.petsc_vec, bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec)
+        return energy.crack_length() / float(np.prod(size[1:]))
+    finally:
+        solver.destroy()
+        damage.matrix.destroy()
+        damage.unit.destroy()

@@ -46,8 +46,11 @@ def measures(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> Meas
 def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:
     """The cracks of a 2-D body that cross the line at a depth below the face. Collective."""
     assert gauge.face is not None and domain.dim == 2
-    edges, x = _cell_pairs(domain, state), vertices(state.alpha.function_space)
+    x = vertices(state.alpha.function_space)
     side = gauge.face.depth(x.T) - depth
+    cells = _cells(domain, state)
+    across = (side[cells] <= 0).any(axis=1) & (side[cells] > 0).any(axis=1)
+    edges = _pairs(cells[across])
     i, j = edges[(side[edges[:, 0]] <= 0) & (side[edges[:, 1]] > 0)].T
     weight = (side[i] / (side[i] - side[j]))[:, None]
     values = np.column_stack([x[:, 1 - gauge.face.axis], state.alpha.x.array])
@@ -66,7 +69,8 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
     space = state.alpha.function_space
     below = gauge.face.depth(vertices(space).T) > damaged_layer(domain, state, gauge)
     cracked = below & (state.alpha.x.array > gauge.threshold)
-    pairs = _cell_pairs(domain, state)
+    cells = _cells(domain, state)
+    pairs = _pairs(cells[cracked[cells].sum(axis=1) >= 2])
     pairs = pairs[cracked[pairs].all(axis=1)]
     index_map = space.dofmap.index_map
     numbers = index_map.local_to_global(pairs.ravel().astype(np.int32)).reshape(-1, 2)
@@ -100,10 +104,14 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
     return layer_depth(broken, points, bin_depth=gauge.h)
 
 
-def _cell_pairs(domain: Domain, state: State) -> np.ndarray:
-    """All ordered pairs of vertices (local numbers) of each cell that this rank owns, (n, 2)."""
-    cells = state.alpha.function_space.dofmap.list
-    cells = cells[: domain.mesh.topology.index_map(domain.dim).size_local]
+def _cells(domain: Domain, state: State) -> np.ndarray:
+    """Vertices (local numbers) of the cells that this rank owns, shape (n, vertices a cell)."""
+    owned_cells = domain.mesh.topology.index_map(domain.dim).size_local
+    return state.alpha.function_space.dofmap.list[:owned_cells]
+
+
+def _pairs(cells: np.ndarray) -> np.ndarray:
+    """All ordered pairs of vertices of each cell, shape (n, 2)."""
     width = cells.shape[1]
     pairs = [(i, j) for i in range(width) for j in range(width) if i != j]
     return np.concatenate([cells[:, pair] for pair in pairs])

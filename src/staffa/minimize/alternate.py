@@ -10,20 +10,7 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
 from staffa.minimize.elastic import ElasticSolver
-from staffa.records import Energies, Outcome
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stop:
-    """When a state counts as a minimum; all three are dimensionless.
-
-    change: largest change of the damage in the last sweep. residual: largest unbalanced force on
-    the damage over Gc/(4 c_w ell), at a displacement in equilibrium. sweeps: give up after these.
-    """
-
-    change: float = 1e-4
-    residual: float = 1e-2
-    sweeps: int = 5000
+from staffa.records import Energies, Outcome, Stop
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,13 +80,16 @@ def alternate(
         fallbacks += _minimize_damage(problem, lower, upper)
         problem.before.axpy(-1.0, problem.alpha)
         change = problem.before.norm(PETSc.NormType.NORM_INFINITY)
-        half = problem.energies()
+        half = problem.damage.value()
         equilibrium(problem, values)
         after = problem.energies()
         if not np.isfinite(after.total):
-            raise SolveError("the energy is not finite: the displacement solve went wrong")
-        rise = max(half.total - energies.total, after.total - half.total)
-        largest_rise = max(largest_rise, rise / max(abs(after.total), 1e-300))
+            raise SolveError(
+                "the energy is not finite after the displacement was solved for; try a shorter "
+                "time step or a larger damage.residual_stiffness"
+            )
+        rise = max(half - energies.total, after.total - half)
+        largest_rise = max(largest_rise, rise / max(abs(energies.total), abs(after.total), 1e-300))
         energies = after
     return Outcome(
         converged=converged,

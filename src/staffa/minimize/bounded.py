@@ -71,7 +71,10 @@ def unbalanced(
 
 
 class TaoSolver:
-    """TAO's bounded Newton trust region, or any TAO solver that knows bounds."""
+    """TAO's projected Newton with a line search, or any TAO solver that knows bounds.
+
+    tolerance: largest force on an entry at the end, over the smallest unit.
+    """
 
     def __init__(
         self,
@@ -88,7 +91,7 @@ class TaoSolver:
         apply(prefix, preset)
         self.tao.setObjectiveGradient(self._value_and_gradient, self.gradient)
         self.tao.setHessian(self._hessian, energy.matrix)
-        absolute = tolerance * energy.unit.norm(PETSc.NormType.NORM_INFINITY)
+        absolute = tolerance * energy.unit.min()[1]
         self.tao.setTolerances(gatol=absolute, grtol=0.0, gttol=0.0)
         self.tao.setFromOptions()
         self.iterations = 0
@@ -119,7 +122,10 @@ class TaoSolver:
 
 
 class SnesSolver:
-    """SNES for variational inequalities: the active set of Benson and Munson."""
+    """SNES for variational inequalities: the active set of Benson and Munson.
+
+    tolerance: largest force on an entry at the end, over the smallest unit.
+    """
 
     def __init__(
         self,
@@ -136,7 +142,7 @@ class SnesSolver:
         apply(prefix, preset)
         self.snes.setFunction(self._gradient, self.gradient)
         self.snes.setJacobian(self._hessian, energy.matrix)
-        absolute = tolerance * energy.unit.norm(PETSc.NormType.NORM_INFINITY)
+        absolute = tolerance * energy.unit.min()[1]
         self.snes.setTolerances(rtol=0.0, atol=absolute, stol=0.0)
         self.snes.setFromOptions()
         self.iterations = 0

@@ -53,6 +53,10 @@ class ElasticSolver:
         energy.stiffness(self.stiffness)  # a matrix that was never filled has no pattern to share
         self.constrained = self.stiffness.duplicate()
         self.constrained.setOption(PETSc.Mat.Option.SPD, True)
+        # Prescribed rows get a pivot of the matrix's own size, so that they count as forces.
+        diagonal = self.stiffness.getDiagonal()
+        self.pivot = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+        diagonal.destroy()
         self.load, self.rhs = self.stiffness.createVecRight(), self.stiffness.createVecRight()
         self.force = self.rhs.duplicate()
         first = self.stiffness.getOwnershipRange()[0]
@@ -93,11 +97,10 @@ class ElasticSolver:
         self.energy.stiffness(self.stiffness)
         self.energy.load(self.load)
         self.stiffness.copy(self.constrained, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        boundary = self.rhs.duplicate()
-        boundary.array_w[self.fixed] = values
+        self.force.set(0.0)
+        self.force.array_w[self.fixed] = values
         self.load.copy(self.rhs)
-        self.constrained.zeroRowsColumns(self.rows, diag=1.0, x=boundary, b=self.rhs)
-        boundary.destroy()
+        self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
         self._solve(self.rhs, u)
         if self.modes:
             self._add_modes(u)
@@ -137,18 +140,13 @@ class ElasticSolver:
     def constrained_values(self, rhs: PETSc.Vec, values: PETSc.Vec) -> None:
         """Put the prescribed values into the rows of a right-hand side that are prescribed."""
         local = self.rows - self.stiffness.getOwnershipRange()[0]
-        rhs.array_w[local] = values.array_r[local]
+        rhs.array_w[local] = self.pivot * values.array_r[local]
 
     def reactions(self, u: PETSc.Vec) -> np.ndarray:
         """Forces that the supports exert on the entries `fixed`: (K u - f), shape (n_fixed,)."""
         self.stiffness.mult(u, self.force)
         self.force.axpy(-1.0, self.load)
         return self.force.array_r[self.fixed].copy()
-
-    def options(self) -> dict[str, str]:
-        """What the solver really is, for the record."""
-        pc = self.ksp.getPC()
-        return {"ksp": self.ksp.getType(), "pc": pc.getType()}
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -106,7 +106,7 @@ def _arrests(run: Run) -> Iterator[Fact]:
 
 
 def _audit(run: Run) -> Iterator[Fact]:
-    audits = [step.audit for step in run.steps]
+    audits = [step.audit for step in run.steps if step.audit]
     if not audits:
         return
     worst = (
@@ -119,7 +119,7 @@ def _audit(run: Run) -> Iterator[Fact]:
     fallbacks = sum(step.fallbacks for step in run.steps)
     if fallbacks:
         yield Fact(name="fall-backs", text=f"the second solver was needed {fallbacks} times")
-    found = [f"step {s.index}: {text}" for s in run.steps for text in s.audit.violations]
+    found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
     if not found:
         yield Fact(name="violations", text="none")
     for text in found:
