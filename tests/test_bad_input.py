@@ -210,6 +210,11 @@ COMBINED = [
         "leave one out",
     ),
     (
+        ('supports.section="stretch"', 'supports.right="rollers"'),
+        'supports.right = "rollers" holds x',
+        "leave one out",
+    ),
+    (
         ('supports.section="free"', 'temperature.face="left"'),
         'temperature.face = "left"',
         "its bottom or top",
@@ -232,6 +237,39 @@ COMBINED = [
         "material.E is missing",
         'E = "70 GPa"',
     ),
+]
+# Two settings that meet on an edge, and the component that they contradict each other in.
+CONTRADICTIONS = [
+    (("supports.left={x=0.0}", "supports.bottom={x=0.05}"), ("left", "bottom", "x")),
+    (('supports.left="rollers"', "supports.bottom={x=0.05}"), ("left", "bottom", "x")),
+    (('supports.left="clamped"', "supports.top={y=0.05}"), ("left", "top", "y")),
+    (('supports.section="fixed"', "supports.top={x=0.05}"), ("left", "top", "x")),
+    (
+        ("supports.left={y={t=[0,1],u=[0,0.1]}}", "supports.top={y=0.1}"),
+        ("left", "top", "y"),
+    ),
+    (
+        ("supports.left={y={t=[0,1],u=[0,0.1]}}", "supports.top={y={t=[0,2],u=[0,0.1]}}"),
+        ("left", "top", "y"),
+    ),
+    (
+        (*SOLID, 'supports.front="clamped"', "supports.top={z=0.1}"),
+        ("front", "top", "z"),
+    ),
+]
+CONSISTENT = [
+    ("supports.left={x=0.05}", "supports.bottom={x=0.05}"),
+    ("supports.left={x=0.0}", "supports.right={x=0.05}"),
+    ('supports.bottom="clamped"', "supports.top={x=0.05,y=0.0}"),
+    ('supports.left="rollers"', 'supports.bottom="clamped"'),
+    ('supports.left="rollers"', "supports.bottom={y=0.05}"),
+    ('supports.left="rollers"', "supports.bottom={x={t=[0,1],u=[0,0]}}"),
+    (
+        "supports.left={y={t=[0,1,2],u=[0,0.1,0.2]}}",
+        "supports.top={y={t=[0,2],u=[0,0.2]}}",
+    ),
+    ('supports.section="fixed"', "supports.top={x=0.0,y=0.05}"),
+    (*SOLID, 'supports.front="rollers"', "supports.top={z=0.1}"),
 ]
 TEXTS = [
     ("", "[domain] is missing", "`staffa new slab` writes a case"),
@@ -278,6 +316,19 @@ def test_a_bad_value_is_refused_in_one_sentence(setting, names, way_out):
 @pytest.mark.parametrize(("settings", "names", "way_out"), COMBINED, ids=lambda v: str(v[-1])[:40])
 def test_values_that_do_not_go_together_are_refused_in_one_sentence(settings, names, way_out):
     check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
+
+
+@pytest.mark.parametrize(("settings", "parts"), CONTRADICTIONS, ids=str)
+def test_sides_that_meet_and_contradict_each_other_are_refused(settings, parts):
+    one, other, name = parts
+    said = sentence_of(lambda: parse_case(GOOD, settings))
+    meet = f"supports.{one} and supports.{other} meet, and hold {name} differently"
+    check_sentence(said, meet, f"give both the same, or take {name} from one of them")
+
+
+@pytest.mark.parametrize("settings", CONSISTENT, ids=str)
+def test_sides_that_meet_and_agree_are_fine(settings):
+    assert parse_case(GOOD, settings).supports
 
 
 @pytest.mark.parametrize(("text", "names", "way_out"), TEXTS, ids=lambda v: repr(v[:20]))

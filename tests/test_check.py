@@ -156,6 +156,124 @@ def test_a_body_that_can_contract_is_said_to_be_strained_less(settings, free):
     assert ("lets the body contract" in meanings["dT/dT_c"]) == free
 
 
+CRACKED = "cracks=[{start=[1.0,0.0],end=[1.0,0.5]}]"
+MOVED = ("supports.left={x=0.0}", "supports.right={x=0.1}")
+WEAK = "toughness.bands=[{lower=[0.0,0.0],upper=[2.0,0.1],factor=0.25}]"
+# What else may break a body that is cooled too little, the verdict, and what is said beside it.
+TOO_MILD = [
+    ((), "no", "never cools enough to damage the rock", "nothing will crack"),
+    ((CRACKED,), "no new crack", "the given cracks may grow", "cooling starts no new crack"),
+    (MOVED, "no new crack", "the moved sides load it too", "cooling starts no new crack"),
+    (
+        (CRACKED, *MOVED),
+        "no new crack",
+        "the given cracks may grow; the moved sides load it too",
+        "cooling starts no new crack",
+    ),
+    (("supports.left={x=0.0}",), "no", "never cools enough", "nothing will crack"),
+    (
+        ("toughness.amplitude=0.1",),
+        "perhaps",
+        "only where the random toughness is low",
+        "perhaps nothing will crack",
+    ),
+    (("toughness.amplitude=0.01",), "no", "never cools enough", "nothing will crack"),
+]
+
+
+@pytest.mark.parametrize(("settings", "verdict", "meaning", "warning"), TOO_MILD)
+def test_too_mild_a_cooling_is_no_promise_where_something_else_breaks_the_body(
+    settings, verdict, meaning, warning
+):
+    known = said("temperature.severity=2.4", *settings)  # dT/dT_c = .96
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert (fact(known, "will it crack"), fact(known, "dT/dT_c")) == (verdict, "0.96")
+    assert meaning in meanings["will it crack"], meanings["will it crack"]
+    promised = "nothing is damaged" in meanings["dT/dT_c"]
+    assert promised == ("no new crack" not in verdict), meanings["dT/dT_c"]
+    assert len(known.warnings) == 1, known.warnings
+    assert known.warnings[0].startswith(warning), known.warnings[0]
+    for cause in meaning.split("; ") if verdict == "no new crack" else []:
+        assert cause in known.warnings[0], known.warnings[0]
+
+
+def test_a_strong_cooling_cracks_whatever_else_is_there():
+    assert fact(said(CRACKED, *MOVED), "will it crack") == "yes"
+    meanings = {name: meaning for name, _, meaning in said("temperature.severity=3", CRACKED).facts}
+    assert "the given cracks may grow" in meanings["will it crack"], "hardly, but for the cracks"
+
+
+def test_the_far_side_is_felt_by_given_cracks_also_where_none_start():
+    mild = (
+        "temperature.severity=2.4",
+        'temperature.profile="half-space"',
+        "time.tau=[0.03, 1.1]",
+    )
+    assert any("the far side is felt" in sentence for sentence in said(*mild, CRACKED).warnings)
+    assert not any("the far side is felt" in sentence for sentence in said(*mild).warnings)
+
+
+@pytest.mark.parametrize(
+    ("bands", "threshold", "words"),
+    [
+        ("[]", "2.5", ""),
+        ("[{lower=[0,0],upper=[1,0.1],factor=0.25}]", "1.25", "where the toughness is 0.25 Gc"),
+        ("[{lower=[0,0],upper=[1,0.1],factor=4.0}]", "2.5", ""),
+        ("[{lower=[-1,-1],upper=[3,2],factor=4.0}]", "5", "where the toughness is 4 Gc"),
+        (
+            "[{lower=[0,0],upper=[1,0.1],factor=0.5},{lower=[0.9,0],upper=[2,0.1],factor=0.5}]",
+            "1.25",
+            "where the toughness is 0.25 Gc",
+        ),
+        (
+            "[{lower=[0,0],upper=[1,0.1],factor=0.25},{lower=[1,0],upper=[2,0.1],factor=0.25}]",
+            "1.25",
+            "where the toughness is 0.25 Gc",
+        ),
+        ("[{lower=[0,0],upper=[1,1],factor=0.25},{lower=[0,0],upper=[1,1],factor=8.0}]", "2.5", ""),
+        ("[{lower=[2,0],upper=[3,1],factor=0.25}]", "2.5", ""),
+    ],
+)
+def test_damage_starts_where_the_bands_leave_the_least_toughness(bands, threshold, words):
+    """dT_c goes with the root of the least factor; bands that overlap multiply."""
+    known = said(f"toughness.bands={bands}")
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert fact(known, "dT_c") == threshold, f"{fact(known, 'dT_c')}, expected {threshold}"
+    assert words in meanings["dT_c"] and ("where the toughness" in meanings["dT_c"]) == bool(words)
+
+
+def test_a_weak_band_cracks_under_a_drop_that_the_rock_around_it_bears():
+    known = said("temperature.severity=2.0", WEAK)
+    assert fact(known, "will it crack") == "yes", "2 is 1.6 times 2.5 sqrt(.25)"
+    assert not any("nothing will crack" in sentence for sentence in known.warnings)
+
+
+def test_random_toughness_is_said_to_lower_the_threshold_in_places():
+    meanings = {name: meaning for name, _, meaning in said("toughness.amplitude=0.1").facts}
+    assert "less where the random toughness is low" in meanings["dT_c"]
+    assert fact(said("toughness.amplitude=0.1"), "dT_c") == "2.5", "of the mean toughness"
+
+
+def test_of_a_film_that_cools_too_little_no_more_cracks_are_foretold():
+    """biot = .1: the face drops by less than dT_c although dT is four times that."""
+    film = said('temperature.profile="convective"', "temperature.biot=0.1", CRACKED)
+    assert not any("more cracks will start" in sentence for sentence in film.warnings)
+    assert fact(film, "will it crack") == "no new crack"
+
+
+def test_a_pulled_body_with_a_crack_is_said_to_break_sooner_perhaps():
+    pulled = said(
+        "temperature={}",
+        'temperature.profile="none"',
+        *MOVED,
+        CRACKED,
+        "time={t=[1.0]}",
+        "output.at=[1.0]",
+    )
+    meanings = {name: meaning for name, _, meaning in pulled.facts}
+    assert "the given cracks may grow sooner" in meanings["will it crack"]
+
+
 def test_a_case_in_units_says_its_units():
     known = preview(catalog.ready_case("ceramic"))
     assert fact(known, "sigma_c").endswith(" Pa") and fact(known, "dT_c").endswith(" K")

@@ -13,16 +13,17 @@ DIRECT = {
 }
 
 # Smoothed aggregation with the rigid-body modes as near-null space is the standard for elasticity
-# (PETSc manual, PCGAMG; ex56). The threshold drops weak couplings, which cracks make many of.
-# The coarsest solver stays PCGAMG's own: its LU shifts the zero pivots of single-vertex aggregates.
+# (PETSc manual, PCGAMG; ex56). No coupling is dropped: a positive threshold makes aggregates of one
+# vertex, with fewer unknowns than rigid modes, on which the coarse matrix is singular; for the same
+# reason coarsening ends early. The coarsest solver stays PCGAMG's own, whose LU shifts zero pivots.
 ITERATIVE = {
     "ksp_type": "cg",
     "ksp_rtol": "1e-8",
     "ksp_max_it": "1000",
     "ksp_norm_type": "unpreconditioned",
     "pc_type": "gamg",
-    "pc_gamg_threshold": "0.01",
-    "pc_gamg_aggressive_coarsening": "0",
+    "pc_gamg_threshold": "-1",
+    "pc_gamg_coarse_eq_limit": "300",
     "mg_levels_ksp_type": "chebyshev",
     "mg_levels_pc_type": "jacobi",
 }

@@ -8,6 +8,7 @@ import numpy as np
 
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
+from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline
 from staffa.grid import edge
 from staffa.physics.scales import diffusion_length
@@ -15,6 +16,8 @@ from staffa.physics.scales import diffusion_length
 # Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
 # 10 to 11 sqrt(ell ell0); computed on a uniformly damaged layer.
 NUCLEATION_DEPTH, WAVELENGTH = 0.8, 10.5
+# Of places a correlation length apart, one in 700 is further below the mean of a random field.
+RARE = 3.0
 LOCKING = 0.49  # above it linear elements are too stiff where the volume is constrained
 
 
@@ -46,6 +49,18 @@ def peak_drop(case: Case, derived: Numbers) -> float:
     return float(-load(case, derived).temperature(on_face, last)[0])
 
 
+def rare_factor(case: Case) -> float:
+    """Toughness over its mean at the weak places of a lognormal field, 1 without one."""
+    variance = np.log1p(case.toughness.amplitude**2)
+    return float(np.exp(-RARE * np.sqrt(variance) - variance / 2)) if variance else 1.0
+
+
+def other_causes(case: Case) -> tuple[str, ...]:
+    """What may break the body besides nucleation by cooling."""
+    given = ("the given cracks may grow",) if case.cracks else ()
+    return (*given, "the moved sides load it too") if is_moved(case) else given
+
+
 def _of_mesh(case: Case) -> Iterator[str]:
     ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.domain.size)
     if ell / h < 1 - 1e-9:
@@ -69,16 +84,11 @@ def _of_mesh(case: Case) -> Iterator[str]:
 
 
 def _of_rock(case: Case, derived: Numbers) -> Iterator[str]:
-    nu, ratio = case.material.nu, derived.drop_ratio
+    nu = case.material.nu
     if nu > LOCKING and (case.dim == 3 or case.material.plane == "strain"):
         yield (
             f"material.nu = {nu:g}: above {LOCKING} the elements lock, and the body is too stiff; "
             f"take {LOCKING} or less"
-        )
-    if case.cracks and not case.toughness.bands and ratio is not None and ratio > 1:
-        yield (
-            "more cracks will start on the cooled face between the given ones; to keep to these, "
-            "raise its toughness with toughness.bands"
         )
 
 
@@ -92,13 +102,18 @@ def _of_memory(needed: float) -> Iterator[str]:
 
 
 def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
-    if derived.dT_c is not None and (largest := peak_drop(case, derived)) < derived.dT_c:
-        yield (
-            f"nothing will crack: the face drops by {largest:.3g} at most, and damage starts at "
-            f"{derived.dT_c:.3g}; raise the drop, or take a larger damage.ell (a lower strength)"
-        )
-        return
-    yield from _of_nucleation(case, derived)
+    causes, largest = other_causes(case), peak_drop(case, derived)
+    if derived.dT_c is not None and largest < derived.dT_c:
+        yield _no_nucleation(case, derived.dT_c, largest, causes)
+        if not causes:
+            return
+    else:
+        if case.cracks and not case.toughness.bands and derived.dT_c is not None:
+            yield (
+                "more cracks will start on the cooled face between the given ones; to keep to "
+                "these, raise its toughness with toughness.bands"
+            )
+        yield from _of_nucleation(case, derived)
     _, last = first_and_last(derived)
     deep = diffusion_length(case.material.kappa, last) / derived.L
     if deep > 1 / 2 and case.temperature.profile != "slab":
@@ -106,6 +121,20 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
             f"at the last step the diffusion length is {deep:.2g} of the depth: the far side is "
             f'felt; take temperature.profile = "slab", whose far side is insulated, or end earlier'
         )
+
+
+def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, ...]) -> str:
+    """That cooling starts no crack, and what may break the body all the same."""
+    what = "cooling starts no new crack" if causes else "nothing will crack"
+    where = ""
+    if largest > dT_c * sqrt(rare_factor(case)):
+        what = f"perhaps {what}"
+        where = ", or at less where the random toughness is low"
+    return (
+        f"{what}: the face drops by {largest:.3g} at most, and damage starts at {dT_c:.3g}{where}; "
+        f"{''.join(f'{cause}; ' for cause in causes)}to start cracks by cooling, raise the drop, "
+        f"or take a larger damage.ell (a lower strength)"
+    )
 
 
 def _of_nucleation(case: Case, derived: Numbers) -> Iterator[str]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.cases.model import Case
 from staffa.cases.rules import times_given
+from staffa.grid import SIDES, face_position
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
@@ -17,7 +18,8 @@ class Numbers:
     """What follows from a case, in SI or scaled as the case is.
 
     L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
-    drop at which damage starts, None for a law without threshold; ell0: None without cooling.
+    drop at which damage starts where the bands leave the least toughness, None for a law without
+    threshold; ell0: None without cooling.
     """
 
     state: str
@@ -56,7 +58,8 @@ def numbers(case: Case) -> Numbers:
     face = cooled_face(case)
     L = case.domain.size[face.axis] if face else case.domain.size[-1]
     dT, severity = drop(case, L)
-    elastic = {"E": m.E, "nu": m.nu, "Gc": m.Gc, "expansion": m.expansion}
+    elastic = {"E": m.E, "nu": m.nu, "expansion": m.expansion}
+    weakest = m.Gc * least_factor(case)
     return Numbers(
         state=state,
         law=law,
@@ -65,8 +68,8 @@ def numbers(case: Case) -> Numbers:
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
-        dT_c=scales.critical_drop(law, **elastic, ell=ell, state=state) if dT else None,
-        ell0=scales.ell0(**elastic, dT=dT, state=state) if dT else None,
+        dT_c=scales.critical_drop(law, **elastic, Gc=weakest, ell=ell, state=state) if dT else None,
+        ell0=scales.ell0(**elastic, Gc=m.Gc, dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, L, times_given(case))),
         requested=tuple(times_in(case, L, np.array(case.output.at, dtype=float))),
     )
@@ -76,15 +79,40 @@ def cooled_face(case: Case) -> Face | None:
     """The cooled side as a plane, or None without cooling."""
     if case.temperature.profile == "none":
         return None
-    sides = {"left": (0, False), "right": (0, True), "front": (1, False), "back": (1, True)}
-    vertical = case.dim - 1
-    sides |= {"bottom": (vertical, False), "top": (vertical, True)}
-    axis, far = sides[case.temperature.face]
-    return Face(
-        axis=axis,
-        position=float(case.domain.size[axis]) if far else 0.0,
-        inward=-1 if far else 1,
-    )
+    axis, end = SIDES[case.dim][case.temperature.face]
+    size = tuple(float(s) for s in case.domain.size)
+    return Face(axis=axis, position=face_position(case.temperature.face, size), inward=-end)
+
+
+def least_factor(case: Case) -> float:
+    """The least toughness over Gc that the bands leave anywhere in the body, 1 without bands.
+
+    The bands' edges cut the body into boxes, in each of which the factors of all bands that cover
+    it are multiplied.
+    """
+    cuts = [
+        np.unique(np.clip([0.0, size, *lows, *highs], 0.0, size))
+        for size, lows, highs in zip(
+            case.domain.size,
+            _corners(case, "lower"),
+            _corners(case, "upper"),
+            strict=True,
+        )
+    ]
+    factors = np.ones([len(cut) - 1 for cut in cuts])
+    for band in case.toughness.bands:
+        ends = zip(cuts, band.lower, band.upper, strict=True)
+        covered = tuple(slice(*np.searchsorted(cut, (low, high))) for cut, low, high in ends)
+        factors[covered] *= band.factor
+    return float(factors.min())
+
+
+def _corners(case: Case, name: str) -> list[list[float]]:
+    """One coordinate of this corner of all bands, for each axis."""
+    return [
+        [float(getattr(band, name)[axis]) for band in case.toughness.bands]
+        for axis in range(case.dim)
+    ]
 
 
 def drop(case: Case, L: float) -> tuple[float, float | None]:

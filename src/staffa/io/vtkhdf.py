@@ -30,7 +30,7 @@ def write_vtkhdf(path: Path, grid: Grid, fields: Mapping[str, np.ndarray]) -> No
     n_cells, width = grid.cells.shape
     with h5py.File(aside, "w") as file:
         root = file.create_group("VTKHDF")
-        root.attrs["Version"] = np.array([2, 0])
+        root.attrs["Version"] = np.array([1, 0])  # all that is used here; older readers take it
         kind = b"UnstructuredGrid"
         root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
         root["NumberOfPoints"] = np.array([len(grid.points)])

@@ -17,6 +17,8 @@ from staffa.cases.rules.cooling import (
     measures_are_inside,
 )
 from staffa.cases.rules.supports import (
+    edges_agree,
+    is_moved,
     prescribed_agree,
     section_can_stretch,
     section_owns_its_sides,
@@ -36,7 +38,7 @@ from staffa.cases.rules.units import (
 )
 from staffa.units import Quantity
 
-__all__ = ["RULES", "is_scaled", "obey", "times_given"]
+__all__ = ["RULES", "is_moved", "is_scaled", "obey", "times_given"]
 
 # In an order in which each may rely on those before.
 RULES = (
@@ -58,6 +60,7 @@ RULES = (
     section_owns_its_sides,
     section_can_stretch,
     prescribed_agree,
+    edges_agree,
     something_happens,
 )
 

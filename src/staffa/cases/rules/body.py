@@ -3,10 +3,8 @@
 from staffa.cases.model import Band, Case, Disc, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
-from staffa.grid import cells_and_vertices
+from staffa.grid import SIDES, cells_and_vertices
 
-SIDES_2D = ("left", "right", "bottom", "top")
-SIDES_3D = (*SIDES_2D, "front", "back")
 CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}
 # PETSc, as it is mostly built, numbers unknowns with 32 bits.
 LARGEST = 2_000_000_000
@@ -26,10 +24,10 @@ def dimension_agrees(case: Case) -> None:
             f'material.plane = "{case.material.plane}" is for 2-D bodies, and domain.size has 3 '
             f"numbers; leave it out"
         )
-    for side in ("front", "back"):
-        if dim == 2 and getattr(case.supports, side) is not None:
+    for side in SIDES[3]:
+        if side not in SIDES[dim] and getattr(case.supports, side) is not None:
             raise InputError(
-                f"supports.{side}: a 2-D body has no such side; {choices(side, SIDES_2D)}"
+                f"supports.{side}: a 2-D body has no such side; {choices(side, SIDES[dim])}"
             )
 
 

@@ -1,15 +1,15 @@
 """Rules on the cooling, and on what is measured below the cooled face."""
 
 from staffa.cases.model import Case
-from staffa.cases.rules.body import SIDES_2D, SIDES_3D
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
+from staffa.grid import SIDES, face_axis
 
 
 def cooling_is_complete(case: Case) -> None:
     """A face that exists, and exactly one of dT and severity."""
     keys = case.temperature
-    sides = SIDES_2D if case.dim == 2 else SIDES_3D
+    sides = SIDES[case.dim]
     if keys.face not in sides:
         raise InputError(
             f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, sides)}"
@@ -55,7 +55,7 @@ def measures_are_inside(case: Case) -> None:
             f'{where}: there is no cooled face to count from (temperature.profile = "none"); '
             f"leave it out"
         )
-    L = case.domain.size[0 if case.temperature.face in ("left", "right") else 1]
+    L = case.domain.size[face_axis(case.temperature.face, case.dim)]
     for depth in case.measures.depths:
         if depth >= L:
             raise InputError(

@@ -1,11 +1,13 @@
 """Rules on what holds and moves the body."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
+
+import numpy as np
 
 from staffa.cases.model import Case, History, Prescribed
-from staffa.cases.rules.body import SIDES_3D
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.grid import SIDES, face_axis
 
 
 def section_owns_its_sides(case: Case) -> None:
@@ -29,12 +31,13 @@ def section_owns_its_sides(case: Case) -> None:
 
 
 def section_can_stretch(case: Case) -> None:
-    """Bottom and top do not hold the strain that a section leaves open."""
+    """Right, bottom and top do not hold the strain that a section leaves open."""
     if case.supports.section not in ("stretch", "free"):
         return
-    for side in ("bottom", "top"):
+    for side in ("right", "bottom", "top"):
         support = getattr(case.supports, side)
-        if support == "clamped" or (isinstance(support, Prescribed) and support.x is not None):
+        held = support == ("rollers" if side == "right" else "clamped")
+        if held or (isinstance(support, Prescribed) and support.x is not None):
             raise InputError(
                 f"supports.{side} = {inline(support)} holds x, which supports.section = "
                 f'"{case.supports.section}" leaves free to stretch; leave one out'
@@ -43,7 +46,7 @@ def section_can_stretch(case: Case) -> None:
 
 def prescribed_agree(case: Case) -> None:
     """Prescribed sides name components that exist, and tables of the same length."""
-    for side in SIDES_3D:
+    for side in SIDES[case.dim]:
         support = getattr(case.supports, side)
         if not isinstance(support, Prescribed):
             continue
@@ -75,15 +78,63 @@ def _table_agrees(where: str, table: float | History | None) -> None:
             )
 
 
+def edges_agree(case: Case) -> None:
+    """Two sides that meet do not prescribe a component differently on the edge they share."""
+    held = {side: _held(case, side) for side in SIDES[case.dim]}
+    for one, other in combinations(held, 2):
+        if face_axis(one, case.dim) == face_axis(other, case.dim):
+            continue
+        for name in sorted(held[one].keys() & held[other].keys()):
+            here, there = held[one][name], held[other][name]
+            if not _same(here, there):
+                raise InputError(
+                    f"supports.{one} and supports.{other} meet, and hold {name} differently there, "
+                    f"at {inline(here)} and at {inline(there)}; give both the same, or take {name} "
+                    f"from one of them"
+                )
+
+
+def _held(case: Case, side: str) -> dict[str, float | History]:
+    """The components that are prescribed on a side, with a section's rollers."""
+    support, names = getattr(case.supports, side), "xyz"[: case.dim]
+    across = names[face_axis(side, case.dim)]
+    if side == "left" and case.supports.section != "none":
+        return {across: 0.0}
+    if side == "right" and case.supports.section == "fixed":
+        return {across: 0.0}
+    if isinstance(support, Prescribed):
+        given = {name: getattr(support, name) for name in names}
+        return {name: value for name, value in given.items() if value is not None}
+    return dict.fromkeys({"rollers": across, "clamped": names}.get(support, ""), 0.0)
+
+
+def _same(one: float | History, other: float | History) -> bool:
+    """True if two histories, straight between their times, are equal at all times."""
+    (t, u), (s, v) = _table(one), _table(other)
+    times = np.union1d(t, s)
+    first, second = np.interp(times, t, u), np.interp(times, s, v)
+    slack = 1e-9 * max(np.abs(u).max(), np.abs(v).max())  # "0.03 mm" and "30 um" differ a little
+    return bool(np.all(np.abs(first - second) <= slack))
+
+
+def _table(value: float | History) -> tuple[np.ndarray, np.ndarray]:
+    if isinstance(value, History):
+        return np.array(value.t, dtype=float), np.array(value.u, dtype=float)
+    return np.zeros(1), np.full(1, float(value))
+
+
 def something_happens(case: Case) -> None:
     """The body is cooled or moved."""
-    if case.temperature.profile == "none" and not any(
-        _moves(getattr(case.supports, side)) for side in SIDES_3D
-    ):
+    if case.temperature.profile == "none" and not is_moved(case):
         raise InputError(
             'the case loads nothing: temperature.profile = "none" and no prescribed displacement '
             "other than zero; give one of them"
         )
+
+
+def is_moved(case: Case) -> bool:
+    """True if a displacement other than zero is prescribed on some side."""
+    return any(_moves(getattr(case.supports, side)) for side in SIDES[case.dim])
 
 
 def _moves(support: object) -> bool:

@@ -1,0 +1,85 @@
+"""The README and the documents: what they point to is there, what they tell to type exists."""
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from staffa.cases import catalog
+from staffa.cli.commands import app
+
+ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
+POINTER = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+PLACEHOLDER = re.compile(r"\b(TABLE|PICTURE|TODO|TBD|FIXME|XXX|PLACEHOLDER)\b")
+KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+
+
+def pointers(document: Path) -> list[str]:
+    """What a document links to or shows, on this disk."""
+    found = POINTER.findall(document.read_text(encoding="utf-8"))
+    return [name for name in found if not re.match(r"https?:|mailto:|#", name)]
+
+
+def commands() -> list[list[str]]:
+    """The words after `staffa` in what the README tells to type, in blocks and in the text."""
+    text = README.read_text(encoding="utf-8")
+    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
+    lines = [line.split("#")[0] for block in blocks for line in block.splitlines()]
+    lines += re.findall(r"`(staffa [^`]+)`", text)
+    called = [re.search(r"(?:^|\s)staffa\s+(.*)", line) for line in lines]
+    return [match.group(1).split() for match in called if match]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_every_link_and_picture_is_there(document: Path) -> None:
+    missing = [
+        name for name in pointers(document) if not (document.parent / name.split("#")[0]).exists()
+    ]
+    assert not missing, f"{document.name} points to {missing}"
+
+
+def test_the_readme_has_links() -> None:
+    assert len(pointers(README)) >= 5, f"only {pointers(README)}: does the test still see them?"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_no_placeholder_is_left(document: Path) -> None:
+    lines = document.read_text(encoding="utf-8").splitlines()
+    left = [line for line in lines if PLACEHOLDER.search(line)]
+    assert not left, f"{document.name} has {left}"
+
+
+def test_every_command_that_the_readme_tells_to_type_exists() -> None:
+    told = commands()
+    unknown = [words for words in told if words[0] not in KNOWN]
+    assert len(told) >= 6 and not unknown, f"staffa has no {unknown}; it has {sorted(KNOWN)}"
+
+
+def test_every_option_that_the_readme_tells_to_type_exists() -> None:
+    for words in commands():
+        options = {name for parameter in KNOWN[words[0]].params for name in parameter.opts}
+        given = {word for word in words[1:] if word.startswith("--")}
+        assert given <= options, f"staffa {words[0]} has no {given - options}"
+
+
+def test_every_command_is_in_the_readme() -> None:
+    assert {words[0] for words in commands()} == set(KNOWN)
+
+
+def test_every_case_that_the_readme_names_is_a_ready_one() -> None:
+    text = README.read_text(encoding="utf-8")
+    named = [words[1] for words in commands() if words[0] == "new"]
+    named += re.findall(r'ready_case\("([^"]+)"\)', text)
+    named += re.findall(r"src/staffa/cases/(\w[\w-]*)\.toml", text)
+    assert named and set(named) <= set(catalog.names()), f"{named}"
+
+
+def test_every_target_of_make_that_the_readme_names_exists() -> None:
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    named = re.findall(
+        r"\bmake ([a-z]+)\b", "\n".join(re.findall(r"`+[^`]+`+", README.read_text()))
+    )
+    assert named and set(named) <= set(targets), f"make has no {set(named) - set(targets)}"
