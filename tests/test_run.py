@@ -168,8 +168,8 @@ def test_a_rank_that_fails_alone_ends_all(tmp_path: Path) -> None:
 SMALL_BRICK = [
     *("--set", "domain.size=[0.6, 0.6, 0.6]"),
     *("--set", "domain.h=0.06"),
-    *("--set", "time.tau=[0.1, 0.2]"),
-    *("--set", "output.at=[0.2]"),
+    *("--set", "time.tau=[0.2, 0.4, 0.6]"),
+    *("--set", "output.at=[0.6]"),
     *("--set", "solver.change=1e-5"),
     *("--set", "solver.residual=1e-3"),
 ]
