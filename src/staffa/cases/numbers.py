@@ -34,11 +34,6 @@ class Numbers:
     times: tuple[float, ...]
     requested: tuple[float, ...]
 
-    @property
-    def drop_ratio(self) -> float | None:
-        """dT/dT_c."""
-        return None if self.dT_c is None or self.dT == 0 else self.dT / self.dT_c
-
     def table(self) -> dict[str, float | None]:
         """The scales, for the record."""
         return {

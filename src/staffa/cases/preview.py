@@ -22,7 +22,9 @@ from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
 # Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
-# brick at 11k to 105k (iterative): resident memory = base + per unknown, in bytes.
+# brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
+# "time.tau=[0.1]" --set "output.at=[]"` says it, with --set domain.size or domain.h for the size:
+# largest resident memory = base + per unknown, in bytes.
 BASE = 3.2e8
 PER_UNKNOWN = {"direct": 2.1e3, "iterative": 4.1e3}
 

@@ -38,7 +38,7 @@ def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) ->
             print_pictures(read_run(directory))
     except StaffaError:
         raise
-    except BaseException as error:
+    except (Exception, KeyboardInterrupt) as error:
         if _was_interrupted(error):
             raise SystemExit(_interrupted(directory, speaks=comm.rank == 0)) from None
         traceback.print_exc()

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
@@ -23,8 +21,3 @@ def schedule(times: Sequence[float], requested: Sequence[float] = ()) -> Schedul
     kept = [t for t in times if all(abs(t - r) > near for r in requested)]
     visited = sorted([*kept, *requested])
     return Schedule(times=tuple(visited), requested=tuple(t in set(requested) for t in visited))
-
-
-def uniform(start: float, stop: float, steps: int) -> np.ndarray:
-    """`steps` values from start to stop, both included."""
-    return np.linspace(start, stop, steps)
