@@ -10,12 +10,13 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
-.PHONY: help demo test check format clean FORCE
+.PHONY: help demo test check bench format clean FORCE
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make test    run every test"
 	@echo "make check   format, lint, types and the fast tests, in under a minute"
+	@echo "make bench   staffa beside a hand-written script, case by case; about an hour, 2 cores"
 	@echo "make format  rewrite the code in the house format"
 	@echo "make clean   delete .venv and caches, keep runs/"
 
@@ -31,6 +32,10 @@ check: $(READY)
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
 	$(PYTHON_HERE) -m pytest -m "not slow and not mpi"
+
+# CASES="A120k C120k D300k:2" runs these alone.
+bench: $(READY)
+	$(PYTHON_HERE) bench/run.py $(CASES)
 
 format: $(READY)
 	$(PYTHON_HERE) -m ruff check --select I --fix

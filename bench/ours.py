@@ -1,0 +1,98 @@
+"""staffa with its defaults on a case of the yardstick, started from any state."""
+
+from staffa.stack import MPI
+
+import numpy as np
+from cases import BenchCase
+
+from staffa.domain import Domain, block
+from staffa.evolution.march import Observers, change_loads, minimize_step
+from staffa.evolution.problem import Material, Problem, Solvers
+from staffa.evolution.schedule import schedule
+from staffa.evolution.system import build
+from staffa.loads.closed_form import Load, NoLoad
+from staffa.minimize.alternate import equilibrium
+from staffa.physics.damage import AT1, AT2
+from staffa.records import Stop
+from staffa.supports import SideSupport, clamped, rollers
+
+
+class Cooled:
+    """The case's temperature as a load of staffa's."""
+
+    def __init__(self, case: BenchCase) -> None:
+        self.case = case
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """See `staffa.loads.closed_form.Load`; t is tau."""
+        return self.case.temperature(x, t)
+
+
+def problem(case: BenchCase, comm: MPI.Comm) -> Problem:
+    """The case as staffa's own objects. Collective."""
+    cells = "quadrilateral" if case.dim == 2 else "hexahedron"
+    domain = block(comm, size=case.size, h=case.h, cells=cells)
+    load: Load = Cooled(case) if case.severity else NoLoad()
+    return Problem(
+        domain=domain,
+        material=Material(
+            E=1.0,
+            nu=case.nu,
+            Gc=1.0,
+            expansion=1.0,
+            ell=case.ell,
+            law=AT1() if case.law == "AT1" else AT2(),
+            state=case.state,
+            residual_stiffness=case.residual_stiffness,
+            toughness=case.toughness,
+            cracked=case.cracked,
+        ),
+        load=load,
+        schedule=schedule(case.times),
+        sides=_sides(case, domain),
+        anchor="top",
+        solvers=Solvers(
+            displacement="direct" if case.dim == 2 else "iterative",
+            stop=Stop(change=case.tolerance),
+        ),
+    )
+
+
+def _sides(case: BenchCase, domain: Domain) -> tuple[SideSupport, ...]:
+    if case.severity:
+        names = ("left", "right") if case.dim == 2 else ("left", "right", "front", "back")
+        return tuple(rollers(domain, name) for name in names)
+    pulled = SideSupport(side="top", components={0: lambda t: 0.0, 1: lambda t: t})
+    return (clamped(domain, "bottom"), pulled)
+
+
+class Ours:
+    """One built system; `put` a state, then `step` from it. Collective."""
+
+    def __init__(self, case: BenchCase, comm: MPI.Comm) -> None:
+        self.problem = problem(case, comm)
+        self.system = build(self.problem)
+        self.index = 0
+        self.values = np.zeros(len(self.system.supports.fixed))
+
+    def put(self, state: dict[str, np.ndarray], time: float | None) -> None:
+        """Start from a state reached at a time, or from the very start at None."""
+        ours, parts = self.system.state, self.system.alternation
+        if not np.allclose(state["x"], ours.T.function_space.tabulate_dof_coordinates().T):
+            raise RuntimeError("the two sides number the vertices differently")
+        ours.u.x.array[:], ours.alpha.x.array[:] = state["u"], state["alpha"]
+        if time is not None:
+            x = ours.T.function_space.tabulate_dof_coordinates().T
+            ours.T.x.array[:] = self.problem.load.temperature(x, time)
+            self.values = self.system.supports.values(time)
+        equilibrium(parts, self.values)
+
+    def step(self, time: float) -> dict:
+        """Put on the loads of a time and minimize."""
+        change_loads(self.problem, self.system, time, self.values)
+        self.values = self.system.supports.values(time)
+        outcome, _ = minimize_step(self.problem, self.system, self.index, self.values, Observers())
+        if not outcome.converged:
+            raise RuntimeError(outcome.reason)
+        self.index += 1
+        return {"sweeps": outcome.sweeps, "energy": lambda: outcome.energies.total}

@@ -1,0 +1,143 @@
+"""The yardstick: the hand script beside staffa on the same cases, step by step, in turns.
+
+    python bench/run.py [CASE[:RANKS] ...] [--out FILE]
+
+Without a case, all of them; what FILE holds of other cases is kept. Run by `make bench`.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from cases import CASES, BenchCase
+
+HERE = Path(__file__).parent
+SIDES = ("script", "staffa")
+# Phases of such a script on a quiet machine of two cores: seconds for 131 sweeps, 121k unknowns.
+REFERENCE_SWEEPS = 131
+REFERENCE = {
+    "stiffness assembly": 4.3,
+    "factorization or set-up": 26.3,
+    "solve": 3.4,
+    "damage assembly": 6.2,
+    "damage solve": 5.1,
+}
+
+
+def run(case: BenchCase, ranks: int) -> dict:
+    """Both sides on one case; raises CalledProcessError when a side fails."""
+    mpiexec = Path(sys.executable).parent / "mpiexec"
+    with tempfile.TemporaryDirectory() as folder:
+        commands = [
+            [mpiexec, "-n", str(ranks), sys.executable, HERE / "side.py", who, case.name, folder]
+            for who in SIDES
+        ]
+        environment = dict(os.environ, OMP_NUM_THREADS="1")
+        processes = [subprocess.Popen(command, env=environment) for command in commands]
+        for process in processes:
+            if process.wait():
+                raise subprocess.CalledProcessError(process.returncode, process.args)
+        steps = {
+            who: [
+                json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
+                for index in range(len(case.times))
+            ]
+            for who in SIDES
+        }
+    return summary(case, ranks, steps)
+
+
+def summary(case: BenchCase, ranks: int, steps: dict[str, list[dict]]) -> dict:
+    """Totals of both sides, their ratios, and the steps themselves."""
+    total = {
+        who: {
+            key: round(sum(step[key] for step in steps[who]), 3)
+            for key in ("wall_s", "cpu_s", "sweeps")
+        }
+        | {"peak_MB": round(max(step["peak_MB"] for step in steps[who]), 1)}
+        for who in SIDES
+    }
+    pairs = zip(steps["script"], steps["staffa"], strict=True)
+    above = [(ours["energy"] - theirs["energy"]) / abs(theirs["energy"]) for theirs, ours in pairs]
+    return {
+        "case": case.name,
+        "ranks": ranks,
+        "unknowns": case.unknowns,
+        "tolerance": case.tolerance,
+        **total,
+        "ratio_wall": round(total["script"]["wall_s"] / total["staffa"]["wall_s"], 2),
+        "ratio_cpu": round(total["script"]["cpu_s"] / total["staffa"]["cpu_s"], 2),
+        "ratio_sweeps": round(total["script"]["sweeps"] / total["staffa"]["sweeps"], 2),
+        "largest_energy_above_script": max(above),
+        "script_phases": phases(case, steps["script"]),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "steps": steps,
+    }
+
+
+def phases(case: BenchCase, steps: list[dict]) -> dict:
+    """Seconds of the script's phases for the reference's number of sweeps and unknowns in 2-D."""
+    sweeps = sum(step["sweeps"] for step in steps)
+    scale = REFERENCE_SWEEPS / sweeps
+    return {
+        key: {
+            "s_for_131_sweeps": round(scale * sum(step["phases"][key] for step in steps), 2),
+            **({"reference_at_121k_in_2d": REFERENCE[key]} if case.dim == 2 else {}),
+        }
+        for key in REFERENCE
+    }
+
+
+def machine() -> dict:
+    """What it ran on."""
+    cpu = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line]
+    gib = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    return {"cpu": cpu[0].split(":")[1].strip(), "cores": os.cpu_count(), "GiB": round(gib, 1)}
+
+
+def versions() -> dict[str, str]:
+    """Of staffa, its commit, and the libraries that do the work."""
+    command = ["git", "describe", "--always", "--dirty"]
+    commit = subprocess.run(command, cwd=HERE, capture_output=True, text=True).stdout.strip()
+    names = ("staffa", "dolfinx-solver-real", "numpy")
+    return {name: version(name) for name in names} | {"commit": commit}
+
+
+def main() -> None:
+    """Run the chosen cases and write what came out after each."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", help=f"of {', '.join(CASES)}; CASE:2 for two ranks")
+    parser.add_argument("--out", type=Path, default=HERE / "results.json")
+    arguments = parser.parse_args()
+    every = [f"{case.name}:{ranks}" for case in CASES.values() for ranks in case.ranks]
+    results = json.loads(arguments.out.read_text()) if arguments.out.exists() else {"runs": {}}
+    print(
+        f"{'case':9}{'unknowns':>9} {'script':>16} {'staffa':>16} {'ratio':>6}  energy", flush=True
+    )
+    for chosen in arguments.cases or every:
+        name, _, ranks = chosen.partition(":")
+        outcome = run(CASES[name], int(ranks or 1))
+        outcome |= {"machine": machine(), "versions": versions()}
+        results["runs"][f"{name}:{ranks or 1}"] = outcome
+        arguments.out.write_text(json.dumps(results, indent=1) + "\n")
+        print(line(outcome), flush=True)
+
+
+def line(outcome: dict) -> str:
+    """One case on one line."""
+    name = f"{outcome['case']}:{outcome['ranks']}"
+    sides = [f"{outcome[who]['wall_s']:8.1f} s {outcome[who]['sweeps']:5d}" for who in SIDES]
+    energy = f"{100 * outcome['largest_energy_above_script']:+.3f} %"
+    return (
+        f"{name:9}{outcome['unknowns']:9d} {' '.join(sides)} {outcome['ratio_wall']:6.2f}  {energy}"
+    )
+
+
+if __name__ == "__main__":
+    main()
