@@ -1,12 +1,14 @@
 """staffa with its defaults on a case of the yardstick, started from any state."""
 
+from dataclasses import asdict
+
 from staffa.stack import MPI
 
 import numpy as np
 from cases import BenchCase
 
 from staffa.domain import Domain, block
-from staffa.evolution.march import Observers, change_loads, minimize_step
+from staffa.evolution.advance import Loads, advance_to
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import schedule
 from staffa.evolution.system import build
@@ -72,8 +74,11 @@ class Ours:
     def __init__(self, case: BenchCase, comm: MPI.Comm) -> None:
         self.problem = problem(case, comm)
         self.system = build(self.problem)
-        self.index = 0
-        self.values = np.zeros(len(self.system.supports.fixed))
+        self.loads = self._loads(None)
+
+    def _loads(self, time: float | None) -> Loads:
+        values = self.system.supports.values(time or 0.0)
+        return Loads(time=time or 0.0, values=values if time else np.zeros(len(values)))
 
     def put(self, state: dict[str, np.ndarray], time: float | None) -> None:
         """Start from a state reached at a time, or from the very start at None."""
@@ -84,15 +89,13 @@ class Ours:
         if time is not None:
             x = ours.T.function_space.tabulate_dof_coordinates().T
             ours.T.x.array[:] = self.problem.load.temperature(x, time)
-            self.values = self.system.supports.values(time)
-        equilibrium(parts, self.values)
+        self.loads = self._loads(time)
+        equilibrium(parts, self.loads.values)
 
     def step(self, time: float) -> dict:
         """Put on the loads of a time and minimize."""
-        change_loads(self.problem, self.system, time, self.values)
-        self.values = self.system.supports.values(time)
-        outcome, _ = minimize_step(self.problem, self.system, self.index, self.values, Observers())
+        outcome = advance_to(self.problem, self.system, self.loads, self._loads(time)).outcome
         if not outcome.converged:
             raise RuntimeError(outcome.reason)
-        self.index += 1
-        return {"sweeps": outcome.sweeps, "energy": lambda: outcome.energies.total}
+        effort = asdict(outcome.effort)
+        return {"sweeps": outcome.sweeps, "energy": lambda: outcome.energies.total, **effort}

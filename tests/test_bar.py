@@ -12,6 +12,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
+from staffa.minimize.alternate import reactions
 from staffa.physics.damage import LAWS
 from staffa.records import Step, Stop
 from staffa.supports import SideSupport, at_rest
@@ -52,7 +53,7 @@ def pull(problem: Problem) -> tuple[list[Step], list[float], System]:
     system = build(problem)
     steps, stresses = [], []
     for step in march(problem, system):
-        forces = system.alternation.elastic.reactions(system.alternation.u)
+        forces = reactions(system.alternation)
         moving = system.supports.values(1.0) > 0
         steps.append(step)
         stresses.append(forces[moving].sum() / HEIGHT)

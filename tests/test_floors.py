@@ -11,7 +11,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
-    {"errors", "units", "records", "options", "parallel", "stack", "grid"},
+    {"errors", "units", "records", "options", "parallel", "stack", "grid", "jit"},
     {"physics"},
     {"domain", "fields"},
     {"energy", "supports", "loads"},
@@ -26,6 +26,7 @@ WITHIN = {
     "units": ["errors"],
     "parallel": ["stack"],
     "options": ["stack"],
+    "jit": ["parallel", "stack"],
     "fields": ["domain"],
     "report": ["plot"],
 }

@@ -1,6 +1,7 @@
 """The one functional: every force, matrix, and reported energy is derived from it."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 from staffa.stack import PETSc
 
@@ -10,6 +11,7 @@ from dolfinx.fem import petsc as fem_petsc
 
 from staffa.domain import Domain
 from staffa.fields import Spaces, State, read_vector
+from staffa.jit import jit_options
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS, energy_density, lame
@@ -69,7 +71,7 @@ class Energy:
 
     def __init__(self, *, domain: Domain, spaces: Spaces, state: State, rock: Rock) -> None:
         self.comm = domain.comm
-        self.state = state
+        self.state, self.law = state, rock.law
         u, alpha, T = state.u, state.alpha, state.T
         dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
 
@@ -95,18 +97,20 @@ class Energy:
         length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
 
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
-        self._elastic = fem.form(elastic)
-        self._surface = fem.form(surface)
-        self._total = fem.form(total)
-        self._cracks = fem.form(cracks * dx)
-        self._variation = fem.form(variation * length_dx)
-        self._power = fem.form(ufl.derivative(elastic, T, self.direction))
-        self._residual = fem.form(residual)
-        self._load = fem.form(-ufl.replace(residual, {u: fem.Function(spaces.u)}))
-        self._stiffness = fem.form(ufl.derivative(residual, u, ufl.TrialFunction(spaces.u)))
-        self._gradient = fem.form(gradient)
-        self._hessian = fem.form(ufl.derivative(gradient, alpha, ufl.TrialFunction(spaces.alpha)))
-        self._resistance = fem.form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
+        form = partial(fem.form, jit_options=jit_options(domain.comm))
+        self._elastic = form(elastic)
+        self._surface = form(surface)
+        self._total = form(total)
+        self._cracks = form(cracks * dx)
+        self._variation = form(variation * length_dx)
+        self._power = form(ufl.derivative(elastic, T, self.direction))
+        self._residual = form(residual)
+        self._load = form(-ufl.replace(residual, {u: fem.Function(spaces.u)}))
+        self._stiffness = form(ufl.derivative(residual, u, ufl.TrialFunction(spaces.u)))
+        self._gradient = form(gradient)
+        self._hessian = form(ufl.derivative(gradient, alpha, ufl.TrialFunction(spaces.alpha)))
+        self._mixed = form(ufl.derivative(gradient, u, ufl.TrialFunction(spaces.u)))
+        self._resistance = form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
 
     def _integral(self, form: fem.Form) -> float:
         return sum_over_ranks(self.comm, fem.assemble_scalar(form))
@@ -168,6 +172,10 @@ class Energy:
         """Second derivative in alpha."""
         self._matrix(self._hessian, out)
 
+    def mixed(self, out: PETSc.Mat) -> None:
+        """Derivative in alpha, then in u: rows of alpha, columns of u."""
+        self._matrix(self._mixed, out)
+
     def resistance(self, out: PETSc.Vec) -> None:
         """int Gc/(4 c_w ell) phi_i: the unit in which forces on the damage are judged."""
         self._vector(self._resistance, self._sums_alpha, out)
@@ -175,6 +183,10 @@ class Energy:
     def new_stiffness(self) -> PETSc.Mat:
         """A matrix that `stiffness` can fill; the caller destroys it."""
         return fem_petsc.create_matrix(self._stiffness)
+
+    def new_mixed(self) -> PETSc.Mat:
+        """A matrix that `mixed` can fill; the caller destroys it."""
+        return fem_petsc.create_matrix(self._mixed)
 
     def new_hessian(self) -> PETSc.Mat:
         """A matrix that `hessian` can fill; the caller destroys it."""

@@ -23,6 +23,10 @@ class SolveError(StaffaError):
     """A solver did not reach what it promises; its result was not used."""
 
 
+class LoadError(SolveError):
+    """A load gives what no solver can use, at any time step."""
+
+
 def printable(text: str) -> str:
     """The text on one line, what cannot be printed (a user may write anything) spelled out."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

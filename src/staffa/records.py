@@ -21,13 +21,36 @@ class Energies:
 class Stop:
     """When a state counts as a minimum; dimensionless.
 
-    change: largest change of the damage in the last sweep. residual: largest unbalanced force on
-    the damage over Gc/(4 c_w ell), at a displacement in equilibrium. sweeps: give up after these.
+    change: largest change of the damage in the last sweep, which starts from a displacement in
+    equilibrium. residual: largest unbalanced force on the damage over Gc/(4 c_w ell), at a
+    displacement in equilibrium again. sweeps: give up after these.
     """
 
-    change: float = 1e-3
+    change: float = 1e-4
     residual: float = 1e-1
     sweeps: int = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """What a minimization did besides sweeps, and where it had to fall back.
+
+    moves, refused: Newton's proposals that were taken, and that did not lower the energy, so that
+    a plain sweep followed. iterations: of the linear solver within these. fallbacks: times that the
+    second damage solver took over. plain: times that all was done again without Newton. halvings:
+    times that a time step was cut in two.
+    """
+
+    moves: int = 0
+    refused: int = 0
+    iterations: int = 0
+    fallbacks: int = 0
+    plain: int = 0
+    halvings: int = 0
+
+    def __add__(self, other: "Effort") -> "Effort":
+        """Both together."""
+        return Effort(**{k: v + getattr(other, k) for k, v in asdict(self).items()})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +64,7 @@ class Outcome:
     residual: float
     largest_rise: float
     energies: Energies
-    fallbacks: int = 0
+    effort: Effort = Effort()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +139,7 @@ class Step:
     reason: str
     audit: Audit | None = None
     measures: Measures | None = None
-    fallbacks: int = 0
+    effort: Effort = Effort()
     seconds: float = 0.0
     fields: str | None = None
 
@@ -133,8 +156,10 @@ class Step:
         energies = known.pop("energies")
         audit = known.pop("audit")
         measures = known.pop("measures")
+        effort = known.pop("effort", {})
         return Step(
             energies=Energies(elastic=energies["elastic"], surface=energies["surface"]),
+            effort=Effort(**effort),
             audit=None if audit is None else _audit(audit),
             measures=None if measures is None else _measures(measures),
             **known,

@@ -59,6 +59,7 @@ def problem(
         solvers=Solvers(
             displacement=keys.displacement,
             damage=keys.damage,
+            acceleration=keys.acceleration,
             stop=Stop(change=keys.change, residual=keys.residual, sweeps=keys.sweeps),
         ),
         measuring=Measuring(

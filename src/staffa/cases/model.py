@@ -324,6 +324,10 @@ class SolverKeys(Section):
         default="tao",
         description="bound-constrained solver, tao or snes; the other is the fall-back",
     )
+    acceleration: Literal["newton", "none"] = Field(
+        default="newton",
+        description="what each sweep is followed by: a Newton move, or none (plain alternation)",
+    )
     change: Annotated[PositiveNumber, Field(lt=1)] = Field(
         default=Stop.change,
         description="a step ends when a sweep changes the damage by less than this",

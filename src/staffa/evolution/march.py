@@ -2,17 +2,17 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.problem import Irreversibility, Problem
+from staffa.evolution.advance import Advance, Loads, advance_to
+from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector, vertices, write_vector
-from staffa.minimize.alternate import Sweep, alternate, equilibrium
-from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
-from staffa.records import Audit, Measures, Outcome, Step
+from staffa.minimize.alternate import Sweep, equilibrium
+from staffa.records import Audit, Measures, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -33,19 +33,6 @@ class Observers:
     watch: Callable[[int, Sweep], None] = lambda index, sweep: None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Loading:
-    """What changing the loads did with the cracks frozen.
-
-    work: of the temperature change and of the prescribed displacements, both along the straight
-    path from the loads before; exact for elasticity. start, end: total energies.
-    """
-
-    work: float
-    start: float
-    end: float
-
-
 def march(problem: Problem, system: System, observers: Observers | None = None) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
@@ -56,17 +43,17 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
         with its status and the reason.
     """
     observers = observers or Observers()
-    values = np.zeros(len(system.supports.fixed))
-    equilibrium(system.alternation, values)
+    start = Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
+    equilibrium(system.alternation, start.values)
     for index, time in enumerate(problem.schedule.times):
         started = perf_counter()
+        end = Loads(time=time, values=system.supports.values(time))
         try:
-            loading = change_loads(problem, system, time, values)
-            values = system.supports.values(time)
-            outcome, healing = minimize_step(problem, system, index, values, observers)
+            advance = advance_to(problem, system, start, end, partial(observers.watch, index))
         except SolveError as error:
             yield _failed(problem, system, index, time, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
+        outcome = advance.outcome
         step = Step(
             index=index,
             time=time,
@@ -75,22 +62,22 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
             sweeps=outcome.sweeps,
             status="converged" if outcome.converged else "not converged",
             reason=outcome.reason,
-            audit=audit(outcome, loading, healing),
+            audit=audit(advance),
             measures=observers.measure() if observers.measure else None,
-            fallbacks=outcome.fallbacks,
+            effort=outcome.effort,
             fields=observers.save(index, time, outcome.converged),
             seconds=perf_counter() - started,
         )
         yield step
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {step.reason}; its state is saved")
+        start = end
 
 
 def _failed(
     problem: Problem, system: System, index: int, time: float, observers: Observers, reason: str
 ) -> Step:
-    """The record of a step in which a solver failed, after saving the last state before that."""
-    write_vector(system.alternation.alpha, system.state.alpha)
+    """The record of a step in which all solvers failed, after saving the state before it."""
     return Step(
         index=index,
         time=time,
@@ -103,65 +90,9 @@ def _failed(
     )
 
 
-def change_loads(problem: Problem, system: System, time: float, before: np.ndarray) -> Loading:
-    """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
-
-    Parameters
-    ----------
-    before : prescribed displacements so far, shape (n_fixed,).
-    """
-    energy, state, parts = system.energy, system.state, system.alternation
-    x = vertices(state.T.function_space).T
-    T = problem.load.temperature(x, time)
-    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
-        raise SolveError(
-            f"the load gives a temperature that is not finite at time {time:.6g}; mend the load"
-        )
-    values = system.supports.values(time)
-
-    def power() -> float:
-        reactions = float(parts.elastic.reactions(parts.u) @ (values - before))
-        return energy.thermal_power() + sum_over_ranks(problem.domain.comm, reactions)
-
-    energy.direction.x.array[:] = T - state.T.x.array
-    start, power_before = energy.total(), power()
-    state.T.x.array[:] = T
-    equilibrium(parts, values)
-    return Loading(work=(power_before + power()) / 2, start=start, end=energy.total())
-
-
-def raise_bounds(rule: Irreversibility, system: System) -> None:
-    """Bound the damage from below by what must not heal."""
-    alpha = system.state.alpha.x.array
-    kept = alpha >= rule.threshold if rule.crack_set_only else np.full(len(alpha), True)
-    system.bounds.lower.x.array[:] = np.where(kept, alpha, 0.0)
-
-
-def minimize_step(
-    problem: Problem, system: System, index: int, values: np.ndarray, observers: Observers
-) -> tuple[Outcome, float]:
-    """Minimize from the frozen state; the outcome, and how far the damage sank below its bound."""
-    raise_bounds(problem.irreversibility, system)
-    parts, state, bounds = system.alternation, system.state, system.bounds
-    read_vector(state.alpha, parts.alpha)
-    outcome = alternate(
-        parts,
-        values,
-        bounds.lower.x.petsc_vec,
-        bounds.upper.x.petsc_vec,
-        problem.solvers.stop,
-        lambda sweep: observers.watch(index, sweep),
-    )
-    write_vector(parts.alpha, state.alpha)
-    sunk = owned(bounds.lower) - owned(state.alpha)
-    return outcome, max_over_ranks(problem.domain.comm, sunk)
-
-
-def audit(outcome: Outcome, loading: Loading, healing: float) -> Audit:
+def audit(advance: Advance) -> Audit:
     """Hold a step against what must be true of it."""
-    end = outcome.energies.total
-    scale = max(abs(loading.start), abs(loading.end), abs(end), 1e-300)
-    balance = abs(loading.end - loading.start - loading.work) / scale
+    outcome, healing, balance = advance.outcome, advance.healing, advance.imbalance
     checks = {
         f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (
             outcome.largest_rise > RISE_ALLOWED
@@ -175,7 +106,7 @@ def audit(outcome: Outcome, loading: Loading, healing: float) -> Audit:
         healing=max(healing, 0.0),
         optimality=outcome.residual,
         balance=balance,
-        work=loading.work,
-        released=loading.end - end,
+        work=advance.work,
+        released=advance.released,
         violations=tuple(sentence for sentence, violated in checks.items() if violated),
     )

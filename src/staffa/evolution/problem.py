@@ -60,6 +60,7 @@ class Solvers:
 
     displacement: str = "direct"
     damage: str = "tao"
+    acceleration: str = "newton"
     stop: Stop = field(default_factory=Stop)
 
 

@@ -19,7 +19,9 @@ from staffa.fields import (
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
-from staffa.options import DAMAGE, DISPLACEMENT
+from staffa.minimize.newton import CoupledNewton, Coupling
+from staffa.options import ACCELERATION, DAMAGE, DISPLACEMENT
+from staffa.physics.damage import is_quadratic
 from staffa.supports import Supports, build_supports, rigid_modes
 
 # The damage is minimized this much more tightly than the whole problem asks for.
@@ -43,6 +45,8 @@ class System:
         parts.elastic.destroy()
         for solver in parts.bounded:
             solver.destroy()
+        if parts.newton:
+            parts.newton.destroy()
         for thing in (parts.damage.matrix, parts.damage.unit):
             thing.destroy()
         for vector in (parts.u, parts.alpha, parts.before, parts.work):
@@ -104,6 +108,7 @@ def bounded_energy(energy: Energy) -> BoundedEnergy:
         hessian=energy.hessian,
         matrix=matrix,
         unit=unit,
+        quadratic=is_quadratic(energy.law),
     )
 
 
@@ -137,10 +142,22 @@ def _alternation(
         elastic=elastic,
         damage=damage,
         bounded=[bounded_solver(name, damage, tolerance) for name in order],
+        newton=_newton(solvers.acceleration, energy, elastic, damage),
         energies=energy.energies,
         keep_u=lambda u: write_vector(u, state.u),
+        forces=energy.residual,
         u=elastic.rhs.duplicate(),
         alpha=damage.unit.duplicate(),
         before=damage.unit.duplicate(),
         work=damage.unit.duplicate(),
     )
+
+
+def _newton(
+    name: str, energy: Energy, elastic: ElasticSolver, damage: BoundedEnergy
+) -> CoupledNewton | None:
+    preset = ACCELERATION[name]
+    if preset is None:
+        return None
+    coupling = Coupling(forces=energy.residual, mixed=energy.mixed, matrix=energy.new_mixed())
+    return CoupledNewton(elastic, damage, coupling, preset=preset, prefix=f"alpha_{name}_")

@@ -10,7 +10,12 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
 from staffa.minimize.elastic import ElasticSolver
-from staffa.records import Energies, Outcome, Stop
+from staffa.minimize.newton import CoupledNewton
+from staffa.records import Effort, Energies, Outcome, Stop
+
+# Where Newton follows, an iterative solver of the displacement stops at this fraction of the
+# unbalanced force that it was given.
+REDUCTION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,14 +34,17 @@ class Alternation:
 
     `bounded` holds the default solver of the damage and its fall-backs, in the order they are
     tried. `keep_u(u)` makes u the displacement at which energies and the damage's forces are
-    evaluated. Vectors `u` and `alpha` are overwritten. Everything is collective.
+    evaluated; `forces` fills the derivative in u there. `newton`, if any, proposes a move after
+    each sweep. Vectors `u` and `alpha` are overwritten. Everything is collective.
     """
 
     elastic: ElasticSolver
     damage: BoundedEnergy
     bounded: Sequence[BoundedSolver]
+    newton: CoupledNewton | None
     energies: Callable[[], Energies]
     keep_u: Callable[[PETSc.Vec], None]
+    forces: Callable[[PETSc.Vec], None]
     u: PETSc.Vec
     alpha: PETSc.Vec
     before: PETSc.Vec
@@ -54,7 +62,9 @@ def alternate(
     """Minimize over the damage and the displacement in turn, from a state in `equilibrium`.
 
     The displacement is solved for last, so that the state returned is in equilibrium too, and the
-    damage's forces on it are the first-order residual of the whole problem. Collective.
+    damage's forces on it are the first-order residual of the whole problem. Between sweeps Newton
+    moves both together, wherever that lowers the energy; what the stop is judged by is a sweep
+    without it, from equilibrium to equilibrium. Collective.
 
     Parameters
     ----------
@@ -64,62 +74,150 @@ def alternate(
     Raises
     ------
     SolveError
-        A linear solver failed, or every damage solver did. Running out of sweeps raises nothing:
-        the outcome says so.
+        A linear solver failed, or every damage solver did, or the energy is not finite. Running
+        out of sweeps raises nothing: the outcome says so.
     """
-    energies = problem.energies()
-    change, largest_rise, fallbacks = float("inf"), 0.0, 0
+    tally, patience = Tally(energies=problem.energies()), Patience()
+    newton, exact = problem.newton, problem.elastic.exact
+    change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
         residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
         if number:
-            watch(Sweep(number=number, energies=energies, change=change, residual=residual))
-        converged = change <= stop.change and residual <= stop.residual
+            watch(Sweep(number=number, energies=tally.energies, change=change, residual=residual))
+        near = change <= stop.change and residual <= stop.residual
+        converged = near and settled and balanced
         if converged or number == stop.sweeps:
             break
-        problem.alpha.copy(problem.before)
-        fallbacks += _minimize_damage(problem, lower, upper)
-        problem.before.axpy(-1.0, problem.alpha)
-        change = problem.before.norm(PETSc.NormType.NORM_INFINITY)
-        half = problem.damage.value()
-        equilibrium(problem, values)
-        after = problem.energies()
-        if not np.isfinite(after.total):
-            raise SolveError(
-                "the energy is not finite after the displacement was solved for; try a shorter "
-                "time step or a larger damage.residual_stiffness"
-            )
-        rise = max(half - energies.total, after.total - half)
-        largest_rise = max(largest_rise, rise / max(abs(energies.total), abs(after.total), 1e-300))
-        energies = after
+        if newton and number and not near and patience.allows():
+            taken = _move(problem, newton, lower, upper, tally)
+            patience.learn(taken)
+            balanced = balanced and not taken
+        elif near and not balanced:
+            equilibrium(problem, values)
+            balanced = True
+        settled = balanced
+        change = _minimize_damage(problem, lower, upper, tally)
+        # A displacement from which Newton goes on need not be solved for to the last digit.
+        balanced = exact or not newton or change <= stop.change
+        equilibrium(problem, values, reduction=0.0 if balanced else REDUCTION)
+        tally.accept(problem.energies(), "the displacement was solved for")
     return Outcome(
         converged=converged,
         reason=_reason(converged, number, change, residual, stop),
         sweeps=number,
         change=float(change),
         residual=float(residual),
-        largest_rise=float(largest_rise),
-        energies=energies,
-        fallbacks=fallbacks,
+        largest_rise=float(tally.largest_rise),
+        energies=tally.energies,
+        effort=tally.effort(),
     )
 
 
-def equilibrium(problem: Alternation, values: np.ndarray) -> None:
-    """Minimize over the displacement alone. Collective."""
-    problem.elastic.minimize(problem.u, values)
+def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 0.0) -> None:
+    """Minimize over the displacement alone, see `ElasticSolver.minimize`. Collective."""
+    problem.elastic.minimize(problem.u, values, reduction=reduction)
     problem.keep_u(problem.u)
 
 
-def _minimize_damage(problem: Alternation, lower: PETSc.Vec, upper: PETSc.Vec) -> int:
-    """Minimize over the damage; how many solvers failed before one succeeded."""
+def reactions(problem: Alternation) -> np.ndarray:
+    """Forces of the supports on the entries prescribed, in their order. Collective."""
+    problem.forces(problem.elastic.rhs)
+    return problem.elastic.rhs.array_r[problem.elastic.fixed].copy()
+
+
+@dataclass(kw_only=True)
+class Tally:
+    """What is counted during one minimization, and the energies of the last state accepted."""
+
+    energies: Energies
+    largest_rise: float = 0.0
+    moves: int = 0
+    refused: int = 0
+    iterations: int = 0
+    fallbacks: int = 0
+
+    def accept(self, energies: Energies, what: str) -> None:
+        """Take note of the energies of a state, and of how far they rose."""
+        self.compare(energies.total, what)
+        self.energies = energies
+
+    def compare(self, total: float, what: str) -> None:
+        """Hold an energy against the last one accepted."""
+        if not np.isfinite(total):
+            raise SolveError(
+                f"the energy is not finite after {what}; try a shorter time step or a larger "
+                f"damage.residual_stiffness"
+            )
+        scale = max(abs(self.energies.total), abs(total), 1e-300)
+        self.largest_rise = max(self.largest_rise, (total - self.energies.total) / scale)
+
+    def effort(self) -> Effort:
+        """What has been done besides sweeps."""
+        return Effort(
+            moves=self.moves,
+            refused=self.refused,
+            iterations=self.iterations,
+            fallbacks=self.fallbacks,
+        )
+
+
+@dataclass
+class Patience:
+    """After each refusal in a row Newton is left out for twice as many sweeps."""
+
+    pause: int = 1
+    wait: int = 0
+
+    def allows(self) -> bool:
+        """Whether to try now; counts down if not."""
+        self.wait -= 1
+        return self.wait < 0
+
+    def learn(self, taken: bool) -> None:
+        """Take note of what became of a proposal."""
+        self.pause, self.wait = (1, 0) if taken else (2 * self.pause, self.pause)
+
+
+def _move(
+    problem: Alternation, newton: CoupledNewton, lower: PETSc.Vec, upper: PETSc.Vec, tally: Tally
+) -> bool:
+    """Let Newton propose a move of the whole state; whether it was taken."""
+
+    def total() -> float:
+        problem.keep_u(problem.u)
+        problem.damage.move_to(problem.alpha)
+        return problem.damage.value()
+
+    before = tally.energies.total
+    move = newton.advance(problem.u, problem.alpha, lower, upper, total=total, before=before)
+    tally.iterations += move.iterations
+    if not move.taken:
+        tally.refused += 1
+        return False
+    tally.moves += 1
+    tally.accept(problem.energies(), "Newton's move")
+    return True
+
+
+def _minimize_damage(
+    problem: Alternation, lower: PETSc.Vec, upper: PETSc.Vec, tally: Tally
+) -> float:
+    """Minimize over the damage, by the first solver that can; how far it changed at most."""
+    problem.alpha.copy(problem.before)
     errors: list[str] = []
     for solver in problem.bounded:
         try:
             solver.minimize(problem.alpha, lower, upper)
-            return len(errors)
+            break
         except SolveError as error:
             errors.append(str(error))
             problem.before.copy(problem.alpha)
-    raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
+    else:
+        raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
+    tally.fallbacks += len(errors)
+    tally.compare(problem.damage.value(), "the damage was minimized")
+    problem.before.axpy(-1.0, problem.alpha)
+    return problem.before.norm(PETSc.NormType.NORM_INFINITY)
 
 
 def _reason(converged: bool, sweeps: int, change: float, residual: float, stop: Stop) -> str:

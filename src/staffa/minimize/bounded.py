@@ -17,7 +17,8 @@ class BoundedEnergy:
     """An energy of a vector x, lower <= x <= upper, by functions that fill what they are given.
 
     `move_to(x)` sets the point at which `value`, `gradient` and `hessian` are evaluated; `matrix`
-    has the Hessian's pattern; `unit` is the force on an entry that counts as one.
+    has the Hessian's pattern; `unit` is the force on an entry that counts as one; `quadratic` says
+    that the Hessian does not depend on x.
     """
 
     move_to: Callable[[PETSc.Vec], None]
@@ -26,6 +27,54 @@ class BoundedEnergy:
     hessian: Callable[[PETSc.Mat], None]
     matrix: PETSc.Mat
     unit: PETSc.Vec
+    quadratic: bool = False
+
+
+class Evaluation:
+    """Value, gradient and Hessian for a solver, as cheap as the energy allows.
+
+    A quadratic energy is assembled once, where a minimization starts; from there it is followed by
+    products with its Hessian, and values count from the one at the start. Collective.
+    """
+
+    def __init__(self, energy: BoundedEnergy) -> None:
+        self.energy = energy
+        self.origin, self.slope, self.work = (energy.unit.duplicate() for _ in range(3))
+
+    def start(self, x: PETSc.Vec) -> None:
+        """Begin a minimization at x."""
+        if self.energy.quadratic:
+            self.energy.move_to(x)
+            x.copy(self.origin)
+            self.energy.gradient(self.slope)
+            self.energy.hessian(self.energy.matrix)
+
+    def gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> None:
+        """Fill the gradient at x."""
+        if self.energy.quadratic:
+            self.work.waxpy(-1.0, self.origin, x)
+            self.energy.matrix.multAdd(self.work, self.slope, out)
+        else:
+            self.energy.move_to(x)
+            self.energy.gradient(out)
+
+    def value_and_gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> float:
+        """Fill the gradient at x; the value there."""
+        self.gradient(x, out)
+        if self.energy.quadratic:  # the mean of the two slopes, times the way
+            return 0.5 * (self.work.dot(out) + self.work.dot(self.slope))
+        return self.energy.value()
+
+    def hessian(self, x: PETSc.Vec, H: PETSc.Mat) -> None:
+        """Fill the Hessian at x."""
+        if not self.energy.quadratic:
+            self.energy.move_to(x)
+            self.energy.hessian(H)
+
+    def destroy(self) -> None:
+        """Free the vectors."""
+        for vector in (self.origin, self.slope, self.work):
+            vector.destroy()
 
 
 class BoundedSolver(Protocol):
@@ -53,6 +102,15 @@ class BoundedSolver(Protocol):
 AT_BOUND = 1e-8
 
 
+def held_by_bounds(
+    force: PETSc.Vec, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec
+) -> np.ndarray:
+    """Which owned entries a bound holds against the energy's derivative there, `force`."""
+    derivative, at = force.array_r, x.array_r
+    at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
+    return ((derivative > 0) & at_lower) | ((derivative < 0) & at_upper)
+
+
 def unbalanced(
     energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
 ) -> float:
@@ -62,11 +120,8 @@ def unbalanced(
     """
     energy.move_to(x)
     energy.gradient(work)
-    force, at = work.array_r, x.array_r
-    at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
-    held = ((force > 0) & at_lower) | ((force < 0) & at_upper)
-    ratio = np.where(held, 0.0, np.abs(force)) / energy.unit.array_r
-    work.array_w[:] = ratio
+    held = held_by_bounds(work, x, lower, upper)
+    work.array_w[:] = np.where(held, 0.0, np.abs(work.array_r)) / energy.unit.array_r
     return work.norm(PETSc.NormType.NORM_INFINITY)
 
 
@@ -84,7 +139,7 @@ class TaoSolver:
         preset: Mapping[str, str],
         prefix: str,
     ) -> None:
-        self.energy = energy
+        self.energy, self.evaluation = energy, Evaluation(energy)
         self.gradient = energy.unit.duplicate()
         self.tao = PETSc.TAO().create(energy.matrix.comm)
         self.tao.setOptionsPrefix(prefix)
@@ -97,16 +152,14 @@ class TaoSolver:
         self.iterations = 0
 
     def _value_and_gradient(self, tao: PETSc.TAO, x: PETSc.Vec, g: PETSc.Vec) -> float:
-        self.energy.move_to(x)
-        self.energy.gradient(g)
-        return self.energy.value()
+        return self.evaluation.value_and_gradient(x, g)
 
     def _hessian(self, tao: PETSc.TAO, x: PETSc.Vec, H: PETSc.Mat, P: PETSc.Mat) -> None:
-        self.energy.move_to(x)
-        self.energy.hessian(H)
+        self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
         """See `BoundedSolver`."""
+        self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
         self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
@@ -118,6 +171,7 @@ class TaoSolver:
     def destroy(self) -> None:
         """See `BoundedSolver`."""
         self.tao.destroy()
+        self.evaluation.destroy()
         self.gradient.destroy()
 
 
@@ -135,7 +189,7 @@ class SnesSolver:
         preset: Mapping[str, str],
         prefix: str,
     ) -> None:
-        self.energy = energy
+        self.energy, self.evaluation = energy, Evaluation(energy)
         self.gradient = energy.unit.duplicate()
         self.snes = PETSc.SNES().create(energy.matrix.comm)
         self.snes.setOptionsPrefix(prefix)
@@ -148,15 +202,14 @@ class SnesSolver:
         self.iterations = 0
 
     def _gradient(self, snes: PETSc.SNES, x: PETSc.Vec, g: PETSc.Vec) -> None:
-        self.energy.move_to(x)
-        self.energy.gradient(g)
+        self.evaluation.gradient(x, g)
 
     def _hessian(self, snes: PETSc.SNES, x: PETSc.Vec, H: PETSc.Mat, P: PETSc.Mat) -> None:
-        self.energy.move_to(x)
-        self.energy.hessian(H)
+        self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
         """See `BoundedSolver`."""
+        self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
         self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
@@ -168,6 +221,7 @@ class SnesSolver:
     def destroy(self) -> None:
         """See `BoundedSolver`."""
         self.snes.destroy()
+        self.evaluation.destroy()
         self.gradient.destroy()
 
 

@@ -12,6 +12,12 @@ from staffa.options import apply
 
 # The direct solver gives 1e-12; what is worse than this has not been solved.
 LARGEST_RESIDUAL = 1e-6
+# A multigrid hierarchy is kept until an iteration gains so much less than when it was new: setting
+# it up costs as much as 15 iterations (brick of 100k unknowns), of which a sweep needs 5 to 10.
+SLOWER = 2.5
+# A factorization, which costs as much as 10 iterations (slab of 120k unknowns), is kept while no
+# entry of the stiffness's diagonal has changed by more than this fraction of the largest.
+DRIFT = 2e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,20 +57,21 @@ class ElasticSolver:
         self.energy = energy
         self.stiffness = energy.matrix
         energy.stiffness(self.stiffness)  # a matrix that was never filled has no pattern to share
-        self.constrained = self.stiffness.duplicate()
+        # Modes move supported entries, so they need the stiffness without supports as well.
+        self.constrained = self.stiffness.duplicate() if modes else self.stiffness
         self.constrained.setOption(PETSc.Mat.Option.SPD, True)
         # Prescribed rows get a pivot of the matrix's own size, so that they count as forces.
-        diagonal = self.stiffness.getDiagonal()
-        self.pivot = diagonal.norm(PETSc.NormType.NORM_INFINITY)
-        diagonal.destroy()
+        self.diagonal, self.kept = self.stiffness.getDiagonal(), self.stiffness.getDiagonal()
+        self.pivot = self.diagonal.norm(PETSc.NormType.NORM_INFINITY)
         self.load, self.rhs = self.stiffness.createVecRight(), self.stiffness.createVecRight()
         self.force = self.rhs.duplicate()
         first = self.stiffness.getOwnershipRange()[0]
-        self.fixed = fixed
-        self.rows = (np.concatenate([fixed, moved]) + first).astype(PETSc.IntType)
+        self.fixed, self.held = fixed, np.concatenate([fixed, moved])
+        self.rows = (self.held + first).astype(PETSc.IntType)
         self.modes = [self._vector(mode) for mode in modes]
         self.responses = [self.rhs.duplicate() for _ in modes]
         self.forces = [self.rhs.duplicate() for _ in modes]
+        self.mode_stiffness = np.zeros((len(modes), len(modes)))
         self.near_null = _orthonormal([self._vector(mode) for mode in near_null.T])
         null_space = PETSc.NullSpace().create(vectors=self.near_null, comm=self.stiffness.comm)
         self.constrained.setNearNullSpace(null_space)
@@ -74,20 +81,29 @@ class ElasticSolver:
         apply(prefix, preset)
         self.ksp.setOperators(self.constrained)
         self.ksp.setFromOptions()
-        self.ksp.setInitialGuessNonzero(self.ksp.getType() != PETSc.KSP.Type.PREONLY)
-        self.iterations = 0
+        self.ksp.setInitialGuessNonzero(True)
+        self.direct = self.ksp.pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
+        self.iterations = self.renewals = 0
+        self._stale, self._drift, self._pace = True, 0.0, 0.0
+
+    @property
+    def exact(self) -> bool:
+        """Whether `precondition` is the inverse of the stiffness itself."""
+        return self.direct and self._drift == 0
 
     def _vector(self, values: np.ndarray) -> PETSc.Vec:
         vector = self.rhs.duplicate()
         vector.array_w[:] = values[: vector.getLocalSize()]
         return vector
 
-    def minimize(self, u: PETSc.Vec, values: np.ndarray) -> None:
+    def minimize(self, u: PETSc.Vec, values: np.ndarray, *, reduction: float = 0.0) -> None:
         """Overwrite u by the minimizer; what u holds is the first guess of an iterative solver.
 
         Parameters
         ----------
         values : prescribed values of the entries `fixed`, shape (n_fixed,).
+        reduction : an iterative solver may stop once it has reduced the force that u leaves
+            unbalanced to this fraction; the energy has then fallen, but not to its minimum.
 
         Raises
         ------
@@ -96,62 +112,125 @@ class ElasticSolver:
         """
         self.energy.stiffness(self.stiffness)
         self.energy.load(self.load)
-        self.stiffness.copy(self.constrained, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        if self.modes:
+            self.stiffness.copy(self.constrained, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        self._measure_drift()
         self.force.set(0.0)
         self.force.array_w[self.fixed] = values
         self.load.copy(self.rhs)
         self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
-        self._solve(self.rhs, u)
+        self._solve(self.rhs, u, reduction)
         if self.modes:
             self._add_modes(u)
 
-    def _solve(self, rhs: PETSc.Vec, u: PETSc.Vec) -> None:
-        self.ksp.solve(rhs, u)
-        self.iterations += self.ksp.getIterationNumber()
-        reason = self.ksp.getConvergedReason()
-        self.constrained.mult(u, self.force)
-        self.force.aypx(-1.0, rhs)
-        scale = rhs.norm()
-        error = self.force.norm()
-        # An all-zero right-hand side has the zero solution, whose residual is exactly zero.
-        relative = error / scale if scale > 0 else error
-        if reason < 0 or not relative <= LARGEST_RESIDUAL:
+    def _measure_drift(self) -> None:
+        """How far the stiffness is from the one that was factorized last."""
+        self.stiffness.getDiagonal(self.diagonal)
+        self.force.waxpy(-1.0, self.kept, self.diagonal)
+        self._drift = self.force.norm(PETSc.NormType.NORM_INFINITY) / self.pivot
+        self._stale = self._stale or (self.direct and not self._drift <= DRIFT)
+
+    def _solve(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float = 0.0) -> None:
+        """Solve, with a new preconditioner if the old one is stale or fails."""
+        guess = u.copy()
+        try:
+            fresh = self._stale
+            failure = self._attempt(rhs, u, reduction)
+            if failure and not fresh:
+                self._stale = True
+                guess.copy(u)
+                failure = self._attempt(rhs, u, reduction)
+        finally:
+            guess.destroy()
+        if failure:
             raise SolveError(
-                f"the displacement was not solved for: the linear solver ended with "
-                f"{_name(reason)} and a relative residual of {relative:.1e}; try "
+                f"the displacement was not solved for: the linear solver ended with {failure}; try "
                 f'solver.displacement = "direct", or a larger damage.residual_stiffness'
             )
+
+    def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
+        """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
+        fresh = self._stale
+        if fresh:
+            self.renewals += 1
+            self.diagonal.copy(self.kept)
+            self._stale, self._drift = False, 0.0
+        before = self._unbalanced(rhs, u)
+        self.ksp.pc.setReusePreconditioner(not fresh)
+        self.ksp.setTolerances(atol=reduction * before)
+        self.ksp.solve(rhs, u)
+        self.iterations += self.ksp.getIterationNumber()
+        reason, after, scale = self.ksp.getConvergedReason(), self._unbalanced(rhs, u), rhs.norm()
+        if not self.direct:
+            self._judge(fresh, before, after)
+        # An all-zero right-hand side has the zero solution, whose residual is exactly zero.
+        relative = after / scale if scale > 0 else after
+        # CG's own residual drifts from the true one by round-off: a tenth more is no failure.
+        solved = relative <= LARGEST_RESIDUAL or after <= 1.1 * reduction * before
+        return (
+            ""
+            if reason > 0 and solved
+            else f"{_name(reason)} and a relative residual of {relative:.1e}"
+        )
+
+    def _judge(self, fresh: bool, before: float, after: float) -> None:
+        """Whether the preconditioner, made for an earlier stiffness, has become too slow."""
+        digits = np.log10(before / after) if before > after > 0 else 0.0
+        if digits < 1:  # too few to tell
+            return
+        pace = self.ksp.getIterationNumber() / digits
+        if fresh:
+            self._pace = pace
+        self._stale = pace > SLOWER * self._pace
+
+    def _unbalanced(self, rhs: PETSc.Vec, u: PETSc.Vec) -> float:
+        self.constrained.mult(u, self.force)
+        self.force.aypx(-1.0, rhs)
+        return self.force.norm()
 
     def _add_modes(self, u: PETSc.Vec) -> None:
         """u + sum c_j u_j, where u_j answers mode j, and the c_j make the energy smallest."""
         for mode, response, force in zip(self.modes, self.responses, self.forces, strict=True):
             self.stiffness.mult(mode, self.rhs)
             self.rhs.scale(-1.0)
-            self.constrained_values(self.rhs, mode)
+            self.rhs.array_w[self.held] = self.pivot * mode.array_r[self.held]
             self._solve(self.rhs, response)
             self.stiffness.mult(response, force)
+        self.mode_stiffness = np.array([[m.dot(f) for f in self.forces] for m in self.modes])
         self.stiffness.mult(u, self.force)
         self.force.aypx(-1.0, self.load)
-        matrix = np.array([[mode.dot(force) for force in self.forces] for mode in self.modes])
-        right = np.array([mode.dot(self.force) for mode in self.modes])
-        for c, response in zip(np.linalg.solve(matrix, right), self.responses, strict=True):
+        self._add_responses([mode.dot(self.force) for mode in self.modes], u)
+
+    def _add_responses(self, forces: Sequence[float], u: PETSc.Vec) -> None:
+        """Add the responses to forces on the modes, shape (n_modes,)."""
+        amplitudes = np.linalg.solve(self.mode_stiffness, forces)
+        for c, response in zip(amplitudes, self.responses, strict=True):
             u.axpy(float(c), response)
 
-    def constrained_values(self, rhs: PETSc.Vec, values: PETSc.Vec) -> None:
-        """Put the prescribed values into the rows of a right-hand side that are prescribed."""
-        local = self.rows - self.stiffness.getOwnershipRange()[0]
-        rhs.array_w[local] = self.pivot * values.array_r[local]
+    def precondition(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
+        """Overwrite u by the displacement that answers a force at fixed supports, approximately.
 
-    def reactions(self, u: PETSc.Vec) -> np.ndarray:
-        """Forces that the supports exert on the entries `fixed`: (K u - f), shape (n_fixed,)."""
-        self.stiffness.mult(u, self.force)
-        self.force.axpy(-1.0, self.load)
-        return self.force.array_r[self.fixed].copy()
+        Symmetric and positive definite; it is the inverse itself if the solver is `exact`, at the
+        damage of the last `minimize`. Overwrites `rhs`.
+        """
+        force.copy(self.rhs)
+        self.rhs.array_w[self.held] = 0.0
+        self.ksp.pc.apply(self.rhs, u)
+        u.array_w[self.held] = 0.0
+        if self.modes:
+            self._add_responses([response.dot(force) for response in self.responses], u)
+
+    def resist(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
+        """Overwrite force by K u, for a u that the supports at rest allow; 0 where they hold."""
+        self.stiffness.mult(u, force)
+        force.array_w[self.fixed] = 0.0
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
         vectors = [self.load, self.rhs, self.force, *self.modes, *self.responses, *self.forces]
-        for thing in [self.ksp, self.constrained, self.stiffness, *vectors, *self.near_null]:
+        vectors += [self.diagonal, self.kept]
+        copies = [self.constrained] if self.modes else []
+        for thing in [self.ksp, self.stiffness, *copies, *vectors, *self.near_null]:
             thing.destroy()
 
 

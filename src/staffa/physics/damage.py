@@ -76,6 +76,14 @@ def has_threshold(law: DamageLaw) -> bool:
     return bool(slope(law.w, 0.0) > 0)
 
 
+def is_quadratic(law: DamageLaw) -> bool:
+    """True if a and w are polynomials of degree two at most: their third differences vanish."""
+    weights = np.array([1.0, -3.0, 3.0, -1.0])
+    places = (np.linspace(0, 1, 4), np.linspace(0.1, 0.7, 4), np.linspace(0.2, 0.95, 4))
+    differences = [weights @ (f(x) + 0 * x) for f in (law.a, law.w) for x in places]
+    return bool(np.abs(differences).max() < 1e-12)
+
+
 def strength(law: DamageLaw, *, E: float, Gc: float, ell: float) -> float:
     """Largest stress that a bar of uniform damage carries.
 

@@ -116,7 +116,7 @@ def _audit(run: Run) -> Iterator[Fact]:
         f"first-order residual {max(a.optimality for a in audits):.1e}",
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))
-    fallbacks = sum(step.fallbacks for step in run.steps)
+    fallbacks = sum(step.effort.fallbacks for step in run.steps)
     if fallbacks:
         yield Fact(name="fall-backs", text=f"the second solver was needed {fallbacks} times")
     found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]

@@ -1,0 +1,202 @@
+"""From the loads of one time to those of the next, and what is tried when a solver fails."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from staffa.errors import LoadError, SolveError
+from staffa.evolution.problem import Irreversibility, Problem
+from staffa.evolution.system import System
+from staffa.fields import owned, read_vector, vertices, write_vector
+from staffa.minimize.alternate import Sweep, alternate, equilibrium, reactions
+from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
+from staffa.records import Effort, Outcome
+
+# A step may be cut in two, and its halves again, so often.
+CUTS = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loads:
+    """A time (s), and the displacements prescribed then (m), shape (n_fixed,)."""
+
+    time: float
+    values: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loading:
+    """What changing the loads did with the cracks frozen.
+
+    work: of the temperature change and of the prescribed displacements, both along the straight
+    path from the loads before; exact for elasticity. start, end: total energies.
+    """
+
+    work: float
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Advance:
+    """How the next loads were reached.
+
+    healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
+    and by the minimization. imbalance: error of the energy balance over the energy.
+    """
+
+    outcome: Outcome
+    healing: float
+    work: float
+    released: float
+    imbalance: float
+
+    def then(self, other: "Advance") -> "Advance":
+        """This one and the next, as one step that was cut in two."""
+        last = other.outcome
+        outcome = replace(
+            last,
+            reason=f"{last.reason}, in the second half of a step cut in two",
+            sweeps=self.outcome.sweeps + last.sweeps,
+            largest_rise=max(self.outcome.largest_rise, last.largest_rise),
+            effort=self.outcome.effort + last.effort + Effort(halvings=1),
+        )
+        return Advance(
+            outcome=outcome,
+            healing=max(self.healing, other.healing),
+            work=self.work + other.work,
+            released=self.released + other.released,
+            imbalance=max(self.imbalance, other.imbalance),
+        )
+
+
+def advance_to(
+    problem: Problem,
+    system: System,
+    start: Loads,
+    end: Loads,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+    cuts: int = CUTS,
+) -> Advance:
+    """Put on the loads and minimize; if a solver fails, without Newton, then in two half steps.
+
+    Raises
+    ------
+    SolveError
+        All of it failed; the state is the one at the start again.
+    """
+    kept = _snapshot(system)
+    newton = system.alternation.newton
+    try:
+        return _advance(problem, system, start, end, watch)
+    except LoadError:
+        raise
+    except SolveError as error:
+        failure = error
+        _restore(system, kept)
+    if newton:
+        plain = replace(system, alternation=replace(system.alternation, newton=None))
+        try:
+            found = _advance(problem, plain, start, end, watch)
+            effort = found.outcome.effort + Effort(plain=1)
+            return replace(found, outcome=replace(found.outcome, effort=effort))
+        except SolveError as error:
+            failure = error
+            _restore(system, kept)
+    if not cuts:
+        raise failure
+    time = (start.time + end.time) / 2
+    middle = Loads(time=time, values=system.supports.values(time))
+    try:
+        first = advance_to(problem, system, start, middle, watch, cuts - 1)
+        if not first.outcome.converged:
+            return first
+        return first.then(advance_to(problem, system, middle, end, watch, cuts - 1))
+    except SolveError:
+        _restore(system, kept)
+        raise failure from None
+
+
+def _advance(
+    problem: Problem, system: System, start: Loads, end: Loads, watch: Callable[[Sweep], None]
+) -> Advance:
+    loading = change_loads(problem, system, start, end)
+    outcome, healing = minimize_step(problem, system, end, watch)
+    total = outcome.energies.total
+    scale = max(abs(loading.start), abs(loading.end), abs(total), 1e-300)
+    return Advance(
+        outcome=outcome,
+        healing=healing,
+        work=loading.work,
+        released=loading.end - total,
+        imbalance=abs(loading.end - loading.start - loading.work) / scale,
+    )
+
+
+def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> Loading:
+    """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
+
+    Raises
+    ------
+    LoadError
+        The temperature is not finite.
+    """
+    energy, state, parts = system.energy, system.state, system.alternation
+    T = problem.load.temperature(vertices(state.T.function_space).T, end.time)
+    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
+        raise LoadError(
+            f"the load gives a temperature that is not finite at time {end.time:.6g}; mend the load"
+        )
+
+    def power() -> float:
+        of_supports = float(reactions(parts) @ (end.values - start.values))
+        return energy.thermal_power() + sum_over_ranks(problem.domain.comm, of_supports)
+
+    energy.direction.x.array[:] = T - state.T.x.array
+    before, power_before = energy.total(), power()
+    state.T.x.array[:] = T
+    equilibrium(parts, end.values)
+    return Loading(work=(power_before + power()) / 2, start=before, end=energy.total())
+
+
+def raise_bounds(rule: Irreversibility, system: System) -> None:
+    """Bound the damage from below by what must not heal."""
+    alpha = system.state.alpha.x.array
+    kept = alpha >= rule.threshold if rule.crack_set_only else np.full(len(alpha), True)
+    system.bounds.lower.x.array[:] = np.where(kept, alpha, 0.0)
+
+
+def minimize_step(
+    problem: Problem, system: System, loads: Loads, watch: Callable[[Sweep], None]
+) -> tuple[Outcome, float]:
+    """Minimize from the frozen state; the outcome, and how far the damage sank below its bound."""
+    raise_bounds(problem.irreversibility, system)
+    parts, state, bounds = system.alternation, system.state, system.bounds
+    read_vector(state.alpha, parts.alpha)
+    outcome = alternate(
+        parts,
+        loads.values,
+        bounds.lower.x.petsc_vec,
+        bounds.upper.x.petsc_vec,
+        problem.solvers.stop,
+        watch,
+    )
+    write_vector(parts.alpha, state.alpha)
+    sunk = owned(bounds.lower) - owned(state.alpha)
+    return outcome, max_over_ranks(problem.domain.comm, sunk)
+
+
+def _snapshot(system: System) -> tuple[np.ndarray, ...]:
+    state = system.state
+    fields = (state.u, state.alpha, state.T, system.bounds.lower)
+    return tuple(field.x.array.copy() for field in fields)
+
+
+def _restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
+    state, parts = system.state, system.alternation
+    fields = (state.u, state.alpha, state.T, system.bounds.lower)
+    for field, values in zip(fields, kept, strict=True):
+        field.x.array[:] = values
+    read_vector(state.u, parts.u)
+    read_vector(state.alpha, parts.alpha)
