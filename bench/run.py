@@ -2,7 +2,8 @@
 
     python bench/run.py [CASE[:RANKS] ...] [--out FILE]
 
-Without a case, all of them; what FILE holds of other cases is kept. Run by `make bench`.
+Without a case, all of them; what FILE holds of other cases is kept. CASE:2 runs staffa alone
+through the case's first step, on one rank and on two. Run by `make bench`.
 """
 
 import argparse
@@ -30,30 +31,55 @@ REFERENCE = {
 }
 
 
-def run(case: BenchCase, ranks: int) -> dict:
-    """Both sides on one case; raises CalledProcessError when a side fails."""
+def start(who: str, case: BenchCase, ranks: int, folder: str) -> subprocess.Popen:
+    """Begin to run one side."""
     mpiexec = Path(sys.executable).parent / "mpiexec"
+    command = [mpiexec, "-n", str(ranks), sys.executable, HERE / "side.py", who, case.name, folder]
+    return subprocess.Popen(command, env=dict(os.environ, OMP_NUM_THREADS="1"))
+
+
+def finish(process: subprocess.Popen) -> None:
+    """Wait for a side; raises CalledProcessError when it failed."""
+    if process.wait():
+        raise subprocess.CalledProcessError(process.returncode, process.args)
+
+
+def record(folder: str, who: str, index: int) -> dict:
+    """What a side wrote down of a step."""
+    return json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
+
+
+def beside(case: BenchCase) -> dict:
+    """Both sides on one case."""
     with tempfile.TemporaryDirectory() as folder:
-        commands = [
-            [mpiexec, "-n", str(ranks), sys.executable, HERE / "side.py", who, case.name, folder]
-            for who in SIDES
-        ]
-        environment = dict(os.environ, OMP_NUM_THREADS="1")
-        processes = [subprocess.Popen(command, env=environment) for command in commands]
-        for process in processes:
-            if process.wait():
-                raise subprocess.CalledProcessError(process.returncode, process.args)
-        steps = {
-            who: [
-                json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
-                for index in range(len(case.times))
-            ]
-            for who in SIDES
-        }
-    return summary(case, ranks, steps)
+        for process in [start(who, case, 1, folder) for who in SIDES]:
+            finish(process)
+        indices = range(len(case.times))
+        steps = {who: [record(folder, who, index) for index in indices] for who in SIDES}
+    return summary(case, steps)
 
 
-def summary(case: BenchCase, ranks: int, steps: dict[str, list[dict]]) -> dict:
+def scaling(case: BenchCase, ranks: int) -> dict:
+    """staffa alone on one rank and on more, one after the other, through the first step."""
+    found = {}
+    for number in (1, ranks):
+        with tempfile.TemporaryDirectory() as folder:
+            finish(start("alone", case, number, folder))
+            found[number] = record(folder, "alone", 0)
+    gain = found[1]["wall_s"] / found[ranks]["wall_s"]
+    return {
+        "case": case.name,
+        "ranks": ranks,
+        "unknowns": case.unknowns,
+        "gain": round(gain, 2),
+        "kB_per_unknown": round(found[1]["peak_MB"] * 1024 / case.unknowns, 2),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "one": found[1],
+        "more": found[ranks],
+    }
+
+
+def summary(case: BenchCase, steps: dict[str, list[dict]]) -> dict:
     """Totals of both sides, their ratios, and the steps themselves."""
     total = {
         who: {
@@ -67,7 +93,7 @@ def summary(case: BenchCase, ranks: int, steps: dict[str, list[dict]]) -> dict:
     above = [(ours["energy"] - theirs["energy"]) / abs(theirs["energy"]) for theirs, ours in pairs]
     return {
         "case": case.name,
-        "ranks": ranks,
+        "ranks": 1,
         "unknowns": case.unknowns,
         "tolerance": case.tolerance,
         **total,
@@ -122,7 +148,8 @@ def main() -> None:
     )
     for chosen in arguments.cases or every:
         name, _, ranks = chosen.partition(":")
-        outcome = run(CASES[name], int(ranks or 1))
+        case, number = CASES[name], int(ranks or 1)
+        outcome = beside(case) if number == 1 else scaling(case, number)
         outcome |= {"machine": machine(), "versions": versions()}
         results["runs"][f"{name}:{ranks or 1}"] = outcome
         arguments.out.write_text(json.dumps(results, indent=1) + "\n")
@@ -132,6 +159,9 @@ def main() -> None:
 def line(outcome: dict) -> str:
     """One case on one line."""
     name = f"{outcome['case']}:{outcome['ranks']}"
+    if outcome["ranks"] > 1:
+        one, more = outcome["one"]["wall_s"], outcome["more"]["wall_s"]
+        return f"{name:9}{outcome['unknowns']:9d} {one:8.1f} s alone, {more:.1f} s with {name[-1]}"
     sides = [f"{outcome[who]['wall_s']:8.1f} s {outcome[who]['sweeps']:5d}" for who in SIDES]
     energy = f"{100 * outcome['largest_energy_above_script']:+.3f} %"
     return (

@@ -1,9 +1,10 @@
 """One side of the yardstick: the hand script or staffa, step by step, in turn with the other.
 
-    side.py script|staffa CASE FOLDER
+    side.py script|staffa|alone CASE FOLDER
 
 The sides talk through files in FOLDER, one a rank: the script starts a step where its last one
 ended, writes down where that was, and waits until staffa has done the same step from there.
+`alone` is staffa without a script, for the first step: what more ranks gain.
 """
 
 import json
@@ -89,6 +90,12 @@ def timed(side, time: float, index: int) -> dict:
 def main(who: str, name: str, folder: Path) -> None:
     """Run all steps of a case, in turn with the other side."""
     case, rank = CASES[name], MPI.COMM_WORLD.rank
+    if who == "alone":
+        record = timed(StaffaSide(case), case.times[0], 0)
+        finish(
+            folder / f"alone-0-{rank}.json", lambda file: file.write(json.dumps(record).encode())
+        )
+        return
     side = ScriptSide(case) if who == "script" else StaffaSide(case)
     for index, time in enumerate(case.times):
         started_at = folder / f"state-{index}-{rank}.npz"

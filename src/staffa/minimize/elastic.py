@@ -72,7 +72,11 @@ class ElasticSolver:
         self.responses = [self.rhs.duplicate() for _ in modes]
         self.forces = [self.rhs.duplicate() for _ in modes]
         self.mode_stiffness = np.zeros((len(modes), len(modes)))
-        self.near_null = _orthonormal([self._vector(mode) for mode in near_null.T])
+        # Rigid motions of what is free: no coarse correction then moves what is prescribed, and an
+        # iterate that is not yet solved for keeps its supports.
+        rigid = np.array(near_null[: self.rhs.getLocalSize()])
+        rigid[self.held] = 0.0
+        self.near_null = _orthonormal([self._vector(mode) for mode in rigid.T])
         null_space = PETSc.NullSpace().create(vectors=self.near_null, comm=self.stiffness.comm)
         self.constrained.setNearNullSpace(null_space)
         null_space.destroy()
@@ -119,7 +123,8 @@ class ElasticSolver:
         self.force.array_w[self.fixed] = values
         self.load.copy(self.rhs)
         self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
-        self._solve(self.rhs, u, reduction)
+        # How far the modes go is found from a displacement in equilibrium.
+        self._solve(self.rhs, u, 0.0 if self.modes else reduction)
         if self.modes:
             self._add_modes(u)
 
