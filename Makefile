@@ -16,7 +16,7 @@ help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make test    run every test"
 	@echo "make check   format, lint, types and the fast tests, in under a minute"
-	@echo "make bench   staffa beside a hand-written script, case by case; about an hour, 2 cores"
+	@echo "make bench   staffa beside a hand-written script, case by case; about two hours"
 	@echo "make format  rewrite the code in the house format"
 	@echo "make clean   delete .venv and caches, keep runs/"
 
@@ -36,6 +36,7 @@ check: $(READY)
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
 	$(PYTHON_HERE) bench/run.py $(CASES)
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
 
 format: $(READY)
 	$(PYTHON_HERE) -m ruff check --select I --fix

@@ -131,3 +131,5 @@ CASES = {
         brick("D300k", 45),
     )
 }
+# Small enough to try every preset on, from start to end.
+SMALL = {case.name: case for case in (slab("slab, 30k", 122, TEN[:4]), brick("brick, 28k", 20))}

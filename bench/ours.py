@@ -1,6 +1,6 @@
 """staffa with its defaults on a case of the yardstick, started from any state."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from staffa.stack import MPI
 
@@ -30,8 +30,8 @@ class Cooled:
         return self.case.temperature(x, t)
 
 
-def problem(case: BenchCase, comm: MPI.Comm) -> Problem:
-    """The case as staffa's own objects. Collective."""
+def problem(case: BenchCase, comm: MPI.Comm, **presets: str) -> Problem:
+    """The case as staffa's own objects; presets: names for `Solvers`. Collective."""
     cells = "quadrilateral" if case.dim == 2 else "hexahedron"
     domain = block(comm, size=case.size, h=case.h, cells=cells)
     load: Load = Cooled(case) if case.severity else NoLoad()
@@ -53,9 +53,12 @@ def problem(case: BenchCase, comm: MPI.Comm) -> Problem:
         schedule=schedule(case.times),
         sides=_sides(case, domain),
         anchor="top",
-        solvers=Solvers(
-            displacement="direct" if case.dim == 2 else "iterative",
-            stop=Stop(change=case.tolerance),
+        solvers=replace(
+            Solvers(
+                displacement="direct" if case.dim == 2 else "iterative",
+                stop=Stop(change=case.tolerance),
+            ),
+            **presets,
         ),
     )
 
@@ -71,14 +74,19 @@ def _sides(case: BenchCase, domain: Domain) -> tuple[SideSupport, ...]:
 class Ours:
     """One built system; `put` a state, then `step` from it. Collective."""
 
-    def __init__(self, case: BenchCase, comm: MPI.Comm) -> None:
-        self.problem = problem(case, comm)
+    def __init__(self, case: BenchCase, comm: MPI.Comm, **presets: str) -> None:
+        self.problem = problem(case, comm, **presets)
         self.system = build(self.problem)
         self.loads = self._loads(None)
 
     def _loads(self, time: float | None) -> Loads:
         values = self.system.supports.values(time or 0.0)
         return Loads(time=time or 0.0, values=values if time else np.zeros(len(values)))
+
+    def put_at_rest(self) -> None:
+        """Start from the very start."""
+        self.loads = self._loads(None)
+        equilibrium(self.system.alternation, self.loads.values)
 
     def put(self, state: dict[str, np.ndarray], time: float | None) -> None:
         """Start from a state reached at a time, or from the very start at None."""
@@ -94,7 +102,9 @@ class Ours:
 
     def step(self, time: float) -> dict:
         """Put on the loads of a time and minimize."""
-        outcome = advance_to(self.problem, self.system, self.loads, self._loads(time)).outcome
+        loads = self._loads(time)
+        outcome = advance_to(self.problem, self.system, self.loads, loads).outcome
+        self.loads = loads
         if not outcome.converged:
             raise RuntimeError(outcome.reason)
         effort = asdict(outcome.effort)

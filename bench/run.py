@@ -35,7 +35,12 @@ def start(who: str, case: BenchCase, ranks: int, folder: str) -> subprocess.Pope
     """Begin to run one side."""
     mpiexec = Path(sys.executable).parent / "mpiexec"
     command = [mpiexec, "-n", str(ranks), sys.executable, HERE / "side.py", who, case.name, folder]
-    return subprocess.Popen(command, env=dict(os.environ, OMP_NUM_THREADS="1"))
+    return subprocess.Popen(command, env=environment())
+
+
+def environment() -> dict[str, str]:
+    """One thread a process, so that a second one does not slow it down."""
+    return dict(os.environ, OMP_NUM_THREADS="1")
 
 
 def finish(process: subprocess.Popen) -> None:

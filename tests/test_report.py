@@ -24,7 +24,7 @@ from staffa.io.run_directory import (
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.plot.cracks import triangulation
 from staffa.plot.frames import chosen
-from staffa.records import Audit, Energies, Manifest, Measures, Section, Step, Tip
+from staffa.records import Audit, Effort, Energies, Manifest, Measures, Section, Step, Tip
 from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
@@ -304,6 +304,21 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
         "step 7: damage healed by 1e-3",
     ]
     assert draw(run).page.read_text(encoding="utf-8").count('class="alarm"') == 2
+
+
+def test_what_a_run_fell_back_to_is_said(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    assert not [fact for fact in summary(run) if fact.name == "fall-backs"]
+    steps = [replace(step, effort=Effort(fallbacks=2, halvings=1, moves=9)) for step in run.steps]
+    (said,) = (f.text for f in summary(rewritten(run, steps[:2])) if f.name == "fall-backs")
+    assert said == "needed the second damage solver 4 times, a step cut in two 2 times"
+
+
+def test_steps_of_the_first_version_are_read() -> None:
+    """They counted how often the second damage solver took over, and nothing else."""
+    record = drawn_step(0, SLAB, None).to_record()
+    del record["effort"]
+    assert Step.from_record(dict(record, fallbacks=3)).effort == Effort(fallbacks=3)
 
 
 @pytest.mark.usefixtures("coarse")

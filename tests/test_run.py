@@ -179,7 +179,11 @@ SMALL_BRICK = [
 @pytest.mark.mpi
 @pytest.mark.parametrize("cells", ["hexahedron", "tetrahedron"])
 def test_brick_cracks_the_same_on_two_ranks(cells: str, tmp_path: Path) -> None:
-    """The same code in 3-D: cracks, measures, fields; one rank and two agree."""
+    """The same code in 3-D: cracks, measures, fields; one rank and two agree.
+
+    Not to the number of sweeps: multigrid makes other aggregates of another partition, so that
+    Newton's moves, which are truncated early, are other ones on the way to the same state.
+    """
     runs = []
     for ranks in (1, 2):
         directory = tmp_path / str(ranks)
@@ -190,7 +194,8 @@ def test_brick_cracks_the_same_on_two_ranks(cells: str, tmp_path: Path) -> None:
     for a, b in zip(runs[0].steps, runs[1].steps, strict=True):
         assert a.audit.violations == b.audit.violations == ()
         assert b.energies.total == pytest.approx(a.energies.total, rel=1e-6)
-        assert abs(a.sweeps - b.sweeps) <= 1
+        assert b.energies.elastic == pytest.approx(a.energies.elastic, rel=3e-5)
+        assert b.energies.surface == pytest.approx(a.energies.surface, rel=3e-5, abs=1e-9)
     last = runs[0].steps[-1]
     _, fields = read_vtkhdf(runs[0].path / last.fields)
     assert fields["alpha"].max() > 0.95 and last.measures.length_surface > 0

@@ -156,7 +156,8 @@ class Step:
         energies = known.pop("energies")
         audit = known.pop("audit")
         measures = known.pop("measures")
-        effort = known.pop("effort", {})
+        # Runs of version 0.1.0 counted nothing else.
+        effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
             energies=Energies(elastic=energies["elastic"], surface=energies["surface"]),
             effort=Effort(**effort),

@@ -83,8 +83,9 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float) -> Arrests:
     A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
     has stopped if a quarter of its mean speed up to then (final depth over tau) would have
     carried it farther than ell/2 since. Generation k is the shallower half of what generation
-    k - 1 left (Bahr's period doubling): of the cracks sorted by depth, those before the widest
-    gap that parts them no worse than one to two; or all that is left if the medians of the two
+    k - 1 left (Bahr's period doubling): of the cracks sorted by depth, those before the largest
+    ratio of neighboring depths that parts them no worse than one to two (depths of arrest grow in
+    proportion from one generation to the next); or all that is left if the medians of the two
     parts differ by less than ell. It counts if more than half of its cracks have stopped; the
     search ends at the first that does not, or with fewer than two cracks left.
 
@@ -174,8 +175,10 @@ def _doubling(rest: Sequence[Track], ell: float) -> int:
     """How many of the cracks, sorted by depth, are the shallower half."""
     depth, n = [track.final for track in rest], len(rest)
     splits = range(ceil(n / 3), n - ceil(n / 3) + 1)
-    # Of equal gaps, that nearest to the middle.
-    split = max(splits, key=lambda k: (depth[k] - depth[k - 1], -abs(2 * k - n)))
+    # Of equal ratios, that nearest to the middle.
+    at_least = [max(final, ell) for final in depth]  # within ell of the face all are the same
+    ratios = {k: round(at_least[k] / at_least[k - 1], 9) for k in splits}
+    split = max(splits, key=lambda k: (ratios[k], -abs(2 * k - n)))
     return split if median(depth[split:]) - median(depth[:split]) >= ell else n
 
 

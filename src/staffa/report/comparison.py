@@ -59,8 +59,8 @@ DEFINITIONS = (
     "p: mean spacing of all cracks of the last step. a0, tau0: median depth and tau of the first "
     "step with at least half of these cracks (and two).",
     "ak, tauk: median depth and tau of arrest of generation k, the shallower half of the cracks "
-    "that generation k - 1 left (split at the widest gap in depth that parts them no worse than "
-    "one to two; all of them if the halves differ by less than ell).",
+    "that generation k - 1 left (split at the largest ratio of depths that parts them no worse "
+    "than one to two; all of them if the halves differ by less than ell).",
     "Arrest: the first step at which a tip was within ell/2 of its final depth, if a quarter of "
     "its mean speed would have carried it farther than ell/2 since; a generation counts if more "
     "than half of its cracks have stopped.",

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from staffa.io.run_directory import Run
-from staffa.records import Manifest, Step
+from staffa.records import Effort, Manifest, Step
 from staffa.report.comparison import remaining, run_arrests
 
 
@@ -116,9 +116,15 @@ def _audit(run: Run) -> Iterator[Fact]:
         f"first-order residual {max(a.optimality for a in audits):.1e}",
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))
-    fallbacks = sum(step.effort.fallbacks for step in run.steps)
-    if fallbacks:
-        yield Fact(name="fall-backs", text=f"the second solver was needed {fallbacks} times")
+    effort = sum((step.effort for step in run.steps), Effort())
+    needed = {
+        "the second damage solver": effort.fallbacks,
+        "a step without Newton": effort.plain,
+        "a step cut in two": effort.halvings,
+    }
+    if any(needed.values()):
+        counts = ", ".join(f"{what} {n} times" for what, n in needed.items() if n)
+        yield Fact(name="fall-backs", text=f"needed {counts}")
     found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
     if not found:
         yield Fact(name="violations", text="none")
