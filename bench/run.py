@@ -1,9 +1,9 @@
 """The yardstick: the hand script beside staffa on the same cases, step by step, in turns.
 
-    python bench/run.py [CASE[:RANKS] ...] [--out FILE]
+    python bench/run.py [CASE[:RANKS] ...] [--steps N] [--out FILE]
 
-Without a case, all of them; what FILE holds of other cases is kept. CASE:2 runs staffa alone
-through the case's first step, on one rank and on two. Run by `make bench`.
+Without a case, all of them; what FILE holds of other cases is kept. N: only the first steps.
+CASE:2 runs staffa alone through the case's first step, on one rank and on two. Run by `make bench`.
 """
 
 import argparse
@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -34,7 +35,8 @@ REFERENCE = {
 def start(who: str, case: BenchCase, ranks: int, folder: str) -> subprocess.Popen:
     """Begin to run one side."""
     mpiexec = Path(sys.executable).parent / "mpiexec"
-    command = [mpiexec, "-n", str(ranks), sys.executable, HERE / "side.py", who, case.name, folder]
+    side = [sys.executable, HERE / "side.py", who, case.name, folder, str(len(case.times))]
+    command = [mpiexec, "-n", str(ranks), *side]
     return subprocess.Popen(command, env=environment())
 
 
@@ -54,14 +56,14 @@ def record(folder: str, who: str, index: int) -> dict:
     return json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
 
 
-def beside(case: BenchCase) -> dict:
-    """Both sides on one case."""
+def beside(case: BenchCase, steps: int) -> dict:
+    """Both sides on one case, as far as so many steps."""
+    case = replace(case, times=case.times[:steps])
     with tempfile.TemporaryDirectory() as folder:
         for process in [start(who, case, 1, folder) for who in SIDES]:
             finish(process)
-        indices = range(len(case.times))
-        steps = {who: [record(folder, who, index) for index in indices] for who in SIDES}
-    return summary(case, steps)
+        found = {who: [record(folder, who, index) for index in range(steps)] for who in SIDES}
+    return summary(case, found)
 
 
 def scaling(case: BenchCase, ranks: int) -> dict:
@@ -78,6 +80,9 @@ def scaling(case: BenchCase, ranks: int) -> dict:
         "unknowns": case.unknowns,
         "gain": round(gain, 2),
         "kB_per_unknown": round(found[1]["peak_MB"] * 1024 / case.unknowns, 2),
+        "kB_per_unknown_without_libraries": round(
+            (found[1]["peak_MB"] - found[1]["libraries_MB"]) * 1024 / case.unknowns, 2
+        ),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "one": found[1],
         "more": found[ranks],
@@ -101,6 +106,7 @@ def summary(case: BenchCase, steps: dict[str, list[dict]]) -> dict:
         "ranks": 1,
         "unknowns": case.unknowns,
         "tolerance": case.tolerance,
+        "steps_run": f"{len(case.times)} of {len(CASES[case.name].times)}",
         **total,
         "ratio_wall": round(total["script"]["wall_s"] / total["staffa"]["wall_s"], 2),
         "ratio_cpu": round(total["script"]["cpu_s"] / total["staffa"]["cpu_s"], 2),
@@ -144,6 +150,7 @@ def main() -> None:
     """Run the chosen cases and write what came out after each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", help=f"of {', '.join(CASES)}; CASE:2 for two ranks")
+    parser.add_argument("--steps", type=int, help="only so many steps of each case")
     parser.add_argument("--out", type=Path, default=HERE / "results.json")
     arguments = parser.parse_args()
     every = [f"{case.name}:{ranks}" for case in CASES.values() for ranks in case.ranks]
@@ -154,7 +161,8 @@ def main() -> None:
     for chosen in arguments.cases or every:
         name, _, ranks = chosen.partition(":")
         case, number = CASES[name], int(ranks or 1)
-        outcome = beside(case) if number == 1 else scaling(case, number)
+        steps = arguments.steps or len(case.times)
+        outcome = beside(case, steps) if number == 1 else scaling(case, number)
         outcome |= {"machine": machine(), "versions": versions()}
         results["runs"][f"{name}:{ranks or 1}"] = outcome
         arguments.out.write_text(json.dumps(results, indent=1) + "\n")

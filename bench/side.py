@@ -1,6 +1,6 @@
 """One side of the yardstick: the hand script or staffa, step by step, in turn with the other.
 
-    side.py script|staffa|alone CASE FOLDER
+    side.py script|staffa|alone CASE FOLDER STEPS
 
 The sides talk through files in FOLDER, one a rank: the script starts a step where its last one
 ended, writes down where that was, and waits until staffa has done the same step from there.
@@ -46,6 +46,7 @@ class StaffaSide:
     def __init__(self, case: BenchCase) -> None:
         from ours import Ours
 
+        self.libraries_MB = peak_MB()
         self.ours = Ours(case, MPI.COMM_WORLD)
 
     def put(self, state: dict[str, np.ndarray], time: float | None) -> None:
@@ -73,6 +74,11 @@ def finish(path: Path, write) -> None:
     os.replace(aside, path)
 
 
+def peak_MB() -> float:
+    """Largest resident memory of this rank so far."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
 def timed(side, time: float, index: int) -> dict:
     """One step with its wall seconds and the CPU seconds of all ranks."""
     comm = MPI.COMM_WORLD
@@ -82,13 +88,13 @@ def timed(side, time: float, index: int) -> dict:
     wall, cpu = perf_counter() - wall, process_time() - cpu
     energy = result.pop("energy")()
     record = {"index": index, "time": time, "wall_s": comm.allreduce(wall, op=MPI.MAX)}
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    record |= {"cpu_s": comm.allreduce(cpu), "energy": energy, "peak_MB": comm.allreduce(peak)}
+    record |= {"cpu_s": comm.allreduce(cpu), "energy": energy}
+    record |= {"peak_MB": comm.allreduce(peak_MB())}
     return record | result
 
 
-def main(who: str, name: str, folder: Path) -> None:
-    """Run all steps of a case, in turn with the other side."""
+def main(who: str, name: str, folder: Path, steps: int) -> None:
+    """Run the first steps of a case, in turn with the other side."""
     case, rank = CASES[name], MPI.COMM_WORLD.rank
     if who == "alone":
         record = timed(StaffaSide(case), case.times[0], 0)
@@ -97,7 +103,7 @@ def main(who: str, name: str, folder: Path) -> None:
         )
         return
     side = ScriptSide(case) if who == "script" else StaffaSide(case)
-    for index, time in enumerate(case.times):
+    for index, time in enumerate(case.times[:steps]):
         started_at = folder / f"state-{index}-{rank}.npz"
         if who == "script":
             if index:
@@ -118,7 +124,7 @@ def main(who: str, name: str, folder: Path) -> None:
 if __name__ == "__main__":
     folder = Path(sys.argv[3])
     try:
-        main(sys.argv[1], sys.argv[2], folder)
+        main(sys.argv[1], sys.argv[2], folder, int(sys.argv[4]))
     except BaseException:
         (folder / "failed").touch()
         raise
