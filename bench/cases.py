@@ -116,6 +116,7 @@ CASES = {
     for case in (
         slab("A30k", 122, TEN),
         slab("A120k", 244, TEN),
+        slab("B30k", 122, (0.05, 0.1)),  # what B480k's growth is measured from
         slab("B480k", 489, (0.05, 0.1)),
         BenchCase(
             name="C120k",

@@ -62,7 +62,8 @@ def beside(case: BenchCase, steps: int) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         for process in [start(who, case, 1, folder) for who in SIDES]:
             finish(process)
-        found = {who: [record(folder, who, index) for index in range(steps)] for who in SIDES}
+        indices = range(len(case.times))
+        found = {who: [record(folder, who, index) for index in indices] for who in SIDES}
     return summary(case, found)
 
 

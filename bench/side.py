@@ -97,10 +97,12 @@ def main(who: str, name: str, folder: Path, steps: int) -> None:
     """Run the first steps of a case, in turn with the other side."""
     case, rank = CASES[name], MPI.COMM_WORLD.rank
     if who == "alone":
-        record = timed(StaffaSide(case), case.times[0], 0)
-        finish(
-            folder / f"alone-0-{rank}.json", lambda file: file.write(json.dumps(record).encode())
-        )
+        side = StaffaSide(case)
+        side.ours.put_at_rest()
+        libraries = MPI.COMM_WORLD.allreduce(side.libraries_MB)
+        record = timed(side, case.times[0], 0) | {"libraries_MB": libraries}
+        text = json.dumps(record).encode()
+        finish(folder / f"alone-0-{rank}.json", lambda file: file.write(text))
         return
     side = ScriptSide(case) if who == "script" else StaffaSide(case)
     for index, time in enumerate(case.times[:steps]):

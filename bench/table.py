@@ -4,6 +4,7 @@ python bench/table.py
 """
 
 import json
+from math import log
 from pathlib import Path
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -42,15 +43,23 @@ def presets(results: dict) -> list[str]:
 
 
 def growth(results: dict) -> list[str]:
-    """Time and sweeps of a step against unknowns, at the times that two sizes of slab share."""
+    """Time and sweeps of a step of staffa on the same slab at the same times, on two meshes."""
     runs = {name.split(":")[0]: run for name, run in results["runs"].items()}
-    rows = ["| slab | unknowns | time a step | sweeps a step |", "| --- | --- | --- | --- |"]
-    for name in ("A30k", "A120k", "B480k"):
-        steps = runs[name]["steps"]["staffa"]
+    rows = [
+        "| slabs | unknowns | time a step | time ~ unknowns^ | sweeps a step |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for coarse, fine in (("A30k", "A120k"), ("B30k", "B480k")):
+        n = [runs[name]["unknowns"] for name in (coarse, fine)]
         wall, sweeps = (
-            sum(step[key] for step in steps) / len(steps) for key in ("wall_s", "sweeps")
+            [run["staffa"][key] / len(run["steps"]["staffa"]) for run in (runs[coarse], runs[fine])]
+            for key in ("wall_s", "sweeps")
         )
-        rows.append(f"| {name} | {runs[name]['unknowns']} | {wall:.1f} s | {sweeps:.1f} |")
+        exponent = log(wall[1] / wall[0]) / log(n[1] / n[0])
+        rows.append(
+            f"| {coarse}, {fine} | {n[0]}, {n[1]} | {wall[0]:.1f} s, {wall[1]:.1f} s | "
+            f"{exponent:.2f} | {sweeps[0]:.1f}, {sweeps[1]:.1f} |"
+        )
     return rows
 
 

@@ -16,6 +16,7 @@ from staffa.evolution.system import System, build
 from staffa.fields import owned
 from staffa.physics.damage import AT1, AT2, is_quadratic
 from staffa.records import Effort, Step, Stop
+from staffa.supports import SideSupport, at_rest
 
 TIMES = (0.002, 0.006)
 
@@ -121,7 +122,7 @@ def test_a_step_is_cut_in_two_where_all_else_fails() -> None:
 def test_when_nothing_helps_the_state_before_is_saved() -> None:
     problem = cooled()
     system = build(problem)
-    saved, steps, tries = [], [], []
+    saved, steps, tries, before = [], [], [], []
 
     def at_the_second_step() -> bool:
         tries.append(1)
@@ -134,7 +135,11 @@ def test_when_nothing_helps_the_state_before_is_saved() -> None:
     with pytest.raises(SolveError, match=r"step 1 \(time 0.006\) failed: .*told to fail"):
         for step in march(problem, broken, observers):
             steps.append(step)
+            before.append(len(tries))
     assert steps[-1].status == "failed" and len(saved) == 2
+    # The first step takes what it takes; then with Newton and without, whole and in 2, 4, 8 parts:
+    # the first part fails each time.
+    assert len(tries) - before[0] == 2 * (1 + 3)
     assert np.array_equal(saved[0], saved[1]), "what is saved is the last finished state"
     assert steps[-1].energies.total == pytest.approx(steps[0].energies.total, rel=1e-9)
     system.destroy()
@@ -171,6 +176,50 @@ def test_a_load_that_is_not_a_number_is_not_tried_again() -> None:
     ) as raised:
         list(march(problem, system))
     assert asked == [TIMES[0]] and isinstance(raised.value.__cause__, LoadError)
+    system.destroy()
+
+
+def test_a_displacement_that_is_not_a_number_is_not_tried_again() -> None:
+    pulled = SideSupport(side="right", components={0: lambda t: np.nan if t > 0.004 else 0.01 * t})
+    sides = (SideSupport(side="left", components={0: at_rest}), pulled)
+    system = build(problem := cooled(sides=sides))
+    steps = []
+    with pytest.raises(SolveError, match="displacement that is not finite"):
+        for step in march(problem, system):
+            steps.append(step)
+    assert [step.status for step in steps] == ["converged", "failed"]
+    system.destroy()
+
+
+def test_an_error_inside_petsc_is_the_failure_of_a_solver() -> None:
+    """TAO refuses a gradient that is not a number by an error of its own."""
+    system = build(problem := cooled(times=TIMES[:1]))
+    damage = system.alternation.damage
+    sick = replace(damage, quadratic=False, gradient=lambda out: out.set(np.nan))
+    for solver in system.alternation.bounded:
+        solver.energy = sick
+        solver.evaluation.energy = sick
+    steps = []
+    with pytest.raises(SolveError, match="the damage was not minimized"):
+        for step in march(problem, system):
+            steps.append(step)
+    assert steps[-1].status == "failed" and np.all(owned(system.state.alpha) == 0)
+    system.destroy()
+
+
+def test_a_half_that_does_not_converge_is_no_step() -> None:
+    """The whole step fails at once; its first half runs out of sweeps: the step has failed."""
+    problem = cooled()
+    solvers = replace(problem.solvers, stop=replace(problem.solvers.stop, sweeps=1))
+    system = build(replace(problem, solvers=solvers))
+    calls = iter([True, True])
+    broken = with_solvers(system, Failing(system, lambda: next(calls, False)))
+    steps = []
+    with pytest.raises(SolveError, match="told to fail"):
+        for step in march(replace(problem, solvers=solvers), broken):
+            steps.append(step)
+    assert [step.status for step in steps] == ["failed"]
+    assert np.all(owned(system.state.alpha) == 0), "the state at the start of the step"
     system.destroy()
 
 

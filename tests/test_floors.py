@@ -25,7 +25,7 @@ FLOORS = [
 WITHIN = {
     "units": ["errors"],
     "parallel": ["stack"],
-    "options": ["stack"],
+    "options": ["errors", "stack"],
     "jit": ["parallel", "stack"],
     "fields": ["domain"],
     "report": ["plot"],

@@ -1,8 +1,11 @@
 """Named PETSc presets: what each is for, why its options are what they are, and their sources."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 from staffa.stack import PETSc
+
+from staffa.errors import SolveError
 
 # The stiffness is symmetric positive definite (the residual stiffness sees to that), so Cholesky
 # does half the work of LU: measured 1.5 times faster a solve on the slab at 25k unknowns.
@@ -84,3 +87,12 @@ def apply(prefix: str, preset: Mapping[str, str]) -> None:
     for key, value in preset.items():
         if not options.hasName(prefix + key):
             options.setValue(prefix + key, value)
+
+
+@contextmanager
+def petsc_errors(what: str) -> Iterator[None]:
+    """Turn an error that PETSc raises, on NaN in most cases, into the failure of a solver."""
+    try:
+        yield
+    except PETSc.Error as error:
+        raise SolveError(f"{what}: PETSc stopped with error {error.ierr}") from error

@@ -37,7 +37,7 @@ class Effort:
 
     moves, refused: Newton's proposals that were taken, and that did not lower the energy, so that
     a plain sweep followed. iterations: of the linear solver within these. fallbacks: times that the
-    second damage solver took over. plain: times that all was done again without Newton. halvings:
+    second damage solver took over. plain: times that all was begun again without Newton. halvings:
     times that a time step was cut in two.
     """
 

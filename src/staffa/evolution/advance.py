@@ -52,6 +52,11 @@ class Advance:
     released: float
     imbalance: float
 
+    def after(self, tried: Effort) -> "Advance":
+        """The same, with what was tried before it on record."""
+        effort = tried + self.outcome.effort
+        return replace(self, outcome=replace(self.outcome, effort=effort))
+
     def then(self, other: "Advance") -> "Advance":
         """This one and the next, as one step that was cut in two."""
         last = other.outcome
@@ -81,6 +86,9 @@ def advance_to(
 ) -> Advance:
     """Put on the loads and minimize; if a solver fails, without Newton, then in two half steps.
 
+    Only a failure is tried again: running out of sweeps is what the user set as the limit. Of what
+    failed, the record counts that it did (`plain`, `halvings`), not what it had done till then.
+
     Raises
     ------
     SolveError
@@ -98,24 +106,24 @@ def advance_to(
     if newton:
         plain = replace(system, alternation=replace(system.alternation, newton=None))
         try:
-            found = _advance(problem, plain, start, end, watch)
-            effort = found.outcome.effort + Effort(plain=1)
-            return replace(found, outcome=replace(found.outcome, effort=effort))
+            return _advance(problem, plain, start, end, watch).after(Effort(plain=1))
         except SolveError as error:
             failure = error
             _restore(system, kept)
     if not cuts:
         raise failure
+    tried = Effort(plain=1 if newton else 0)
     time = (start.time + end.time) / 2
     middle = Loads(time=time, values=system.supports.values(time))
     try:
         first = advance_to(problem, system, start, middle, watch, cuts - 1)
         if not first.outcome.converged:
-            return first
-        return first.then(advance_to(problem, system, middle, end, watch, cuts - 1))
+            raise SolveError(f"the first half of the step {first.outcome.reason}")
+        whole = first.then(advance_to(problem, system, middle, end, watch, cuts - 1))
     except SolveError:
         _restore(system, kept)
         raise failure from None
+    return whole.after(tried)
 
 
 def _advance(
@@ -140,14 +148,15 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     Raises
     ------
     LoadError
-        The temperature is not finite.
+        The temperature or a prescribed displacement is not finite.
     """
     energy, state, parts = system.energy, system.state, system.alternation
     T = problem.load.temperature(vertices(state.T.function_space).T, end.time)
-    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
-        raise LoadError(
-            f"the load gives a temperature that is not finite at time {end.time:.6g}; mend the load"
-        )
+    for what, values in {"temperature": T, "displacement": end.values}.items():
+        if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(values))):
+            raise LoadError(
+                f"the load gives a {what} that is not finite at time {end.time:.6g}; mend the load"
+            )
 
     def power() -> float:
         of_supports = float(reactions(parts) @ (end.values - start.values))

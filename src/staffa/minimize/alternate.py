@@ -1,7 +1,7 @@
 """Alternate minimization: the displacement, then the damage, until neither moves the other."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from staffa.stack import PETSc
 
@@ -78,29 +78,33 @@ def alternate(
         out of sweeps raises nothing: the outcome says so.
     """
     tally, patience = Tally(energies=problem.energies()), Patience()
-    newton, exact = problem.newton, problem.elastic.exact
+    newton, direct = problem.newton, problem.elastic.direct
+    # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
         residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
+        if not np.isfinite(residual):
+            raise SolveError("the force on the damage is not finite; try a shorter time step")
         if number:
             watch(Sweep(number=number, energies=tally.energies, change=change, residual=residual))
         near = change <= stop.change and residual <= stop.residual
-        converged = near and settled and balanced
+        converged = near and settled
         if converged or number == stop.sweeps:
             break
         if newton and number and not near and patience.allows():
             taken = _move(problem, newton, lower, upper, tally)
             patience.learn(taken)
             balanced = balanced and not taken
-        elif near and not balanced:
-            equilibrium(problem, values)
-            balanced = True
         settled = balanced
         change = _minimize_damage(problem, lower, upper, tally)
         # A displacement from which Newton goes on need not be solved for to the last digit.
-        balanced = exact or not newton or change <= stop.change
+        balanced = direct or not newton or change <= stop.change
         equilibrium(problem, values, reduction=0.0 if balanced else REDUCTION)
         tally.accept(problem.energies(), "the displacement was solved for")
+    if not balanced:  # out of sweeps: what is returned is in equilibrium all the same
+        equilibrium(problem, values)
+        tally.accept(problem.energies(), "the displacement was solved for")
+        residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
     return Outcome(
         converged=converged,
         reason=_reason(converged, number, change, residual, stop),
@@ -130,26 +134,31 @@ class Tally:
     """What is counted during one minimization, and the energies of the last state accepted."""
 
     energies: Energies
+    last: float = field(init=False)
     largest_rise: float = 0.0
     moves: int = 0
     refused: int = 0
     iterations: int = 0
     fallbacks: int = 0
 
+    def __post_init__(self) -> None:
+        self.last = self.energies.total
+
     def accept(self, energies: Energies, what: str) -> None:
         """Take note of the energies of a state, and of how far they rose."""
-        self.compare(energies.total, what)
+        self.note(energies.total, what)
         self.energies = energies
 
-    def compare(self, total: float, what: str) -> None:
-        """Hold an energy against the last one accepted."""
+    def note(self, total: float, what: str) -> None:
+        """Take note of an energy, and of how far it rose since the one before."""
         if not np.isfinite(total):
             raise SolveError(
                 f"the energy is not finite after {what}; try a shorter time step or a larger "
                 f"damage.residual_stiffness"
             )
-        scale = max(abs(self.energies.total), abs(total), 1e-300)
-        self.largest_rise = max(self.largest_rise, (total - self.energies.total) / scale)
+        scale = max(abs(self.last), abs(total), 1e-300)
+        self.largest_rise = max(self.largest_rise, (total - self.last) / scale)
+        self.last = total
 
     def effort(self) -> Effort:
         """What has been done besides sweeps."""
@@ -188,7 +197,7 @@ def _move(
         problem.damage.move_to(problem.alpha)
         return problem.damage.value()
 
-    before = tally.energies.total
+    before = problem.damage.value()  # of the same form as those it is held against
     move = newton.advance(problem.u, problem.alpha, lower, upper, total=total, before=before)
     tally.iterations += move.iterations
     if not move.taken:
@@ -215,7 +224,7 @@ def _minimize_damage(
     else:
         raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
     tally.fallbacks += len(errors)
-    tally.compare(problem.damage.value(), "the damage was minimized")
+    tally.note(problem.damage.value(), "the damage was minimized")
     problem.before.axpy(-1.0, problem.alpha)
     return problem.before.norm(PETSc.NormType.NORM_INFINITY)
 

@@ -9,7 +9,7 @@ from staffa.stack import PETSc
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.options import apply
+from staffa.options import apply, petsc_errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,10 +161,11 @@ class TaoSolver:
         """See `BoundedSolver`."""
         self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
-        self.tao.solve(x)
+        with petsc_errors("the damage was not minimized"):
+            self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
         reason = self.tao.getConvergedReason()
-        _require(reason > 0, f"TAO ended with reason {reason}", x)
+        _require(reason > 0, f"TAO ended with reason {reason}", x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -211,10 +212,11 @@ class SnesSolver:
         """See `BoundedSolver`."""
         self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
-        self.snes.solve(None, x)
+        with petsc_errors("the damage was not minimized"):
+            self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
         reason = self.snes.getConvergedReason()
-        _require(reason > 0, f"SNES ended with reason {reason}", x)
+        _require(reason > 0, f"SNES ended with reason {reason}", x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -228,10 +230,10 @@ class SnesSolver:
 SOLVERS: dict[str, type[TaoSolver] | type[SnesSolver]] = {"tao": TaoSolver, "snes": SnesSolver}
 
 
-def _require(converged: bool, how: str, x: PETSc.Vec) -> None:
-    finite = np.isfinite(x.norm())
+def _require(converged: bool, how: str, x: PETSc.Vec, gradient: PETSc.Vec) -> None:
+    finite = np.isfinite(x.norm()) and np.isfinite(gradient.norm())
     if not (converged and finite):
-        what = how if finite else "the result is not finite"
+        what = how if finite else "the result, or the force on it, is not finite"
         raise SolveError(f"the damage was not minimized: {what}")
 
 
