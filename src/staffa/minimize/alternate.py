@@ -217,6 +217,8 @@ def _minimize_damage(
     for solver in problem.bounded:
         try:
             solver.minimize(problem.alpha, lower, upper)
+            problem.damage.move_to(problem.alpha)
+            tally.note(problem.damage.value(), "the damage was minimized")
             break
         except SolveError as error:
             errors.append(str(error))
@@ -224,7 +226,6 @@ def _minimize_damage(
     else:
         raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
     tally.fallbacks += len(errors)
-    tally.note(problem.damage.value(), "the damage was minimized")
     problem.before.axpy(-1.0, problem.alpha)
     return problem.before.norm(PETSc.NormType.NORM_INFINITY)
 
