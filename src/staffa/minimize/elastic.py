@@ -160,7 +160,7 @@ class ElasticSolver:
         if fresh:
             self.renewals += 1
             self.diagonal.copy(self.kept)
-            self._stale, self._drift = False, 0.0
+            self._stale, self._drift, self._pace = False, 0.0, 0.0
         before = self._unbalanced(rhs, u)
         if not np.isfinite(before):
             return "its forces are not finite"
@@ -190,9 +190,9 @@ class ElasticSolver:
         if digits < 1:  # too few to tell
             return
         pace = self.ksp.getIterationNumber() / digits
-        if fresh:
+        if fresh or not self._pace:  # a new one whose first solves had nothing to do
             self._pace = pace
-        self._stale = self._pace > 0 and pace > SLOWER * self._pace
+        self._stale = pace > SLOWER * self._pace
 
     def _unbalanced(self, rhs: PETSc.Vec, u: PETSc.Vec) -> float:
         self.constrained.mult(u, self.force)
