@@ -16,7 +16,7 @@ help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make test    run every test"
 	@echo "make check   format, lint, types and the fast tests, in under a minute"
-	@echo "make bench   staffa beside a hand-written script, case by case; about two hours"
+	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make format  rewrite the code in the house format"
 	@echo "make clean   delete .venv and caches, keep runs/"
 
