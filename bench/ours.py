@@ -8,9 +8,10 @@ import numpy as np
 from cases import BenchCase
 
 from staffa.domain import Domain, block
-from staffa.evolution.advance import Loads, advance_to
+from staffa.evolution.advance import advance_to
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import schedule
+from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
 from staffa.loads.closed_form import Load, NoLoad
 from staffa.minimize.alternate import equilibrium

@@ -9,9 +9,10 @@ import pytest
 
 from bodies import body, quench, rock
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, Loads, change_loads
+from staffa.evolution.advance import Advance, change_loads
 from staffa.evolution.march import Observers, audit, march
 from staffa.evolution.problem import Irreversibility
+from staffa.evolution.settle import Loads
 from staffa.evolution.system import System, build
 from staffa.fields import owned
 from staffa.loads.closed_form import Face, HalfSpace

@@ -11,9 +11,10 @@ import pytest
 
 from bodies import body, quench, rock
 from staffa.errors import SolveError
-from staffa.evolution.advance import Loads, change_loads, raise_bounds
+from staffa.evolution.advance import change_loads
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers
+from staffa.evolution.settle import Loads, raise_bounds
 from staffa.evolution.system import System, build
 from staffa.fields import read_vector
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium

@@ -6,8 +6,9 @@ from dolfinx import fem
 
 from bodies import Unbreakable, body, quench, rock
 from staffa.errors import InputError
-from staffa.evolution.advance import Loads, change_loads
+from staffa.evolution.advance import change_loads
 from staffa.evolution.march import march
+from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, owned, vertices
 from staffa.minimize.alternate import equilibrium, reactions

@@ -1,7 +1,7 @@
 """A mesh with named boundaries: what the rest of the code knows of the body's shape."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from staffa.stack import MPI
@@ -25,7 +25,8 @@ class Domain:
     """A mesh, the facets of each named boundary (local indices), and its nominal cell size.
 
     size: extent along each axis (m), the lower corner at the origin. h: cell edge (m).
-    identity: a text that is the same for the same mesh on any number of ranks.
+    identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
+    same body with cells twice as long, boundaries and all; None where that cannot be done.
     """
 
     mesh: dmesh.Mesh
@@ -33,6 +34,7 @@ class Domain:
     size: tuple[float, ...]
     h: float
     identity: str
+    coarser: Callable[[], "Domain"] | None = None
 
     @property
     def comm(self) -> MPI.Comm:
@@ -82,6 +84,7 @@ def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> D
         size=size,
         h=edge(size, h),
         identity=hashlib.sha256(description.encode()).hexdigest()[:16],
+        coarser=lambda: block(comm, size=size, h=2 * h, cells=cells),
     )
 
 

@@ -11,6 +11,9 @@ from staffa.domain import Domain
 from staffa.errors import StaffaError
 from staffa.parallel import any_over_ranks
 
+# Vertices on a side may lie outside the other mesh by round-off: by this fraction of a cell.
+OUTSIDE = 1e-6
+
 
 @dataclass(frozen=True, kw_only=True)
 class Spaces:
@@ -95,3 +98,29 @@ def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
 def vertices(space: fem.FunctionSpace) -> np.ndarray:
     """Coordinates of the vertices (owned, then ghosts), shape (n, 3)."""
     return space.tabulate_dof_coordinates()
+
+
+class Transfer:
+    """Values of one mesh's vertices at those of another mesh of the same body, by interpolation.
+
+    What it needs to know of the two meshes is found once. Everything is collective.
+    """
+
+    def __init__(self, source: fem.FunctionSpace, target: fem.FunctionSpace, *, h: float) -> None:
+        """h: cell edge (m) of the source; by 1e-6 of it a vertex may lie outside."""
+        self._source, self._target = fem.Function(source), fem.Function(target)
+        topology = target.mesh.topology
+        self._cells = np.arange(topology.index_map(topology.dim).size_local, dtype=np.int32)
+        self._meeting = fem.create_interpolation_data(
+            target, source, self._cells, padding=OUTSIDE * h
+        )
+        reached = self(np.ones_like(self._source.x.array))  # a vertex that is not found gets 0
+        if any_over_ranks(target.mesh.comm, not np.allclose(reached, 1.0)):
+            raise StaffaError("the two meshes are not of the same body: a vertex has no cell")
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Values at the target's vertices, from those at the source's; ghosts in both."""
+        self._source.x.array[:] = values
+        self._target.interpolate_nonmatching(self._source, self._cells, self._meeting)
+        self._target.x.scatter_forward()
+        return self._target.x.array.copy()

@@ -35,10 +35,11 @@ class Stop:
 class Effort:
     """What a minimization did besides sweeps, and where it had to fall back.
 
-    moves, refused: Newton's proposals that were taken, and that did not lower the energy, so that
-    a plain sweep followed. iterations: of the linear solver within these. fallbacks: times that the
-    second damage solver took over. plain: times that all was begun again without Newton. halvings:
-    times that a time step was cut in two.
+    moves: Newton's proposals that were taken. guesses: first guesses of a coarser mesh that were
+    taken, after so many coarse_sweeps there. refused: proposals of either that did not lower the
+    energy, so that a plain sweep followed. iterations: of the linear solver within Newton's moves.
+    fallbacks: times that the second damage solver took over. plain: times that all was begun again
+    without proposals. halvings: times that a time step was cut in two.
     """
 
     moves: int = 0
@@ -47,6 +48,8 @@ class Effort:
     fallbacks: int = 0
     plain: int = 0
     halvings: int = 0
+    guesses: int = 0
+    coarse_sweeps: int = 0
 
     def __add__(self, other: "Effort") -> "Effort":
         """Both together."""

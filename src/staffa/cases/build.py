@@ -60,6 +60,7 @@ def problem(
             displacement=keys.displacement,
             damage=keys.damage,
             acceleration=keys.acceleration,
+            guess=keys.guess,
             stop=Stop(change=keys.change, residual=keys.residual, sweeps=keys.sweeps),
         ),
         measuring=Measuring(

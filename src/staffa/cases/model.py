@@ -328,6 +328,11 @@ class SolverKeys(Section):
         default="newton",
         description="what each sweep is followed by: a Newton move, or none (plain alternation)",
     )
+    guess: Literal["coarser", "none"] = Field(
+        default="coarser",
+        description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
+        "where ell is 6 h at least), or none",
+    )
     change: Annotated[PositiveNumber, Field(lt=1)] = Field(
         default=Stop.change,
         description="a step ends when a sweep changes the damage by less than this",

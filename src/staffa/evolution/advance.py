@@ -6,23 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from staffa.errors import LoadError, SolveError
-from staffa.evolution.problem import Irreversibility, Problem
+from staffa.evolution.problem import Problem
+from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector, vertices, write_vector
-from staffa.minimize.alternate import Sweep, alternate, equilibrium, reactions
-from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
+from staffa.fields import read_vector, vertices
+from staffa.minimize.alternate import Sweep, equilibrium, reactions
+from staffa.parallel import any_over_ranks, sum_over_ranks
 from staffa.records import Effort, Outcome
 
+# Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
+# then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
+SURGE = 1.5
 # A step may be cut in two, and its halves again, so often.
 CUTS = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class Loads:
-    """A time (s), and the displacements prescribed then (m), shape (n_fixed,)."""
-
-    time: float
-    values: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +80,7 @@ def advance_to(
     watch: Callable[[Sweep], None] = lambda sweep: None,
     cuts: int = CUTS,
 ) -> Advance:
-    """Put on the loads and minimize; if a solver fails, without Newton, then in two half steps.
+    """Put on the loads and minimize; if a solver fails, without proposals, then in two half steps.
 
     Only a failure is tried again: running out of sweeps is what the user set as the limit. Of what
     failed, the record counts that it did (`plain`, `halvings`), not what it had done till then.
@@ -104,7 +100,7 @@ def advance_to(
         failure = error
         _restore(system, kept)
     if newton:
-        plain = replace(system, alternation=replace(system.alternation, newton=None))
+        plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:
             return _advance(problem, plain, start, end, watch).after(Effort(plain=1))
         except SolveError as error:
@@ -130,7 +126,8 @@ def _advance(
     problem: Problem, system: System, start: Loads, end: Loads, watch: Callable[[Sweep], None]
 ) -> Advance:
     loading = change_loads(problem, system, start, end)
-    outcome, healing = minimize_step(problem, system, end, watch)
+    overwhelmed = loading.end > SURGE * loading.start
+    outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)
     total = outcome.energies.total
     scale = max(abs(loading.start), abs(loading.end), abs(total), 1e-300)
     return Advance(
@@ -167,33 +164,6 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     state.T.x.array[:] = T
     equilibrium(parts, end.values)
     return Loading(work=(power_before + power()) / 2, start=before, end=energy.total())
-
-
-def raise_bounds(rule: Irreversibility, system: System) -> None:
-    """Bound the damage from below by what must not heal."""
-    alpha = system.state.alpha.x.array
-    kept = alpha >= rule.threshold if rule.crack_set_only else np.full(len(alpha), True)
-    system.bounds.lower.x.array[:] = np.where(kept, alpha, 0.0)
-
-
-def minimize_step(
-    problem: Problem, system: System, loads: Loads, watch: Callable[[Sweep], None]
-) -> tuple[Outcome, float]:
-    """Minimize from the frozen state; the outcome, and how far the damage sank below its bound."""
-    raise_bounds(problem.irreversibility, system)
-    parts, state, bounds = system.alternation, system.state, system.bounds
-    read_vector(state.alpha, parts.alpha)
-    outcome = alternate(
-        parts,
-        loads.values,
-        bounds.lower.x.petsc_vec,
-        bounds.upper.x.petsc_vec,
-        problem.solvers.stop,
-        watch,
-    )
-    write_vector(parts.alpha, state.alpha)
-    sunk = owned(bounds.lower) - owned(state.alpha)
-    return outcome, max_over_ranks(problem.domain.comm, sunk)
 
 
 def _snapshot(system: System) -> tuple[np.ndarray, ...]:

@@ -8,8 +8,9 @@ from time import perf_counter
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, Loads, advance_to
+from staffa.evolution.advance import Advance, advance_to
 from staffa.evolution.problem import Problem
+from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Sweep, equilibrium
 from staffa.records import Audit, Measures, Step

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from dolfinx import fem
 
 from staffa.energy import Energy, Rock
-from staffa.evolution.problem import Material, Problem
+from staffa.evolution.problem import Material, Problem, coarser
 from staffa.fields import (
     Bounds,
     Spaces,
     State,
+    Transfer,
     linear_spaces,
     unit_bounds,
     vertices,
@@ -29,8 +30,21 @@ INNER = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True)
+class Coarser:
+    """The problem on cells twice as long, and the ways there and back of values at vertices."""
+
+    problem: Problem
+    system: "System"
+    down: Transfer
+    up: Transfer
+
+
+@dataclass(frozen=True, kw_only=True)
 class System:
-    """What `march` works on; everything in it is owned by it and freed by `destroy`."""
+    """What `march` works on; everything in it is owned by it and freed by `destroy`.
+
+    coarser: what a first guess is made on, if it is.
+    """
 
     spaces: Spaces
     state: State
@@ -38,9 +52,12 @@ class System:
     energy: Energy
     supports: Supports
     alternation: Alternation
+    coarser: Coarser | None
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
+        if self.coarser:
+            self.coarser.system.destroy()
         parts = self.alternation
         parts.elastic.destroy()
         for solver in parts.bounded:
@@ -70,6 +87,21 @@ def build(problem: Problem) -> System:
         energy=energy,
         supports=supports,
         alternation=_alternation(problem, spaces, state, energy, supports),
+        coarser=_coarser(problem, spaces),
+    )
+
+
+def _coarser(problem: Problem, spaces: Spaces) -> Coarser | None:
+    below = coarser(problem)
+    if below is None:
+        return None
+    system = build(below)
+    fine, coarse = spaces.alpha, system.spaces.alpha
+    return Coarser(
+        problem=below,
+        system=system,
+        down=Transfer(fine, coarse, h=problem.domain.h),
+        up=Transfer(coarse, fine, h=below.domain.h),
     )
 
 

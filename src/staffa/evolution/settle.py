@@ -1,0 +1,96 @@
+"""From frozen cracks to a minimum at the same loads, by way of a coarser mesh where that pays."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from staffa.errors import SolveError
+from staffa.evolution.problem import Irreversibility, Problem
+from staffa.evolution.system import Coarser, System
+from staffa.fields import owned, read_vector, vertices, write_vector
+from staffa.minimize.alternate import Sweep, alternate, equilibrium
+from staffa.parallel import max_over_ranks
+from staffa.records import Effort, Outcome
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loads:
+    """A time (s), and the displacements prescribed then (m), shape (n_fixed,)."""
+
+    time: float
+    values: np.ndarray
+
+
+def raise_bounds(rule: Irreversibility, system: System) -> None:
+    """Bound the damage from below by what must not heal."""
+    alpha = system.state.alpha.x.array
+    kept = alpha >= rule.threshold if rule.crack_set_only else np.full(len(alpha), True)
+    system.bounds.lower.x.array[:] = np.where(kept, alpha, 0.0)
+
+
+def settle(
+    problem: Problem,
+    system: System,
+    loads: Loads,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+    *,
+    guess: bool,
+) -> tuple[Outcome, float]:
+    """Minimize from the frozen state; the outcome, and how far the damage sank below its bound.
+
+    guess: begin where a coarser mesh ends, if the system has one and the energy is lower there.
+    Collective.
+    """
+    raise_bounds(problem.irreversibility, system)
+    parts, state, bounds = system.alternation, system.state, system.bounds
+    guessed = Effort()
+    if guess and system.coarser:
+        guessed = _first_guess(system, system.coarser, loads)
+    read_vector(state.alpha, parts.alpha)
+    outcome = alternate(
+        parts,
+        loads.values,
+        bounds.lower.x.petsc_vec,
+        bounds.upper.x.petsc_vec,
+        problem.solvers.stop,
+        watch,
+    )
+    write_vector(parts.alpha, state.alpha)
+    sunk = owned(bounds.lower) - owned(state.alpha)
+    healing = max_over_ranks(problem.domain.comm, sunk)
+    return replace(outcome, effort=guessed + outcome.effort), healing
+
+
+def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
+    """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
+    alpha, bounds, parts = system.state.alpha.x.array, system.bounds, system.alternation
+    frozen, before = alpha.copy(), system.energy.total()
+    try:
+        gain, effort = _coarse_gain(coarser, frozen, loads.time)
+        alpha[:] = np.clip(frozen + gain, bounds.lower.x.array, bounds.upper.x.array)
+        equilibrium(parts, loads.values)
+        taken = system.energy.total() < before
+    except SolveError:  # a guess may fail: the step goes on without it
+        taken, effort = False, Effort()
+    if taken:
+        return effort + Effort(guesses=1)
+    alpha[:] = frozen
+    equilibrium(parts, loads.values)
+    return effort + Effort(refused=1)
+
+
+def _coarse_gain(coarser: Coarser, alpha: np.ndarray, time: float) -> tuple[np.ndarray, Effort]:
+    """How the damage would change in a step to these loads, as seen on the coarser mesh."""
+    problem, system = coarser.problem, coarser.system
+    state = system.state
+    state.alpha.x.array[:] = np.clip(coarser.down(alpha), 0.0, 1.0)
+    state.T.x.array[:] = problem.load.temperature(vertices(state.T.function_space).T, time)
+    start = state.alpha.x.array.copy()
+    loads = Loads(time=time, values=system.supports.values(time))
+    equilibrium(system.alternation, loads.values)
+    outcome, _ = settle(problem, system, loads, guess=True)
+    below = outcome.effort
+    return coarser.up(state.alpha.x.array - start), Effort(
+        coarse_sweeps=below.coarse_sweeps + outcome.sweeps
+    )
