@@ -106,7 +106,7 @@ def coarser(problem: Problem) -> Problem | None:
     """The same on cells twice as long, as tough; None if that is of no use for a first guess.
 
     A crack dissipates about Gc (1 + h/(4 c_w ell)) on cells of edge h: Gc makes up for it. In 3-D
-    the guess saved no sweeps and cost an eighth of the memory (docs/performance.md). Collective.
+    the guess saved 3 sweeps of 10 but no time, and costs memory (docs/performance.md). Collective.
     """
     domain, material = problem.domain, problem.material
     wanted = problem.solvers.guess == "coarser" and domain.dim == 2 and domain.coarser is not None

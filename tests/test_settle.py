@@ -1,0 +1,174 @@
+"""First guesses from a coarser mesh: what they may do, what they save, that they change no result."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from staffa.stack import MPI
+
+import numpy as np
+import pytest
+
+from bodies import body, quench, rock
+from staffa.domain import block
+from staffa.errors import SolveError, StaffaError
+from staffa.evolution import settle as module
+from staffa.evolution.march import march
+from staffa.evolution.problem import Problem, Solvers, coarser
+from staffa.evolution.system import build
+from staffa.evolution.toughness import discrete_toughness
+from staffa.fields import Transfer, linear_spaces, vertices
+from staffa.physics.damage import LAWS
+from staffa.records import Effort, Step, Stop
+
+BIN = Path(sys.executable).parent
+TIGHT = Stop(change=1e-6, residual=1e-4)
+
+
+def uneven(x: np.ndarray) -> np.ndarray:
+    """A toughness that favors some places, so that no round-off decides."""
+    return 1 + 0.1 * np.cos(7 * x[0] + 1)
+
+
+def plate(guess: str = "coarser", *, dT: float = 30.0, h: float = 0.0125, **changes) -> Problem:
+    """A plate with ell = 8 h that cracks all along its cooled face in one step."""
+    material = rock(ell=0.1, toughness=uneven)
+    fields = {"load": quench(dT), "times": (0.002,), "material": material, **changes}
+    return replace(body((1.0, 0.5), h, **fields), solvers=Solvers(guess=guess, stop=TIGHT))
+
+
+def run(problem: Problem) -> list[Step]:
+    """All steps."""
+    system = build(problem)
+    try:
+        return list(march(problem, system))
+    finally:
+        system.destroy()
+
+
+def test_nucleation_takes_fewer_sweeps_and_ends_no_higher() -> None:
+    (alone,), (guided,) = run(plate("none", h=0.008)), run(plate(h=0.008))
+    assert alone.effort.guesses == 0 and guided.effort.guesses == 1
+    assert guided.effort.coarse_sweeps > 0 and guided.audit.violations == ()
+    assert guided.energies.surface > 0.5, "there must be cracks"
+    assert guided.energies.total <= 1.001 * alone.energies.total
+    assert guided.sweeps < 0.75 * alone.sweeps, f"{guided.sweeps} against {alone.sweeps} sweeps"
+
+
+@pytest.mark.parametrize("acceleration", ["newton", "none"])
+def test_same_energies_with_and_without_where_the_path_is_unique(acceleration: str) -> None:
+    """The face is damaged, and nothing cracks."""
+    found = {}
+    for guess in ("none", "coarser"):
+        problem = plate(guess, dT=6.0, times=(0.002, 0.006))
+        solvers = replace(problem.solvers, acceleration=acceleration)
+        found[guess] = run(replace(problem, solvers=solvers))
+    expected = [step.energies.total for step in found["none"]]
+    assert sum(step.effort.guesses for step in found["coarser"]) > 0
+    assert found["none"][-1].energies.surface > 1e-3, "there must be damage"
+    assert [s.energies.total for s in found["coarser"]] == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_step_that_does_not_overwhelm_the_state_makes_no_guess() -> None:
+    first, second = run(plate(times=(0.002, 0.0021)))
+    assert first.effort.guesses == 1
+    assert second.effort.guesses == second.effort.coarse_sweeps == second.effort.refused == 0
+
+
+@pytest.mark.parametrize("fault", ["breaks everything", "not finite", "fails"])
+def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) -> None:
+    def bad(coarser, alpha, time):
+        if fault == "fails":
+            raise SolveError("no")
+        gain = np.full_like(alpha, 1.0 if fault == "breaks everything" else np.nan)
+        return gain, Effort(coarse_sweeps=3)
+
+    (expected,) = run(plate("none", dT=9.0))
+    monkeypatch.setattr(module, "_coarse_gain", bad)
+    (step,) = run(plate(dT=9.0))
+    assert step.effort.guesses == 0
+    assert step.effort.refused == expected.effort.refused + 1
+    assert step.sweeps == expected.sweeps
+    assert step.energies.total == pytest.approx(expected.energies.total, rel=1e-12)
+
+
+def test_a_guess_is_made_where_the_coarser_mesh_resolves_ell() -> None:
+    assert coarser(plate()) is not None
+    assert coarser(plate("none")) is None
+    assert coarser(plate(material=rock(ell=5.9 * 0.0125))) is None
+    assert coarser(replace(plate(), domain=replace(plate().domain, coarser=None))) is None
+    assert coarser(body((0.4, 0.4, 0.4), 0.05, material=rock(ell=0.4, state="solid"))) is None
+
+
+def test_levels_go_on_while_they_resolve_ell() -> None:
+    system = build(plate(h=0.00625))
+    spacings, below = [], system.coarser
+    while below:
+        spacings.append(below.problem.domain.h)
+        below = below.system.coarser
+    system.destroy()
+    assert spacings == pytest.approx([0.0125, 0.025])
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_crack_costs_the_same_on_the_coarser_mesh(law: str) -> None:
+    problem = plate(material=rock(ell=0.1, law=LAWS[law]))
+    below = coarser(problem)
+    assert below is not None
+    fine, coarse = (
+        p.material.Gc * discrete_toughness(p.material, dim=2, h=p.domain.h, cells="quadrilateral")
+        for p in (problem, below)
+    )
+    assert coarse == pytest.approx(fine, rel=0.01), "1 + h/(4 c_w ell) holds to second order"
+
+
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+def test_a_linear_field_survives_the_way_down_and_up(cells: str) -> None:
+    """Also where the cells of one mesh do not nest in those of the other."""
+    fine = block(MPI.COMM_WORLD, size=(1.0, 0.5), h=0.03, cells=cells)
+    assert fine.coarser is not None
+    a, b = linear_spaces(fine).alpha, linear_spaces(fine.coarser()).alpha
+
+    def linear(space):
+        return vertices(space) @ [2.0, -3.0, 0.0] + 1
+
+    assert Transfer(a, b, h=0.03)(linear(a)) == pytest.approx(linear(b), abs=1e-9)
+    assert Transfer(b, a, h=0.06)(linear(b)) == pytest.approx(linear(a), abs=1e-9)
+
+
+def test_meshes_of_two_bodies_are_not_taken_for_one() -> None:
+    a, b = (
+        linear_spaces(block(MPI.COMM_WORLD, size=size, h=0.1, cells="quadrilateral")).alpha
+        for size in [(1.0, 0.5), (1.2, 0.5)]
+    )
+    with pytest.raises(StaffaError, match="not of the same body"):
+        Transfer(a, b, h=0.1)
+
+
+ON_RANKS = """
+from test_settle import plate, run
+from staffa.stack import MPI
+(step,) = run(plate(dT=9.0))
+if MPI.COMM_WORLD.rank == 0:
+    print(step.effort.guesses, step.sweeps, repr(step.energies.total), flush=True)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_any_number_of_ranks_makes_the_same_guess(ranks: int) -> None:
+    (expected,) = run(plate(dT=9.0))
+    done = subprocess.run(
+        [BIN / "mpiexec", "-n", str(ranks), sys.executable, "-c", ON_RANKS],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    guesses, sweeps, energy = done.stdout.split()
+    assert (int(guesses), expected.effort.guesses) == (1, 1)
+    assert abs(int(sweeps) - expected.sweeps) <= 1
+    assert float(energy) == pytest.approx(expected.energies.total, rel=1e-6)
