@@ -227,3 +227,22 @@ def test_more_ranks_than_cells(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         energies.append(read_run(directory).steps[-1].energies.total)
     assert energies[1] == pytest.approx(energies[0], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_superseded_step_is_marked_and_not_erased(tmp_path: Path) -> None:
+    directory = tmp_path / "run"
+    settings = ("--set", "solver.backtracking=true", "--set", "output.fields=all")
+    done = launch(1, "run", CASES / "bar.toml", *settings, "--out", directory)
+    assert done.returncode == 0, done.stderr
+    run = read_run(directory)
+    lines = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
+    returns = [line for line in lines if line["returned"]]
+    assert returns and len(lines) == len(run.steps) + len(run.superseded) > 20
+    assert run.finished and [step.index for step in run.steps] == list(range(20))
+    assert all(line["returned"]["found"] < line["returned"]["before"] for line in returns)
+    series = json.loads((directory / "fields" / "fields.vtkhdf.series").read_text())["files"]
+    assert [file["time"] for file in series] == [step.time for step in run.steps]
+    shown = launch(1, "show", directory).stdout
+    assert f"went back {len(returns)} times, {len(run.superseded)} steps superseded" in shown
+    assert f"went back from step {returns[0]['returned']['index']}" in done.stdout

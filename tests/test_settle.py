@@ -1,4 +1,4 @@
-"""First guesses from a coarser mesh: what they may do, what they save, that they change no result."""
+"""First guesses from a coarser mesh: what they may do and save, and that they change no result."""
 
 import subprocess
 import sys

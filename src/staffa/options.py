@@ -10,8 +10,8 @@ from staffa.errors import SolveError
 # The stiffness is symmetric positive definite (the residual stiffness sees to that), so Cholesky
 # does half the work of LU: measured 1.5 times faster a solve on the slab at 25k unknowns.
 # The factorization preconditions CG: one iteration where it is new, a few where the stiffness has
-# changed a little since. MUMPS estimates its work space from the pattern; with its own margin of 20 %
-# it ran out of it (INFOG(1) = -9) on a plate of 6600 unknowns on 3 ranks.
+# changed a little since. MUMPS estimates its work space from the pattern; with its own margin it
+# ran out of it (INFOG(1) = -9) on a plate of 6600 unknowns on 3 ranks.
 DIRECT = {
     "ksp_type": "cg",
     "ksp_rtol": "1e-10",

@@ -1,5 +1,6 @@
 """What a run hands from floor to floor and keeps on disk: frozen results, and their JSON form."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -126,8 +127,25 @@ class Measures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Return:
+    """Backtracking: a later damage gave an earlier time a lower energy, and was taken back there.
+
+    index, time: the step that it came from. before: total energy kept at the time returned to;
+    found: the energy there with the later damage, from which the minimization went on.
+    """
+
+    index: int
+    time: float
+    before: float
+    found: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """One load state, as recorded in `steps.jsonl`.
+
+    returned: how backtracking came to this step again, which supersedes all recorded before it that
+    have its index or a later one (see `kept`).
 
     status: "converged", "not converged" (out of sweeps), or "failed" (a solver failed; the state is
     the last one before that, without audit and measures). fields: the file of its fields, if kept.
@@ -145,6 +163,7 @@ class Step:
     effort: Effort = Effort()
     seconds: float = 0.0
     fields: str | None = None
+    returned: Return | None = None
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -159,6 +178,7 @@ class Step:
         energies = known.pop("energies")
         audit = known.pop("audit")
         measures = known.pop("measures")
+        returned = known.pop("returned", None)
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
@@ -166,8 +186,19 @@ class Step:
             effort=Effort(**effort),
             audit=None if audit is None else _audit(audit),
             measures=None if measures is None else _measures(measures),
+            returned=None if returned is None else Return(**returned),
             **known,
         )
+
+
+def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
+    """The steps that no return of backtracking has superseded, in order of time."""
+    found: list[Step] = []
+    for step in steps:
+        while found and found[-1].index >= step.index:
+            found.pop()
+        found.append(step)
+    return tuple(found)
 
 
 def _audit(record: dict[str, Any]) -> Audit:

@@ -10,7 +10,14 @@ from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.rock import cracked, toughness_factor
 from staffa.domain import Domain, block
-from staffa.evolution.problem import Irreversibility, Material, Measuring, Problem, Solvers
+from staffa.evolution.problem import (
+    Backtracking,
+    Irreversibility,
+    Material,
+    Measuring,
+    Problem,
+    Solvers,
+)
 from staffa.evolution.schedule import schedule
 from staffa.grid import SIDES, opposite
 from staffa.loads.closed_form import Load
@@ -62,6 +69,9 @@ def problem(
             acceleration=keys.acceleration,
             guess=keys.guess,
             stop=Stop(change=keys.change, residual=keys.residual, sweeps=keys.sweeps),
+        ),
+        backtracking=(
+            Backtracking(tolerance=keys.backtracking_tolerance) if keys.backtracking else None
         ),
         measuring=Measuring(
             depths=tuple(float(d) for d in case.measures.depths),

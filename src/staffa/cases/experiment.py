@@ -25,7 +25,7 @@ from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
-from staffa.records import Manifest, Step
+from staffa.records import Manifest, Step, kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +45,8 @@ def run(
     watcher: Watcher | None = None,
     damage: DamageLaw | None = None,
     temperature: Load | None = None,
-) -> list[Step]:
-    """Run a case to its end and leave a run directory. Collective.
+) -> tuple[Step, ...]:
+    """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
 
     Parameters
     ----------
@@ -67,13 +67,13 @@ def run(
     manifest = on_root(comm, lambda: describe(case, setup, system, factor))
     on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest))
     watcher.started(manifest)
-    steps = []
+    steps: tuple[Step, ...] = ()
     try:
         observers = _observers(case, setup, system, factor, directory, watcher)
         for step in march(setup, system, observers):
             on_root(comm, partial(run_directory.append_step, directory, step))
             watcher.stepped(step)
-            steps.append(step)
+            steps = kept([*steps, step])
     finally:
         system.destroy()
     return steps
@@ -111,7 +111,7 @@ def _observers(
             return None
         name = run_directory.fields_name(index)
         writer.write(directory / name, system.state)
-        written.append((name, time))
+        written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         on_root(comm, lambda: run_directory.write_series(directory, written))
         return name
 

@@ -333,6 +333,14 @@ class SolverKeys(Section):
         description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
         "where ell is 6 h at least), or none",
     )
+    backtracking: bool = Field(
+        default=False,
+        description="try each step's damage at earlier times, and go back where it is better",
+    )
+    backtracking_tolerance: Annotated[PositiveNumber, Field(lt=1)] = Field(
+        default=1e-4,
+        description="better: lower by this fraction of the energy at least",
+    )
     change: Annotated[PositiveNumber, Field(lt=1)] = Field(
         default=Stop.change,
         description="a step ends when a sweep changes the damage by less than this",

@@ -113,6 +113,12 @@ class Follower:
         """One line a step, in the log and where it is printed; violations aloud."""
         self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
         self.progress.update(self.task, completed=step.index + 1)
+        if step.returned:
+            back = step.returned
+            self._say(
+                f"  went back from step {back.index} to step {step.index}: its damage lowers the "
+                f"energy there from {back.before:.6g} to {back.found:.6g}"
+            )
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")

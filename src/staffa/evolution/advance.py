@@ -7,12 +7,12 @@ import numpy as np
 
 from staffa.errors import LoadError, SolveError
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, settle
+from staffa.evolution.settle import Loads, settle, temperature
 from staffa.evolution.system import System
-from staffa.fields import read_vector, vertices
+from staffa.fields import read_vector
 from staffa.minimize.alternate import Sweep, equilibrium, reactions
 from staffa.parallel import any_over_ranks, sum_over_ranks
-from staffa.records import Effort, Outcome
+from staffa.records import Effort, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
@@ -39,7 +39,8 @@ class Advance:
     """How the next loads were reached.
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
-    and by the minimization. imbalance: error of the energy balance over the energy.
+    and by the minimization. imbalance: error of the energy balance over the energy. returned: how
+    backtracking came here, if it did.
     """
 
     outcome: Outcome
@@ -47,6 +48,7 @@ class Advance:
     work: float
     released: float
     imbalance: float
+    returned: Return | None = None
 
     def after(self, tried: Effort) -> "Advance":
         """The same, with what was tried before it on record."""
@@ -90,7 +92,7 @@ def advance_to(
     SolveError
         All of it failed; the state is the one at the start again.
     """
-    kept = _snapshot(system)
+    kept = snapshot(system)
     newton = system.alternation.newton
     try:
         return _advance(problem, system, start, end, watch)
@@ -98,14 +100,14 @@ def advance_to(
         raise
     except SolveError as error:
         failure = error
-        _restore(system, kept)
+        restore(system, kept)
     if newton:
         plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:
             return _advance(problem, plain, start, end, watch).after(Effort(plain=1))
         except SolveError as error:
             failure = error
-            _restore(system, kept)
+            restore(system, kept)
     if not cuts:
         raise failure
     tried = Effort(plain=1 if newton else 0)
@@ -117,7 +119,7 @@ def advance_to(
             raise SolveError(f"the first half of the step {first.outcome.reason}")
         whole = first.then(advance_to(problem, system, middle, end, watch, cuts - 1))
     except SolveError:
-        _restore(system, kept)
+        restore(system, kept)
         raise failure from None
     return whole.after(tried)
 
@@ -148,12 +150,11 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
         The temperature or a prescribed displacement is not finite.
     """
     energy, state, parts = system.energy, system.state, system.alternation
-    T = problem.load.temperature(vertices(state.T.function_space).T, end.time)
-    for what, values in {"temperature": T, "displacement": end.values}.items():
-        if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(values))):
-            raise LoadError(
-                f"the load gives a {what} that is not finite at time {end.time:.6g}; mend the load"
-            )
+    T = temperature(problem, system, end.time)
+    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
+        raise _not_finite("temperature", end.time)
+    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
+        raise _not_finite("displacement", end.time)
 
     def power() -> float:
         of_supports = float(reactions(parts) @ (end.values - start.values))
@@ -166,13 +167,21 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     return Loading(work=(power_before + power()) / 2, start=before, end=energy.total())
 
 
-def _snapshot(system: System) -> tuple[np.ndarray, ...]:
+def _not_finite(what: str, time: float) -> LoadError:
+    return LoadError(
+        f"the load gives a {what} that is not finite at time {time:.6g}; mend the load"
+    )
+
+
+def snapshot(system: System) -> tuple[np.ndarray, ...]:
+    """A copy of the state and of the damage's lower bound, for `restore`."""
     state = system.state
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
     return tuple(field.x.array.copy() for field in fields)
 
 
-def _restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
+def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
+    """Put back what `snapshot` kept."""
     state, parts = system.state, system.alternation
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
     for field, values in zip(fields, kept, strict=True):

@@ -9,6 +9,7 @@ import numpy as np
 
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, advance_to
+from staffa.evolution.backtrack import History, better_earlier, go_back
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
@@ -37,6 +38,8 @@ class Observers:
 def march(problem: Problem, system: System, observers: Observers | None = None) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
+    With backtracking a step may come again: see `records.Step.returned`.
+
     Raises
     ------
     SolveError
@@ -44,13 +47,31 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
         with its status and the reason.
     """
     observers = observers or Observers()
+    history = History(system.state.alpha.x.array) if problem.backtracking else None
+    try:
+        yield from _visit(problem, system, observers, history)
+    finally:
+        if history:
+            history.close()
+
+
+def _visit(
+    problem: Problem, system: System, observers: Observers, history: History | None
+) -> Iterator[Step]:
+    times = problem.schedule.times
     start = Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
     equilibrium(system.alternation, start.values)
-    for index, time in enumerate(problem.schedule.times):
-        started = perf_counter()
+    index, better = 0, None  # better: an earlier step to go back to
+    while index < len(times):
+        started, time = perf_counter(), times[index]
         end = Loads(time=time, values=system.supports.values(time))
         try:
-            advance = advance_to(problem, system, start, end, partial(observers.watch, index))
+            if history and better:
+                advance = go_back(problem, system, history, better)
+                history.drop(index)
+            else:
+                watch = partial(observers.watch, index)
+                advance = advance_to(problem, system, start, end, watch)
         except SolveError as error:
             yield _failed(problem, system, index, time, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
@@ -68,11 +89,16 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
             effort=outcome.effort,
             fields=observers.save(index, time, outcome.converged),
             seconds=perf_counter() - started,
+            returned=advance.returned,
         )
         yield step
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {step.reason}; its state is saved")
         start = end
+        if history:
+            history.keep(end, advance, system.state.alpha.x.array)
+            better = better_earlier(problem, system, history)
+        index = better.index if better else index + 1
 
 
 def _failed(

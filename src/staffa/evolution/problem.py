@@ -73,6 +73,16 @@ class Solvers:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Backtracking:
+    """Whether a step's damage is tried at earlier times too, and taken back where it is better.
+
+    tolerance: by how much of the energy there it must be lower.
+    """
+
+    tolerance: float = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True)
 class Measuring:
     """Depths below the face at which cracks are counted (m), and the damage that is a crack."""
 
@@ -85,7 +95,7 @@ class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
-    None where nothing diffuses.
+    None where nothing diffuses. backtracking: None for none.
     """
 
     domain: Domain
@@ -99,6 +109,7 @@ class Problem:
     tau_of: Callable[[float], float] | None = None
     irreversibility: Irreversibility = field(default_factory=Irreversibility)
     solvers: Solvers = field(default_factory=Solvers)
+    backtracking: Backtracking | None = None
     measuring: Measuring = field(default_factory=Measuring)
 
 

@@ -22,6 +22,12 @@ class Loads:
     values: np.ndarray
 
 
+def temperature(problem: Problem, system: System, time: float) -> np.ndarray:
+    """The load's temperature change (K) at the vertices, ghosts included, shape (n_local,)."""
+    x = vertices(system.state.T.function_space).T
+    return problem.load.temperature(x, time)
+
+
 def raise_bounds(rule: Irreversibility, system: System) -> None:
     """Bound the damage from below by what must not heal."""
     alpha = system.state.alpha.x.array
@@ -35,17 +41,22 @@ def settle(
     loads: Loads,
     watch: Callable[[Sweep], None] = lambda sweep: None,
     *,
-    guess: bool,
+    guess: bool = False,
+    damage: np.ndarray | None = None,
 ) -> tuple[Outcome, float]:
     """Minimize from the frozen state; the outcome, and how far the damage sank below its bound.
 
     guess: begin where a coarser mesh ends, if the system has one and the energy is lower there.
+    damage: begin with this one, which the frozen state bounds from below; ghosts included.
     Collective.
     """
     raise_bounds(problem.irreversibility, system)
     parts, state, bounds = system.alternation, system.state, system.bounds
     guessed = Effort()
-    if guess and system.coarser:
+    if damage is not None:
+        state.alpha.x.array[:] = np.maximum(damage, bounds.lower.x.array)
+        equilibrium(parts, loads.values)
+    elif guess and system.coarser:
         guessed = _first_guess(system, system.coarser, loads)
     read_vector(state.alpha, parts.alpha)
     outcome = alternate(
@@ -85,7 +96,7 @@ def _coarse_gain(coarser: Coarser, alpha: np.ndarray, time: float) -> tuple[np.n
     problem, system = coarser.problem, coarser.system
     state = system.state
     state.alpha.x.array[:] = np.clip(coarser.down(alpha), 0.0, 1.0)
-    state.T.x.array[:] = problem.load.temperature(vertices(state.T.function_space).T, time)
+    state.T.x.array[:] = temperature(problem, system, time)
     start = state.alpha.x.array.copy()
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)

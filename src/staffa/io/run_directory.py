@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import Manifest, Step
+from staffa.records import Manifest, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -22,12 +22,16 @@ SERIES = "fields.vtkhdf.series"
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """A run as read back: its case file's text, its manifest, and the steps finished so far."""
+    """A run as read back: its case file's text, its manifest, and the steps finished so far.
+
+    steps: those that stand; superseded: those that backtracking has gone back behind, as recorded.
+    """
 
     path: Path
     case: str
     manifest: Manifest
     steps: tuple[Step, ...]
+    superseded: tuple[Step, ...] = ()
 
     @property
     def finished(self) -> bool:
@@ -127,11 +131,14 @@ def read_run(path: Path) -> Run:
         )
     for name in ("times", "taus", "requested", "size"):
         record[name] = tuple(record[name])
+    steps = _read_steps(path / STEPS)
+    standing = kept(steps)
     return Run(
         path=path,
         case=(path / CASE).read_text(encoding="utf-8"),
         manifest=Manifest(**record),
-        steps=_read_steps(path / STEPS),
+        steps=standing,
+        superseded=tuple(step for step in steps if all(step is not s for s in standing)),
     )
 
 

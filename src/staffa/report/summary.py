@@ -56,7 +56,12 @@ def _progress(run: Run) -> Iterator[Fact]:
     most = max(steps, key=lambda step: step.sweeps)
     spent = f"{sum(step.sweeps for step in steps)}, at most {most.sweeps} in a step ({most.index})"
     yield Fact(name="sweeps", text=spent)
-    yield Fact(name="computing", text=f"{sum(step.seconds for step in steps):.0f} s")
+    every = (*steps, *run.superseded)
+    yield Fact(name="computing", text=f"{sum(step.seconds for step in every):.0f} s")
+    returns = sum(step.returned is not None for step in every)
+    if returns:
+        text = f"went back {returns} times, {len(run.superseded)} steps superseded"
+        yield Fact(name="backtracking", text=text)
 
 
 def _time(manifest: Manifest, step: Step) -> str:
