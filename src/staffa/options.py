@@ -76,6 +76,27 @@ NEWTON = {
     "pc_type": "jacobi",
 }
 
+# The second derivative of the energy may be indefinite: MUMPS' LDL^T gives its inertia with its
+# factors (Sylvester). It counts them right only where null pivots are looked for and the last front
+# is not handed to ScaLAPACK (MUMPS users' guide, ICNTL 24 and 13).
+INERTIA = {
+    "ksp_type": "preonly",
+    "pc_type": "cholesky",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_24": "1",
+    "mat_mumps_icntl_13": "1",
+    "mat_mumps_icntl_14": "100",
+}
+
+# Bounded quadratic problems in displacement and damage together: each active set is solved for
+# exactly, for CG without a good preconditioner takes thousands of iterations on the two of them.
+ON_THE_CONE = {
+    "snes_type": "vinewtonrsls",
+    "snes_max_it": "200",
+    "snes_linesearch_type": "basic",
+    **INERTIA,
+}
+
 DISPLACEMENT = {"direct": DIRECT, "iterative": ITERATIVE}
 DAMAGE = {"tao": TAO, "snes": SNES}
 ACCELERATION = {"newton": NEWTON, "none": None}

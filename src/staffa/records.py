@@ -127,6 +127,21 @@ class Measures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Stability:
+    """Second order of the energy at a state (see `minimize.stability`), over Gc/(4 c_w ell).
+
+    bifurcation, stability: smallest value on the space and on the cone; None where no damage may
+    move, so that the state is stable and unique. negative: eigenvalues below zero on the space.
+    escapes: times that the state was left along a mode of negative value, and minimized again.
+    """
+
+    bifurcation: float | None
+    stability: float | None
+    negative: int
+    escapes: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Return:
     """Backtracking: a later damage gave an earlier time a lower energy, and was taken back there.
 
@@ -164,6 +179,7 @@ class Step:
     seconds: float = 0.0
     fields: str | None = None
     returned: Return | None = None
+    stability: Stability | None = None
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -178,7 +194,7 @@ class Step:
         energies = known.pop("energies")
         audit = known.pop("audit")
         measures = known.pop("measures")
-        returned = known.pop("returned", None)
+        returned, stability = known.pop("returned", None), known.pop("stability", None)
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
@@ -187,6 +203,7 @@ class Step:
             audit=None if audit is None else _audit(audit),
             measures=None if measures is None else _measures(measures),
             returned=None if returned is None else Return(**returned),
+            stability=None if stability is None else Stability(**stability),
             **known,
         )
 

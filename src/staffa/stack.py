@@ -11,5 +11,6 @@ if find_spec("dolfinx_solver") is not None:
     import dolfinx_solver  # noqa: F401
 from mpi4py import MPI
 from petsc4py import PETSc
+from slepc4py import SLEPc
 
-__all__ = ["MPI", "PETSc"]
+__all__ = ["MPI", "PETSc", "SLEPc"]

@@ -16,6 +16,7 @@ from staffa.evolution.problem import (
     Material,
     Measuring,
     Problem,
+    SecondOrder,
     Solvers,
 )
 from staffa.evolution.schedule import schedule
@@ -72,6 +73,9 @@ def problem(
         ),
         backtracking=(
             Backtracking(tolerance=keys.backtracking_tolerance) if keys.backtracking else None
+        ),
+        second_order=(
+            SecondOrder(follow=keys.stability == "follow") if keys.stability != "none" else None
         ),
         measuring=Measuring(
             depths=tuple(float(d) for d in case.measures.depths),

@@ -333,6 +333,11 @@ class SolverKeys(Section):
         description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
         "where ell is 6 h at least), or none",
     )
+    stability: Literal["none", "report", "follow"] = Field(
+        default="none",
+        description="second-order stability of each step: report it, or also follow the mode along "
+        "which a state is not stable; it costs several factorizations",
+    )
     backtracking: bool = Field(
         default=False,
         description="try each step's damage at earlier times, and go back where it is better",

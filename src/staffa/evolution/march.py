@@ -11,6 +11,7 @@ from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, advance_to
 from staffa.evolution.backtrack import History, better_earlier, go_back
 from staffa.evolution.problem import Problem
+from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Sweep, equilibrium
@@ -72,6 +73,7 @@ def _visit(
             else:
                 watch = partial(observers.watch, index)
                 advance = advance_to(problem, system, start, end, watch)
+            advance, stability = examine(problem, system, end, advance)
         except SolveError as error:
             yield _failed(problem, system, index, time, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
@@ -90,6 +92,7 @@ def _visit(
             fields=observers.save(index, time, outcome.converged),
             seconds=perf_counter() - started,
             returned=advance.returned,
+            stability=stability,
         )
         yield step
         if not outcome.converged:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from staffa.domain import Domain
 from staffa.evolution.schedule import Schedule
 from staffa.loads.closed_form import Face, Load
-from staffa.physics.damage import DamageLaw
+from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
 
@@ -83,6 +84,17 @@ class Backtracking:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SecondOrder:
+    """Whether the second derivative of the energy is looked at after each step.
+
+    follow: leave a state along a mode whose value is below -tolerance, and minimize on from there.
+    """
+
+    follow: bool = False
+    tolerance: float = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
 class Measuring:
     """Depths below the face at which cracks are counted (m), and the damage that is a crack."""
 
@@ -95,7 +107,7 @@ class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
-    None where nothing diffuses. backtracking: None for none.
+    None where nothing diffuses. backtracking, second_order: None for none.
     """
 
     domain: Domain
@@ -110,6 +122,7 @@ class Problem:
     irreversibility: Irreversibility = field(default_factory=Irreversibility)
     solvers: Solvers = field(default_factory=Solvers)
     backtracking: Backtracking | None = None
+    second_order: SecondOrder | None = None
     measuring: Measuring = field(default_factory=Measuring)
 
 
@@ -125,9 +138,6 @@ def coarser(problem: Problem) -> Problem | None:
         return None
     assert domain.coarser is not None
     body = domain.coarser()
-
-    def factor(h: float) -> float:
-        return 1 + h / (4 * material.law.c_w * material.ell)
-
-    Gc = material.Gc * factor(domain.h) / factor(body.h)
+    factor = partial(discrete_toughness_factor, material.law, ell=material.ell)
+    Gc = material.Gc * factor(h=domain.h) / factor(h=body.h)
     return replace(problem, domain=body, material=replace(material, Gc=Gc))

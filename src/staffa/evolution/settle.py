@@ -51,13 +51,24 @@ def settle(
     Collective.
     """
     raise_bounds(problem.irreversibility, system)
-    parts, state, bounds = system.alternation, system.state, system.bounds
     guessed = Effort()
     if damage is not None:
-        state.alpha.x.array[:] = np.maximum(damage, bounds.lower.x.array)
-        equilibrium(parts, loads.values)
+        system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
+        equilibrium(system.alternation, loads.values)
     elif guess and system.coarser:
         guessed = _first_guess(system, system.coarser, loads)
+    outcome, healing = descend(problem, system, loads, watch)
+    return replace(outcome, effort=guessed + outcome.effort), healing
+
+
+def descend(
+    problem: Problem,
+    system: System,
+    loads: Loads,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+) -> tuple[Outcome, float]:
+    """Minimize from the state at hand, in equilibrium, within the bounds at hand. Collective."""
+    parts, state, bounds = system.alternation, system.state, system.bounds
     read_vector(state.alpha, parts.alpha)
     outcome = alternate(
         parts,
@@ -69,8 +80,7 @@ def settle(
     )
     write_vector(parts.alpha, state.alpha)
     sunk = owned(bounds.lower) - owned(state.alpha)
-    healing = max_over_ranks(problem.domain.comm, sunk)
-    return replace(outcome, effort=guessed + outcome.effort), healing
+    return outcome, max_over_ranks(problem.domain.comm, sunk)
 
 
 def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:

@@ -1,6 +1,6 @@
 """The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from staffa.io.run_directory import Run
@@ -130,8 +130,24 @@ def _audit(run: Run) -> Iterator[Fact]:
     if any(needed.values()):
         counts = ", ".join(f"{what} {n} times" for what, n in needed.items() if n)
         yield Fact(name="fall-backs", text=f"needed {counts}")
+    looked = [step for step in run.steps if step.stability is not None]
+    if looked:
+        yield Fact(name="stability", text=_second_order(looked))
     found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
     if not found:
         yield Fact(name="violations", text="none")
     for text in found:
         yield Fact(name="violation", text=text, alarm=True)
+
+
+def _second_order(steps: Sequence[Step]) -> str:
+    """What the second derivative of the energy says of the steps it was looked at in."""
+    seen = [(step, step.stability) for step in steps if step.stability is not None]
+    unstable = [step.index for step, s in seen if s.stability is not None and s.stability < 0]
+    many = [step.index for step, s in seen if s.bifurcation is not None and s.bifurcation < 0]
+    escapes = sum(s.escapes for _, s in seen)
+    parts = [
+        f"not stable at {len(unstable)} of {len(seen)} steps",
+        f"a bifurcation at {len(many)}" + (f", the first {many[0]}" if many else ""),
+    ]
+    return ", ".join([*parts, f"left along a mode {escapes} times"] if escapes else parts)

@@ -1,0 +1,136 @@
+"""After a step: whether its state is stable and unique, and the way out of it where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from staffa.evolution.advance import Advance
+from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.settle import Loads, descend
+from staffa.evolution.system import System
+from staffa.fields import owned, read_vector, write_vector
+from staffa.minimize.alternate import equilibrium
+from staffa.minimize.newton import search
+from staffa.minimize.stability import Mode, SecondVariation
+from staffa.records import Outcome, Stability
+
+# A force on the damage this small, over Gc/(4 c_w ell), counts as none.
+BALANCED = 1e-2
+# An energy lower by less than this fraction of it is not lower.
+ROUND_OFF = 1e-10
+# A state is left so often in a step.
+MOST = 10
+
+
+def examine(
+    problem: Problem, system: System, loads: Loads, advance: Advance
+) -> tuple[Advance, Stability | None]:
+    """Find the second order of a converged state, and leave it where that is asked for. Collective.
+
+    Raises
+    ------
+    SolveError
+        A factorization, an eigenvalue or a bounded problem failed.
+    """
+    rule = problem.second_order
+    if rule is None or not advance.outcome.converged:
+        return advance, None
+    for escapes in range(MOST + 1):
+        space, cone = modes(system)
+        found = Stability(
+            bifurcation=None if space is None else space.value,
+            stability=None if cone is None else cone.value,
+            negative=0 if space is None else space.negative,
+            escapes=escapes,
+        )
+        way = _way_out(rule, space, cone)
+        if way is None or escapes == MOST or not leave(system, way):
+            break
+        equilibrium(system.alternation, loads.values)
+        outcome, healing = descend(problem, system, loads)
+        gained = advance.outcome.energies.total - outcome.energies.total
+        advance = replace(
+            advance,
+            outcome=_both(advance.outcome, outcome),
+            healing=max(advance.healing, healing),
+            released=advance.released + gained,
+        )
+        if not outcome.converged:
+            break
+    return advance, found
+
+
+def modes(system: System) -> tuple[Mode, Mode] | tuple[None, None]:
+    """The smallest second variation on the space and on the cone; None where no damage is free.
+
+    Free is damage that has left its bound, or that no force holds there. Collective.
+    """
+    parts, energy, bounds = system.alternation, system.energy, system.bounds
+    read_vector(system.state.alpha, parts.alpha)
+    parts.damage.move_to(parts.alpha)
+    parts.damage.gradient(parts.work)
+    alpha = parts.alpha.array_r
+    balanced = np.abs(parts.work.array_r) <= BALANCED * parts.damage.unit.array_r
+    between = (alpha > owned(bounds.lower) + 1e-8) & (alpha < owned(bounds.upper) - 1e-8)
+    matrices = energy.new_stiffness(), energy.new_mixed(), energy.new_hessian()
+    for fill, matrix in zip(
+        (energy.stiffness, energy.mixed, energy.hessian), matrices, strict=True
+    ):
+        fill(matrix)
+    K, C, H = matrices
+    variation = SecondVariation(
+        stiffness=K,
+        mixed=C,
+        hessian=H,
+        mass=parts.damage.unit,
+        fixed=system.supports.fixed,
+        moved=system.supports.moved,
+        modes=system.supports.modes,
+        free=balanced | between,
+    )
+    for matrix in matrices:
+        matrix.destroy()
+    try:
+        if not variation.size:
+            return None, None
+        space = variation.on_the_space()
+        return space, variation.on_the_cone(space)
+    finally:
+        variation.destroy()
+
+
+def _way_out(rule: SecondOrder, space: Mode | None, cone: Mode | None) -> Mode | None:
+    """The mode to follow: of lost stability, or else of bifurcation."""
+    if not rule.follow:
+        return None
+    return next((m for m in (cone, space) if m and m.value < -rule.tolerance), None)
+
+
+def leave(system: System, mode: Mode) -> bool:
+    """Go along a mode, either way, as far as the energy falls and the bounds allow; if it does."""
+    parts, state, bounds = system.alternation, system.state, system.bounds
+    u, alpha = owned(state.u).copy(), owned(state.alpha).copy()
+    lower, upper = owned(bounds.lower), owned(bounds.upper)
+    before = system.energy.total() * (1 - ROUND_OFF)
+
+    def energy_at(t: float) -> float:
+        parts.u.array_w[:] = u + t * mode.v
+        parts.alpha.array_w[:] = np.clip(alpha + t * mode.b, lower, upper)
+        write_vector(parts.u, state.u)
+        write_vector(parts.alpha, state.alpha)
+        return system.energy.total()
+
+    taken, _ = search(energy_at, before)
+    if not taken:
+        taken, _ = search(lambda t: energy_at(-t), before)
+    return taken > 0
+
+
+def _both(first: Outcome, second: Outcome) -> Outcome:
+    """One minimization and another that went on from it."""
+    return replace(
+        second,
+        sweeps=first.sweeps + second.sweeps,
+        largest_rise=max(first.largest_rise, second.largest_rise),
+        effort=first.effort + second.effort,
+    )

@@ -1,0 +1,294 @@
+"""Second-order stability: how the energy bends along the ways that displacement and damage can go.
+
+Q(v, b) = v.K v + 2 b.C v + b.H b is the second derivative of the energy. On the space, b is free at
+the points I where the first derivative in the damage vanishes, and zero elsewhere: where the
+smallest value of Q/(b.M b) reaches zero, the evolution may bifurcate. On the cone b >= 0 as well,
+as irreversibility demands: where it reaches zero there, the state is no longer stable (Pham and
+Marigo 2013; Leon Baldelli and Maurini 2021).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from staffa.stack import PETSc, SLEPc
+
+import numpy as np
+
+from staffa.errors import SolveError
+from staffa.minimize.bounded import BoundedEnergy, SnesSolver
+from staffa.options import INERTIA, ON_THE_CONE, apply, petsc_errors
+from staffa.parallel import max_over_ranks, sum_over_ranks
+
+# Shifts, lowered by this factor until no eigenvalue lies below; the first, and the last to try.
+LOWER, FIRST, LAST = 4.0, -1.0, -1e12
+# The value on the cone is found to this fraction of its distance to the shift, in so many solves.
+ACCURACY, SOLVES = 1e-7, 500
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mode:
+    """The smallest value of Q/(b.M b), and the way it belongs to, with a largest |b| of one.
+
+    v, b: owned entries of displacement and damage. negative: number of negative eigenvalues on the
+    space, by Sylvester's law of inertia.
+    """
+
+    value: float
+    v: np.ndarray
+    b: np.ndarray
+    negative: int = 0
+
+
+class SecondVariation:
+    """Q where it may be felt, as one matrix A, and M. Everything is collective.
+
+    Parameters
+    ----------
+    stiffness, mixed, hessian : K, C (rows of damage, columns of displacement), H; not kept.
+    mass : M, lumped: one positive number for each entry of the damage; not kept.
+    fixed, moved, modes : as in `elastic.ElasticSolver`.
+    free : True at those owned entries of the damage that belong to I.
+    """
+
+    def __init__(
+        self,
+        *,
+        stiffness: PETSc.Mat,
+        mixed: PETSc.Mat,
+        hessian: PETSc.Mat,
+        mass: PETSc.Vec,
+        fixed: np.ndarray,
+        moved: np.ndarray,
+        modes: Sequence[np.ndarray],
+        free: np.ndarray,
+    ) -> None:
+        self.comm = stiffness.comm.tompi4py()
+        self.ways = _ways(stiffness, fixed, moved, modes)
+        self.free, self.n_damage = np.flatnonzero(free), len(free)
+        rows = (self.free + hessian.getOwnershipRange()[0]).astype(PETSc.IntType)
+        chosen = PETSc.IS().createGeneral(rows, comm=stiffness.comm)
+        K = stiffness.ptap(self.ways)
+        CW = mixed.matMult(self.ways)
+        first, last = CW.getOwnershipRangeColumn()
+        columns = PETSc.IS().createStride(last - first, first=first, comm=stiffness.comm)
+        C, H = CW.createSubMatrix(chosen, columns), hessian.createSubMatrix(chosen, chosen)
+        CT = PETSc.Mat()
+        C.transpose(CT)
+        nest = PETSc.Mat().createNest([[K, CT], [C, H]], comm=stiffness.comm)
+        self.A = nest.convert("aij", PETSc.Mat())
+        self.n_v = K.getLocalSize()[0]
+        self.size = int(sum_over_ranks(self.comm, len(self.free)))
+        # M bears on the damage alone.
+        self.mass = self.A.createVecRight()
+        self.mass.array_w[: self.n_v] = 0.0
+        self.mass.array_w[self.n_v :] = mass.array_r[self.free]
+        for thing in (nest, K, CW, C, CT, H, chosen, columns):
+            thing.destroy()
+
+    def shifted(self, shift: float) -> PETSc.Mat:
+        """A - shift M; the caller destroys it."""
+        found, diagonal = self.A.copy(), self.A.getDiagonal()
+        diagonal.axpy(-shift, self.mass)
+        found.setDiagonal(diagonal)
+        diagonal.destroy()
+        return found
+
+    def negative_below(self, shift: float) -> int:
+        """Number of values of Q/(b.M b) below a shift: negative pivots of A - shift M."""
+        matrix = self.shifted(shift)
+        ksp = PETSc.KSP().create(matrix.comm)
+        ksp.setOptionsPrefix("inertia_")
+        apply("inertia_", INERTIA)
+        ksp.setOperators(matrix)
+        ksp.setFromOptions()
+        try:
+            with petsc_errors("the inertia was not found"):
+                ksp.setUp()
+                factor = ksp.pc.getFactorMatrix()
+                if factor.handle == 0 or ksp.pc.getFailedReason():
+                    raise SolveError("the inertia was not found: the factorization failed")
+                return int(factor.getInertia()[0])
+        finally:
+            ksp.destroy()
+            matrix.destroy()
+
+    def on_the_space(self) -> Mode:
+        """The smallest eigenvalue, and its mode.
+
+        Raises
+        ------
+        SolveError
+            A factorization failed, or SLEPc did not converge.
+        """
+        negative = self.negative_below(0.0)
+        # Nothing lies below the shift: the eigenvalue nearest to it is the smallest.
+        shift, count = FIRST, self.negative_below(FIRST) if negative else 0
+        while count:
+            shift *= LOWER
+            if shift < LAST:
+                raise SolveError("the second derivative of the energy has no smallest eigenvalue")
+            count = self.negative_below(shift)
+        value, z = self._nearest(shift)
+        return self._mode(value, z, negative)
+
+    def _nearest(self, shift: float) -> tuple[float, PETSc.Vec]:
+        M = PETSc.Mat().createDiagonal(self.mass)
+        B = M.convert("aij", PETSc.Mat())
+        eps = SLEPc.EPS().create(self.A.comm)
+        eps.setOptionsPrefix("stability_")
+        apply("stability_st_", INERTIA)
+        eps.setOperators(self.A, B)
+        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
+        eps.setTarget(shift)
+        eps.getST().setType(SLEPc.ST.Type.SINVERT)
+        eps.setDimensions(1)
+        eps.setTolerances(1e-9, 500)
+        eps.setFromOptions()
+        z = self.A.createVecRight()
+        try:
+            with petsc_errors("the smallest eigenvalue was not found"):
+                eps.solve()
+            if eps.getConverged() < 1:
+                raise SolveError(
+                    f"the smallest eigenvalue was not found: SLEPc ended with "
+                    f"{eps.getConvergedReason()}"
+                )
+            value = float(eps.getEigenpair(0, z).real)
+            return value, z
+        except SolveError:
+            z.destroy()
+            raise
+        finally:
+            for thing in (eps, B, M):
+                thing.destroy()
+
+    def on_the_cone(self, space: Mode) -> Mode:
+        """The smallest value with b >= 0, and where it is taken.
+
+        Inverse iteration: z' minimizes z.(A - shift M) z/2 - z.M z_k over the cone, on which the
+        quotient falls from z_k to z'. The shift lies below the smallest eigenvalue on the space, so
+        that each of these problems is convex. The quotient may have several minima on the cone; it
+        is begun at both signs of the mode on the space, and at an even b, and the lowest is taken.
+
+        Raises
+        ------
+        SolveError
+            A bounded problem was not solved, or the iteration did not converge.
+        """
+        even = np.ones(len(self.free))
+        mode = space.b[self.free]
+        if space.value > 0 and not max_over_ranks(self.comm, -mode) > 0:
+            return space  # it lies on the cone already
+        shift = space.value - max(0.05 * abs(space.value), 1e-3)
+        iteration = _OnTheCone(self, shift)
+        try:
+            starts = [np.maximum(mode, 0.0), np.maximum(-mode, 0.0), even]
+            starts = [b for b in starts if max_over_ranks(self.comm, b) > 0]
+            found = [iteration.from_damage(b) for b in starts]
+        finally:
+            iteration.destroy()
+        lowest = min(range(len(found)), key=lambda k: found[k][0])
+        return self._mode(*found[lowest], space.negative)
+
+    def _mode(self, value: float, z: PETSc.Vec, negative: int) -> Mode:
+        b = np.zeros(self.n_damage)
+        b[self.free] = z.array_r[self.n_v :]
+        most, least = max_over_ranks(self.comm, b), max_over_ranks(self.comm, -b)
+        scale = most if most >= least else -least
+        v, way = self.ways.createVecLeft(), self.ways.createVecRight()
+        way.array_w[:] = z.array_r[: self.n_v]
+        self.ways.mult(way, v)
+        found = Mode(value=value, v=v.array_r / scale, b=b / scale, negative=negative)
+        for vector in (z, v, way):
+            vector.destroy()
+        return found
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in (self.A, self.mass, self.ways):
+            thing.destroy()
+
+
+class _OnTheCone:
+    """Inverse iteration with one shift, on vectors whose damage is not negative."""
+
+    def __init__(self, variation: SecondVariation, shift: float) -> None:
+        self.variation, self.shift = variation, shift
+        self.matrix, mass = variation.shifted(shift), variation.mass
+        self.z, self.load, self.work = (mass.duplicate() for _ in range(3))
+        self.lower, self.upper, self.unit = (mass.duplicate() for _ in range(3))
+        self.lower.set(0.0)
+        self.lower.array_w[: variation.n_v] = PETSc.NINFINITY
+        self.upper.set(PETSc.INFINITY)
+        self.unit.set(mass.max()[1])
+        self.filled = self.matrix.duplicate()
+        self.solver = SnesSolver(
+            BoundedEnergy(
+                move_to=lambda x: x.copy(self.work),
+                value=lambda: 0.0,
+                gradient=self._gradient,
+                hessian=lambda H: self.matrix.copy(H, PETSc.Mat.Structure.SAME_NONZERO_PATTERN),
+                matrix=self.filled,
+                unit=self.unit,
+                quadratic=True,
+            ),
+            tolerance=1e-7,
+            preset=ON_THE_CONE,
+            prefix="cone_",
+        )
+
+    def _gradient(self, out: PETSc.Vec) -> None:
+        self.matrix.mult(self.work, out)
+        out.axpy(-1.0, self.load)
+
+    def from_damage(self, b: np.ndarray) -> tuple[float, PETSc.Vec]:
+        """The quotient at the end, and where it is taken; the caller destroys the vector."""
+        self.z.array_w[: self.variation.n_v] = 0.0
+        self.z.array_w[self.variation.n_v :] = b
+        value = float("inf")
+        for _ in range(SOLVES):
+            self.load.pointwiseMult(self.variation.mass, self.z)
+            self.solver.minimize(self.z, self.lower, self.upper)
+            damage = self.z.array_r[self.variation.n_v :]
+            self.z.scale(1 / max_over_ranks(self.variation.comm, damage))
+            before, value = value, self._quotient()
+            if abs(before - value) <= ACCURACY * (value - self.shift):
+                return value, self.z.copy()
+        raise SolveError(f"the iteration on the cone did not converge in {SOLVES} solves")
+
+    def _quotient(self) -> float:
+        self.variation.A.mult(self.z, self.work)
+        bending = self.z.dot(self.work)
+        self.work.pointwiseMult(self.variation.mass, self.z)
+        return bending / self.z.dot(self.work)
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        self.solver.destroy()
+        mine = (self.matrix, self.filled, self.z, self.load, self.work)
+        for thing in (*mine, self.lower, self.upper, self.unit):
+            thing.destroy()
+
+
+def _ways(
+    stiffness: PETSc.Mat, fixed: np.ndarray, moved: np.ndarray, modes: Sequence[np.ndarray]
+) -> PETSc.Mat:
+    """Columns: the displacements that are possible, one for each free entry and for each mode."""
+    comm, (first, last) = stiffness.comm, stiffness.getOwnershipRange()
+    own = np.ones(last - first, dtype=bool)
+    own[fixed] = own[moved] = False
+    rows = np.flatnonzero(own)
+    extra = len(modes) if comm.rank == 0 else 0  # the modes' columns belong to rank 0
+    sizes = comm.tompi4py().allgather(len(rows) + extra)
+    ways = PETSc.Mat().createAIJ(
+        ((last - first, None), (len(rows) + extra, None)), nnz=1 + len(modes), comm=comm
+    )
+    start = sum(sizes[: comm.rank]) + extra
+    for column, row in enumerate(rows):
+        ways.setValue(first + row, start + column, 1.0)
+    for number, mode in enumerate(modes):
+        for row in moved:
+            ways.setValue(first + row, number, mode[row])
+    ways.assemble()
+    return ways
