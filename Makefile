@@ -10,13 +10,14 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
-.PHONY: help demo test check bench format clean FORCE
+.PHONY: help demo test check bench verify format clean FORCE
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make test    run every test"
 	@echo "make check   format, lint, types and the fast tests, in under a minute"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
+	@echo "make verify  long verifications against references, into docs/verification.md; takes an hour"
 	@echo "make format  rewrite the code in the house format"
 	@echo "make clean   delete .venv and caches, keep runs/"
 
@@ -37,6 +38,10 @@ check: $(READY)
 bench: $(READY)
 	$(PYTHON_HERE) bench/run.py $(CASES)
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
+
+# ONLY="second-order array-free" runs these alone.
+verify: $(READY)
+	$(PYTHON_HERE) verify/run.py $(ONLY)
 
 format: $(READY)
 	$(PYTHON_HERE) -m ruff check --select I --fix

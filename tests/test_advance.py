@@ -1,9 +1,12 @@
 """When a solver fails: what is tried next, in which order, and what is on record of it."""
 
+import gc
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+
+from staffa.stack import MPI
 
 import numpy as np
 import pytest
@@ -297,3 +300,27 @@ def test_memory_does_not_grow(displacement: str) -> None:
     )
     early, late = (int(line.split()[0]) for line in done.stdout.splitlines())
     assert late <= 1.02 * early, f"{early} pages at step 50, {late} at step 500"
+
+
+def communicators_left() -> int:
+    """How many more this process can make."""
+    made: list[MPI.Comm] = []
+    MPI.COMM_SELF.Set_errhandler(MPI.ERRORS_RETURN)
+    try:
+        while len(made) < 5000:
+            made.append(MPI.COMM_SELF.Dup())
+    except MPI.Exception:
+        pass
+    for comm in made:
+        comm.Free()
+    return len(made)
+
+
+def test_a_system_that_is_gone_leaves_nothing_behind() -> None:
+    """MPICH has 2048 communicators, and a mesh takes several: a kept mesh is counted here."""
+    left = []
+    for _ in range(3):
+        build(cooled()).destroy()
+        gc.collect()
+        left.append(communicators_left())
+    assert left[-1] == left[0], f"communicators left after each system: {left}"

@@ -86,25 +86,26 @@ def uniform(length: float, n: int = 120, alpha: float = 1e-6) -> System:
     return system
 
 
-def values(length: float) -> tuple[float, float]:
+def values(length: float) -> tuple[float, float | None]:
     """On the space, and on the cone."""
     system = uniform(length)
     space, cone = modes(system)
     system.destroy()
-    return space.value, cone.value
+    return space.value, cone and cone.value
 
 
-@pytest.mark.parametrize(
-    ("which", "lengths", "expected"),
-    [(0, (2.5, 2.63), pi * sqrt(2 / 3)), (1, (3.38, 3.46), 3.42)],
-    ids=["uniqueness", "stability"],
-)
-def test_a_bar_at_onset_loses_it_at_its_length(which: int, lengths, expected: float) -> None:
-    """2.57 ell and 3.42 ell, within 1 %: the zero between two lengths, by a straight line."""
+def onset(which: int) -> float:
+    """Length over ell at which uniqueness (0) or stability (1) is lost: by a straight line."""
+    lengths = ((2.5, 2.63), (3.38, 3.46))[which]
     low, high = (values(length * ELL)[which] for length in lengths)
     assert low > 0 > high
-    zero = lengths[0] + (lengths[1] - lengths[0]) * low / (low - high)
-    assert zero == pytest.approx(expected, rel=0.01)
+    return lengths[0] + (lengths[1] - lengths[0]) * low / (low - high)
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["uniqueness", "stability"])
+def test_a_bar_at_onset_loses_it_at_its_length(which: int) -> None:
+    """2.57 ell and 3.42 ell, within 1 %."""
+    assert onset(which) == pytest.approx((pi * sqrt(2 / 3), 3.42)[which], rel=0.01)
 
 
 def dense(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -189,7 +190,8 @@ def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
     assert damaged.stability.escapes == 0 and damaged.stability.negative > 0
     assert damaged.stability.bifurcation < damaged.stability.stability < -0.1
     _, left = run(perfect_bar(SecondOrder(follow=True)))
-    assert left.stability.escapes > 0 and left.stability.stability > -1e-3
+    assert left.stability.escapes > 0
+    assert left.stability.stability is None or left.stability.stability > -1e-3
     assert left.energies.total < 0.7 * damaged.energies.total
     assert left.audit.violations == (), left.audit.violations
 
@@ -197,7 +199,7 @@ def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
 def test_a_short_bar_softens_alike_all_over_and_is_stable() -> None:
     _, damaged = run(perfect_bar(SecondOrder(follow=True), length=2 * ELL))
     assert damaged.stability.escapes == 0
-    assert damaged.stability.stability >= damaged.stability.bifurcation > 0
+    assert damaged.stability.bifurcation > 0 and damaged.stability.stability is None
 
 
 def test_leaving_respects_the_bounds_and_lowers_the_energy() -> None:
@@ -240,7 +242,7 @@ from staffa.stack import MPI
 for step in run(plate()):
     if MPI.COMM_WORLD.rank == 0:
         s = step.stability
-        print(s.negative, repr(s.bifurcation), repr(s.stability), flush=True)
+        print(s.negative, repr(s.bifurcation), flush=True)
 """
 
 
@@ -259,7 +261,6 @@ def test_any_number_of_ranks_finds_the_same(ranks: int) -> None:
     )
     lines = [line.split() for line in done.stdout.splitlines()]
     assert len(lines) == len(expected) == 2
-    for (negative, bifurcation, stability), s in zip(lines, expected, strict=True):
+    for (negative, bifurcation), s in zip(lines, expected, strict=True):
         assert int(negative) == s.negative
         assert float(bifurcation) == pytest.approx(s.bifurcation, rel=1e-3, abs=1e-4)
-        assert float(stability) == pytest.approx(s.stability, rel=1e-3, abs=1e-4)

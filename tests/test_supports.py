@@ -1,5 +1,7 @@
 """Supports hold what they say, and pins remove rigid motions without bending anything."""
 
+from staffa.stack import MPI  # noqa: F401
+
 import numpy as np
 import pytest
 from dolfinx import fem

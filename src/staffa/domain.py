@@ -84,8 +84,16 @@ def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> D
         size=size,
         h=edge(size, h),
         identity=hashlib.sha256(description.encode()).hexdigest()[:16],
-        coarser=lambda: block(comm, size=size, h=2 * h, cells=cells),
+        coarser=_coarser(comm, size, h, cells),
     )
+
+
+def _coarser(
+    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
+) -> Callable[[], Domain] | None:
+    if divisions(size, 2 * h) == divisions(size, h):  # a cell along each axis
+        return None
+    return lambda: block(comm, size=size, h=2 * h, cells=cells)
 
 
 def _sides(mesh: dmesh.Mesh, size: tuple[float, ...]) -> dict[str, np.ndarray]:

@@ -83,14 +83,19 @@ class Energy:
         rock = replace(rock, **constants)
 
         stiffness_left = rock.law.a(alpha) + rock.residual_stiffness
-        elastic = stiffness_left * elastic_density(u, T, rock) * dx
+        at_rest = fem.Function(spaces.u)
+
+        def elastic_energy(u: fem.Function) -> ufl.Form:
+            return stiffness_left * elastic_density(u, T, rock) * dx
+
+        elastic = elastic_energy(u)
         cracks = crack_density(alpha, rock)
         surface = rock.Gc * cracks * dx
         total = elastic + surface
 
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
-        residual = ufl.algorithms.expand_derivatives(ufl.derivative(elastic, u, v))
+        residual = ufl.derivative(elastic, u, v)
         gradient = ufl.derivative(total, alpha, beta)
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
@@ -105,7 +110,8 @@ class Energy:
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(elastic, T, self.direction))
         self._residual = form(residual)
-        self._load = form(-ufl.replace(residual, {u: fem.Function(spaces.u)}))
+        # Not by ufl.replace, whose cache would keep every mesh there ever was.
+        self._load = form(-ufl.derivative(elastic_energy(at_rest), at_rest, v))
         self._stiffness = form(ufl.derivative(residual, u, ufl.TrialFunction(spaces.u)))
         self._gradient = form(gradient)
         self._hessian = form(ufl.derivative(gradient, alpha, ufl.TrialFunction(spaces.alpha)))

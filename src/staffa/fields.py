@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from staffa.stack import PETSc
 
 import numpy as np
-from dolfinx import fem
+from dolfinx import fem, la
 
 from staffa.domain import Domain
 from staffa.errors import StaffaError
@@ -95,13 +95,27 @@ def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
     vector.array_w[:] = owned(function)
 
 
+def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
+    """True at the vertices of some of this rank's own cells, or of another's; ghosts included.
+
+    cells: owned cells, local indices. Collective.
+    """
+    found = fem.Function(space)
+    found.x.array[np.unique(space.dofmap.list[cells])] = 1.0
+    found.x.scatter_reverse(la.InsertMode.add)
+    found.x.scatter_forward()
+    return found.x.array > 0
+
+
 def vertices(space: fem.FunctionSpace) -> np.ndarray:
     """Coordinates of the vertices (owned, then ghosts), shape (n, 3)."""
     return space.tabulate_dof_coordinates()
 
 
 class Transfer:
-    """Values of one mesh's vertices at those of another mesh of the same body, by interpolation.
+    """Values of one mesh's vertices at points of another mesh of the same body, by interpolation.
+
+    The points are the vertices, or for a constant a cell the middles.
 
     What it needs to know of the two meshes is found once. Everything is collective.
     """
@@ -119,7 +133,7 @@ class Transfer:
             raise StaffaError("the two meshes are not of the same body: a vertex has no cell")
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """Values at the target's vertices, from those at the source's; ghosts in both."""
+        """Values at the target's points, from those at the source's vertices; ghosts in both."""
         self._source.x.array[:] = values
         self._target.interpolate_nonmatching(self._source, self._cells, self._meeting)
         self._target.x.scatter_forward()

@@ -130,8 +130,9 @@ class Measures:
 class Stability:
     """Second order of the energy at a state (see `minimize.stability`), over Gc/(4 c_w ell).
 
-    bifurcation, stability: smallest value on the space and on the cone; None where no damage may
-    move, so that the state is stable and unique. negative: eigenvalues below zero on the space.
+    bifurcation: smallest value on the space; None where no damage may move, so that the state is
+    unique. stability: smallest value on the cone; None where the one on the space is not negative,
+    so that the state is stable. negative: eigenvalues below zero on the space.
     escapes: times that the state was left along a mode of negative value, and minimized again.
     """
 

@@ -54,7 +54,8 @@ def preview(case: Case) -> Preview:
 def memory(case: Case) -> float:
     """What a run needs over all its ranks, about (bytes)."""
     _, n_vertices = _size_of(case)
-    return BASE + PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
+    levels = 4 / 3 if case.dim == 2 and float(case.damage.ell) >= 6 * cell_edge(case) else 1.0
+    return BASE + levels * PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
 
 
 def _unit(case: Case, unit: str) -> str:

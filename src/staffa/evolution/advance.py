@@ -93,7 +93,7 @@ def advance_to(
         All of it failed; the state is the one at the start again.
     """
     kept = snapshot(system)
-    newton = system.alternation.newton
+    proposes = system.alternation.newton is not None or system.coarser is not None
     try:
         return _advance(problem, system, start, end, watch)
     except LoadError:
@@ -101,7 +101,7 @@ def advance_to(
     except SolveError as error:
         failure = error
         restore(system, kept)
-    if newton:
+    if proposes:
         plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:
             return _advance(problem, plain, start, end, watch).after(Effort(plain=1))
@@ -110,7 +110,7 @@ def advance_to(
             restore(system, kept)
     if not cuts:
         raise failure
-    tried = Effort(plain=1 if newton else 0)
+    tried = Effort(plain=1 if proposes else 0)
     time = (start.time + end.time) / 2
     middle = Loads(time=time, values=system.supports.values(time))
     try:

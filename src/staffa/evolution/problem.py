@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from staffa.domain import Domain
+from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
 from staffa.loads.closed_form import Face, Load
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
@@ -15,6 +16,8 @@ from staffa.supports import Section, SideSupport
 
 # A mesh that resolves the regularization length less than this guesses too badly to be of use.
 RESOLVED = 3.0
+
+GUESSES = ("coarser", "none")
 
 # Values at points: shape (3, n) -> (n,).
 PointFunction = Callable[[np.ndarray], np.ndarray]
@@ -132,11 +135,13 @@ def coarser(problem: Problem) -> Problem | None:
     A crack dissipates about Gc (1 + h/(4 c_w ell)) on cells of edge h: Gc makes up for it. In 3-D
     the guess saved 3 sweeps of 10 but no time, and costs memory (docs/performance.md). Collective.
     """
-    domain, material = problem.domain, problem.material
-    wanted = problem.solvers.guess == "coarser" and domain.dim == 2 and domain.coarser is not None
-    if not wanted or material.ell < 2 * RESOLVED * domain.h:
+    domain, material, guess = problem.domain, problem.material, problem.solvers.guess
+    if guess not in GUESSES:
+        raise InputError(f"there is no first guess '{guess}'; {choices(guess, GUESSES)}")
+    if guess == "none" or domain.dim != 2 or domain.coarser is None:
         return None
-    assert domain.coarser is not None
+    if material.ell < 2 * RESOLVED * domain.h * (1 - 1e-9):  # round-off decides nothing
+        return None
     body = domain.coarser()
     factor = partial(discrete_toughness_factor, material.law, ell=material.ell)
     Gc = material.Gc * factor(h=domain.h) / factor(h=body.h)

@@ -60,10 +60,12 @@ def examine(
     return advance, found
 
 
-def modes(system: System) -> tuple[Mode, Mode] | tuple[None, None]:
-    """The smallest second variation on the space and on the cone; None where no damage is free.
+def modes(system: System) -> tuple[Mode | None, Mode | None]:
+    """The smallest second variation on the space and on the cone.
 
-    Free is damage that has left its bound, or that no force holds there. Collective.
+    The first is None where no damage is free, the second where the first is not negative: the cone
+    is part of the space, so that the state is stable, and the cone is costly. Free is damage that
+    has left its bound, or that no force holds there. Collective.
     """
     parts, energy, bounds = system.alternation, system.energy, system.bounds
     read_vector(system.state.alpha, parts.alpha)
@@ -94,7 +96,7 @@ def modes(system: System) -> tuple[Mode, Mode] | tuple[None, None]:
         if not variation.size:
             return None, None
         space = variation.on_the_space()
-        return space, variation.on_the_cone(space)
+        return space, variation.on_the_cone(space) if space.value < 0 else None
     finally:
         variation.destroy()
 

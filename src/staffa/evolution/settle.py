@@ -8,10 +8,17 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
-from staffa.fields import owned, read_vector, vertices, write_vector
+from staffa.fields import corners, owned, read_vector, vertices, write_vector
 from staffa.minimize.alternate import Sweep, alternate, equilibrium
+from staffa.minimize.bounded import unbalanced
 from staffa.parallel import max_over_ranks
 from staffa.records import Effort, Outcome
+
+# Damage in the middle of a cell that makes it one of a crack's: the profile falls to about this
+# half a fine cell away from the broken layer, so that a layer is met by one layer of middles.
+BROKEN = 0.9
+# A guess that changes the damage or the energy (relatively) by less than this is none.
+NO_GAIN, ROUND_OFF = 1e-4, 1e-10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +58,11 @@ def settle(
     Collective.
     """
     raise_bounds(problem.irreversibility, system)
-    guessed = Effort()
+    parts, guessed = system.alternation, Effort()
     if damage is not None:
         system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
-        equilibrium(system.alternation, loads.values)
-    elif guess and system.coarser:
+        equilibrium(parts, loads.values)
+    elif guess and system.coarser and _moves(problem, system):
         guessed = _first_guess(system, system.coarser, loads)
     outcome, healing = descend(problem, system, loads, watch)
     return replace(outcome, effort=guessed + outcome.effort), healing
@@ -83,35 +90,54 @@ def descend(
     return outcome, max_over_ranks(problem.domain.comm, sunk)
 
 
+def _moves(problem: Problem, system: System) -> bool:
+    """Whether the frozen damage is driven at all: below the strength there is nothing to guess."""
+    parts, bounds = system.alternation, system.bounds
+    read_vector(system.state.alpha, parts.alpha)
+    lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
+    force = unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+    return bool(force > problem.solvers.stop.residual)
+
+
 def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
     """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
-    alpha, bounds, parts = system.state.alpha.x.array, system.bounds, system.alternation
-    frozen, before = alpha.copy(), system.energy.total()
+    state, bounds, parts = system.state, system.bounds, system.alternation
+    u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
+    before, effort = system.energy.total(), Effort()
     try:
-        gain, effort = _coarse_gain(coarser, frozen, loads.time)
-        alpha[:] = np.clip(frozen + gain, bounds.lower.x.array, bounds.upper.x.array)
+        gain, effort = _coarse_gain(coarser, alpha, loads.time)
+        if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
+            return effort
+        state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
         equilibrium(parts, loads.values)
-        taken = system.energy.total() < before
+        if system.energy.total() < before * (1 - ROUND_OFF):
+            return effort + Effort(guesses=1)
     except SolveError:  # a guess may fail: the step goes on without it
-        taken, effort = False, Effort()
-    if taken:
-        return effort + Effort(guesses=1)
-    alpha[:] = frozen
-    equilibrium(parts, loads.values)
+        pass
+    state.u.x.array[:], state.alpha.x.array[:] = u, alpha
+    read_vector(state.u, parts.u)
     return effort + Effort(refused=1)
 
 
 def _coarse_gain(coarser: Coarser, alpha: np.ndarray, time: float) -> tuple[np.ndarray, Effort]:
-    """How the damage would change in a step to these loads, as seen on the coarser mesh."""
+    """How the damage would change in a step to these loads, as seen on the coarser mesh.
+
+    A crack is a layer of broken cells. The damage between its vertices, twice as far apart here,
+    may miss it: a cell is broken here if the damage in its middle says so.
+    """
     problem, system = coarser.problem, coarser.system
     state = system.state
-    state.alpha.x.array[:] = np.clip(coarser.down(alpha), 0.0, 1.0)
+    start = np.clip(coarser.down(alpha), 0.0, 1.0)
+    own = system.spaces.cell.dofmap.index_map.size_local
+    broken = np.flatnonzero(coarser.middles(alpha)[:own] >= BROKEN)
+    start[corners(system.spaces.alpha, broken)] = 1.0
+    state.alpha.x.array[:] = start
     state.T.x.array[:] = temperature(problem, system, time)
-    start = state.alpha.x.array.copy()
+    system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)
     outcome, _ = settle(problem, system, loads, guess=True)
     below = outcome.effort
     return coarser.up(state.alpha.x.array - start), Effort(
-        coarse_sweeps=below.coarse_sweeps + outcome.sweeps
+        coarse_sweeps=below.coarse_sweeps + outcome.sweeps, fallbacks=below.fallbacks
     )

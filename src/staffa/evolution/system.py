@@ -31,11 +31,15 @@ INNER = 1e-2
 
 @dataclass(frozen=True, kw_only=True)
 class Coarser:
-    """The problem on cells twice as long, and the ways there and back of values at vertices."""
+    """The problem on cells twice as long, and the ways there and back of values at vertices.
+
+    middles: values at the middles of its cells.
+    """
 
     problem: Problem
     system: "System"
     down: Transfer
+    middles: Transfer
     up: Transfer
 
 
@@ -101,6 +105,7 @@ def _coarser(problem: Problem, spaces: Spaces) -> Coarser | None:
         problem=below,
         system=system,
         down=Transfer(fine, coarse, h=problem.domain.h),
+        middles=Transfer(fine, system.spaces.cell, h=problem.domain.h),
         up=Transfer(coarse, fine, h=below.domain.h),
     )
 

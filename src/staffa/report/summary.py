@@ -124,7 +124,7 @@ def _audit(run: Run) -> Iterator[Fact]:
     effort = sum((step.effort for step in run.steps), Effort())
     needed = {
         "the second damage solver": effort.fallbacks,
-        "a step without Newton": effort.plain,
+        "a step by alternation alone": effort.plain,
         "a step cut in two": effort.halvings,
     }
     if any(needed.values()):
