@@ -35,6 +35,12 @@ BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
 
 # The change to the good case; what the sentence names; the rule or the way out.
 VALUES = [
+    ('solver.guess="fine"', 'solver.guess = "fine"', 'one of "coarser", "none"'),
+    ('solver.stability="yes"', "solver.stability", 'one of "none", "report", "follow"'),
+    ('solver.backtracking="yes"', "solver.backtracking", "true or false, without quotes"),
+    ("solver.backtracking=3", "solver.backtracking = 3", "true or false, without quotes"),
+    ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance", "less than 1"),
+    ("solver.backtracking_tolerance=0.0", "solver.backtracking_tolerance", "larger than zero"),
     # the body
     ("domain.size=3", "domain.size = 3", "write size like [5.0, 1.0]"),
     ('domain.size="5 mm"', 'domain.size = "5 mm"', "write size like [5.0, 1.0]"),

@@ -338,7 +338,7 @@ class SolverKeys(Section):
         description="second-order stability of each step: report it, or also follow the mode along "
         "which a state is not stable; it costs several factorizations",
     )
-    backtracking: bool = Field(
+    backtracking: Flag = Field(
         default=False,
         description="try each step's damage at earlier times, and go back where it is better",
     )
