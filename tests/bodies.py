@@ -1,17 +1,22 @@
 """Small problems that several tests share."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 from staffa.stack import MPI
 
 import numpy as np
 
 from staffa.domain import block
+from staffa.evolution.march import march
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import Schedule, schedule
+from staffa.evolution.system import build
 from staffa.loads.closed_form import Face, HalfSpace, Load, NoLoad
 from staffa.physics.damage import AT1
-from staffa.records import Stop
+from staffa.records import Step, Stop
 from staffa.supports import SideSupport
 
 BOTTOM = Face(axis=1, position=0.0, inward=1)
@@ -76,3 +81,25 @@ def rates(errors, steps) -> np.ndarray:
     """Observed orders of convergence between successive steps."""
     errors, steps = np.asarray(errors), np.asarray(steps)
     return np.log(errors[1:] / errors[:-1]) / np.log(steps[1:] / steps[:-1])
+
+
+def run(problem: Problem) -> list[Step]:
+    """Every step as it comes, superseded ones too."""
+    system = build(problem)
+    try:
+        return list(march(problem, system))
+    finally:
+        system.destroy()
+
+
+def printed_on(ranks: int, code: str) -> list[list[str]]:
+    """The words of each line that a script prints under mpiexec, in the folder of the tests."""
+    done = subprocess.run(
+        [Path(sys.executable).parent / "mpiexec", "-n", str(ranks), sys.executable, "-c", code],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return [line.split() for line in done.stdout.splitlines()]

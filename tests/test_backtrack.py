@@ -1,15 +1,12 @@
 """Backtracking: to the earliest time at which a later damage is better, downhill, on record."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from math import sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bodies import body, rock
+from bodies import body, printed_on, rock, run
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
 from staffa.evolution.advance import advance_to
@@ -21,10 +18,9 @@ from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.loads.closed_form import Face, HalfSpace
 from staffa.minimize.alternate import equilibrium
-from staffa.records import Step, kept
+from staffa.records import kept
 from staffa.supports import SideSupport, at_rest
 
-BIN = Path(sys.executable).parent
 HEIGHT, H, ELL = 0.1, 0.02, 0.05
 DEFAULT = Backtracking()
 
@@ -60,15 +56,6 @@ def front(backtracking: Backtracking | None = DEFAULT) -> Problem:
     return bar(times, backtracking=backtracking, sides=sides, load=load)
 
 
-def all_steps(problem: Problem) -> list[Step]:
-    """Every step as it comes, superseded ones too."""
-    system = build(problem)
-    try:
-        return list(march(problem, system))
-    finally:
-        system.destroy()
-
-
 def broken_from(steps) -> float:
     """Time of the first step with a crack across the bar."""
     return next(step.time for step in steps if step.energies.surface > 0.9 * HEIGHT)
@@ -80,8 +67,8 @@ def test_a_bar_breaks_when_that_is_better_and_not_when_it_must() -> None:
     factor = discrete_toughness(problem.material, dim=2, h=H, cells="quadrilateral")
     step = 0.2
     griffith, strength = sqrt(2 * 0.98 * factor), sqrt(3 / (8 * ELL))
-    with_it = broken_from(kept(all_steps(problem)))
-    without = broken_from(all_steps(replace(problem, backtracking=None)))
+    with_it = broken_from(kept(run(problem)))
+    without = broken_from(run(replace(problem, backtracking=None)))
     assert griffith <= with_it + 1e-9 <= griffith + 1.2 * step, f"{with_it}, theory {griffith}"
     assert abs(without - strength) <= 1.2 * step, f"{without}, theory {strength}"
 
@@ -90,7 +77,7 @@ def test_a_bar_breaks_when_that_is_better_and_not_when_it_must() -> None:
 def test_the_descent_is_lexicographic(make) -> None:
     """A return lowers the energy at its time by the tolerance; those before stay as they are."""
     returns, before = 0, ()
-    steps = all_steps(make())
+    steps = run(make())
     for number, step in enumerate(steps):
         after = kept(steps[: number + 1])
         assert [s.index for s in after] == list(range(len(after)))
@@ -109,8 +96,8 @@ def test_the_descent_is_lexicographic(make) -> None:
 
 
 def test_the_first_time_that_differs_has_a_lower_energy() -> None:
-    alone = all_steps(front(None))
-    back = kept(all_steps(front()))
+    alone = run(front(None))
+    back = kept(run(front()))
     pairs = [(a.energies.total, b.energies.total) for a, b in zip(alone, back, strict=True)]
     different = [(a, b) for a, b in pairs if abs(a - b) > 1e-5 * a]
     assert different and different[0][1] < different[0][0], pairs
@@ -119,7 +106,7 @@ def test_the_first_time_that_differs_has_a_lower_energy() -> None:
 @pytest.mark.parametrize("make", [bar, front])
 def test_the_energies_compared_are_those_of_the_frozen_damage_then(make) -> None:
     """Against elasticity solved at the earlier time by a system of its own."""
-    problem, steps = make(), all_steps(make())
+    problem, steps = make(), run(make())
     number = next(n for n, step in enumerate(steps) if step.returned)
     back = steps[number].returned
     system = build(problem)
@@ -158,7 +145,7 @@ def test_looking_back_factorizes_once_and_leaves_the_state() -> None:
 
 def test_what_the_crack_set_alone_bounds_may_heal_at_the_time_returned_to() -> None:
     problem = bar(irreversibility=Irreversibility(crack_set_only=True))
-    steps = kept(all_steps(problem))
+    steps = kept(run(problem))
     assert any(step.returned for step in steps)
     assert all(step.audit.violations == () for step in steps)
 
@@ -179,9 +166,10 @@ def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch) -> None:
 
 
 ON_RANKS = """
-from test_backtrack import all_steps, front
+from test_backtrack import front
+from bodies import run
 from staffa.stack import MPI
-steps = all_steps(front())
+steps = run(front())
 if MPI.COMM_WORLD.rank == 0:
     for step in steps:
         print(step.index, step.returned is not None, repr(step.energies.total), flush=True)
@@ -192,16 +180,8 @@ if MPI.COMM_WORLD.rank == 0:
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_any_number_of_ranks_goes_back_alike(ranks: int) -> None:
-    expected = all_steps(front())
-    done = subprocess.run(
-        [BIN / "mpiexec", "-n", str(ranks), sys.executable, "-c", ON_RANKS],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    found = [line.split() for line in done.stdout.splitlines()]
+    expected = run(front())
+    found = printed_on(ranks, ON_RANKS)
     assert [(int(i), back) for i, back, _ in found] == [
         (step.index, str(step.returned is not None)) for step in expected
     ]

@@ -9,7 +9,7 @@ from staffa.stack import PETSc
 import numpy as np
 import pytest
 
-from bodies import body, quench, rock
+from bodies import body, quench, rock, run
 from staffa.errors import SolveError
 from staffa.evolution.advance import change_loads
 from staffa.evolution.march import Observers, march
@@ -20,7 +20,7 @@ from staffa.fields import read_vector
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
 from staffa.physics.damage import LAWS
-from staffa.records import Energies, Step, Stop
+from staffa.records import Energies, Stop
 from staffa.supports import Section, SideSupport, at_rest
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
@@ -63,15 +63,6 @@ class Bottom:
         from scipy.special import erfc
 
         return -9.0 * erfc(x[2] / (2 * np.sqrt(t)))
-
-
-def run(problem: Problem) -> list[Step]:
-    """All steps."""
-    system = build(problem)
-    try:
-        return list(march(problem, system))
-    finally:
-        system.destroy()
 
 
 PROBLEMS = {

@@ -1,16 +1,13 @@
 """First guesses from a coarser mesh: what they may do and save, and that they change no result."""
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 from staffa.stack import MPI
 
 import numpy as np
 import pytest
 
-from bodies import body, quench, rock
+from bodies import body, printed_on, quench, rock, run
 from staffa.domain import block
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.evolution import settle as module
@@ -22,10 +19,9 @@ from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import Transfer, linear_spaces, vertices
 from staffa.minimize.alternate import equilibrium
 from staffa.physics.damage import LAWS
-from staffa.records import Effort, Step, Stop
+from staffa.records import Effort, Stop
 from staffa.supports import SideSupport, at_rest, clamped
 
-BIN = Path(sys.executable).parent
 TIGHT = Stop(change=1e-6, residual=1e-4)
 
 
@@ -47,15 +43,6 @@ def plate(
     fields = {"load": quench(dT), "times": (0.002,), "material": material, **changes}
     solvers = Solvers(guess=guess, acceleration=acceleration, stop=TIGHT)
     return replace(body((1.0, 0.5), h, **fields), solvers=solvers)
-
-
-def run(problem: Problem) -> list[Step]:
-    """All steps."""
-    system = build(problem)
-    try:
-        return list(march(problem, system))
-    finally:
-        system.destroy()
 
 
 def test_nucleation_takes_fewer_sweeps_and_ends_within_a_thousandth() -> None:
@@ -281,7 +268,8 @@ def test_meshes_of_two_bodies_are_not_taken_for_one() -> None:
 
 
 ON_RANKS = """
-from test_settle import plate, run
+from test_settle import plate
+from bodies import run
 from staffa.stack import MPI
 (step,) = run(plate(dT=9.0))
 if MPI.COMM_WORLD.rank == 0:
@@ -294,15 +282,7 @@ if MPI.COMM_WORLD.rank == 0:
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_any_number_of_ranks_makes_the_same_guess(ranks: int) -> None:
     (expected,) = run(plate(dT=9.0))
-    done = subprocess.run(
-        [BIN / "mpiexec", "-n", str(ranks), sys.executable, "-c", ON_RANKS],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    guesses, sweeps, energy = done.stdout.split()
+    ((guesses, sweeps, energy),) = printed_on(ranks, ON_RANKS)
     assert (int(guesses), expected.effort.guesses) == (1, 1)
     assert abs(int(sweeps) - expected.sweeps) <= 1
     assert float(energy) == pytest.approx(expected.energies.total, rel=1e-6)

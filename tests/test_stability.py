@@ -1,10 +1,7 @@
 """Second order: eigenvalues on space and cone, against closed forms and dense algebra."""
 
-import subprocess
-import sys
 from dataclasses import replace
 from math import pi, sqrt
-from pathlib import Path
 
 from staffa.stack import MPI, PETSc
 
@@ -12,9 +9,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from bodies import body, quench, rock
+from bodies import body, printed_on, quench, rock, run
 from staffa.evolution import second_order
-from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
 from staffa.evolution.settle import raise_bounds
@@ -24,7 +20,6 @@ from staffa.minimize.stability import Mode, SecondVariation
 from staffa.records import Stability, Step
 from staffa.supports import Section, SideSupport, at_rest
 
-BIN = Path(sys.executable).parent
 ELL = 0.1
 
 
@@ -175,15 +170,6 @@ def perfect_bar(second_order: SecondOrder | None, length: float = 10 * ELL) -> P
     )
 
 
-def run(problem: Problem) -> list[Step]:
-    """All steps."""
-    system = build(problem)
-    try:
-        return list(march(problem, system))
-    finally:
-        system.destroy()
-
-
 def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
     sound, damaged = run(perfect_bar(SecondOrder()))
     assert sound.stability == Stability(bifurcation=None, stability=None, negative=0)
@@ -237,7 +223,8 @@ def plate() -> Problem:
 
 
 ON_RANKS = """
-from test_stability import plate, run
+from test_stability import plate
+from bodies import run
 from staffa.stack import MPI
 for step in run(plate()):
     if MPI.COMM_WORLD.rank == 0:
@@ -251,15 +238,7 @@ for step in run(plate()):
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_any_number_of_ranks_finds_the_same(ranks: int) -> None:
     expected = [step.stability for step in run(plate())]
-    done = subprocess.run(
-        [BIN / "mpiexec", "-n", str(ranks), sys.executable, "-c", ON_RANKS],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    lines = [line.split() for line in done.stdout.splitlines()]
+    lines = printed_on(ranks, ON_RANKS)
     assert len(lines) == len(expected) == 2
     for (negative, bifurcation), s in zip(lines, expected, strict=True):
         assert int(negative) == s.negative
