@@ -10,6 +10,7 @@ import pytest
 import scipy.linalg
 
 from bodies import body, printed_on, quench, rock, run
+from staffa.errors import SolveError
 from staffa.evolution import second_order
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
@@ -208,6 +209,19 @@ def test_a_way_up_is_not_taken() -> None:
     assert not second_order.leave(system, still)
     assert np.array_equal(system.state.alpha.x.array, kept)
     system.destroy()
+
+
+def test_a_second_order_that_is_not_found_loses_no_step(monkeypatch) -> None:
+    def fails(system):
+        raise SolveError("no eigenvalue")
+
+    expected = run(perfect_bar(None))
+    monkeypatch.setattr(second_order, "modes", fails)
+    found = run(perfect_bar(SecondOrder(follow=True)))
+    assert [s.status for s in found] == ["converged"] * 2
+    assert [s.energies for s in found] == [s.energies for s in expected]
+    assert all(s.stability.failure == "no eigenvalue" for s in found)
+    assert all("second order was not found" in s.audit.violations[0] for s in found)
 
 
 def test_the_record_is_read_back() -> None:

@@ -1,6 +1,7 @@
 """What is verified: ready cases against sharp-crack computations, second order against theory."""
 
 import csv
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -47,7 +48,7 @@ class Check:
 def ready_case(name: str, folder: str, *settings: str) -> Run:
     """A ready case run from the command line, in runs/verify."""
     where = ROOT / "runs" / "verify" / folder
-    subprocess.run(["rm", "-rf", where], check=True)
+    shutil.rmtree(where, ignore_errors=True)
     case = ROOT / "src" / "staffa" / "cases" / f"{name}.toml"
     command = [Path(sys.executable).parent / "staffa", "run", case, "--out", where, "--quiet"]
     subprocess.run([*command, *(f"--set={s}" for s in settings)], check=True)

@@ -134,12 +134,14 @@ class Stability:
     unique. stability: smallest value on the cone; None where the one on the space is not negative,
     so that the state is stable. negative: eigenvalues below zero on the space.
     escapes: times that the state was left along a mode of negative value, and minimized again.
+    failure: why it was not found out, if it was not; the step stands all the same.
     """
 
     bifurcation: float | None
     stability: float | None
     negative: int
     escapes: int = 0
+    failure: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

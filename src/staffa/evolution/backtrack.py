@@ -100,19 +100,19 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
         return None
     kept = snapshot(system)
     surface = system.energy.energies().surface
-    better = None
-    for index, past in enumerate(history.steps[:-1]):
-        enough = past.total - backtracking.tolerance * abs(past.total)
-        if surface >= enough:
-            continue
-        system.state.T.x.array[:] = temperature(problem, system, past.loads.time)
-        equilibrium(system.alternation, past.loads.values)
-        found = system.energy.total()
-        if found < enough:
-            better = Better(index=index, found=found)
-            break
-    restore(system, kept)
-    return better
+    try:
+        for index, past in enumerate(history.steps[:-1]):
+            enough = past.total - backtracking.tolerance * abs(past.total)
+            if surface >= enough:
+                continue
+            system.state.T.x.array[:] = temperature(problem, system, past.loads.time)
+            equilibrium(system.alternation, past.loads.values)
+            found = system.energy.total()
+            if found < enough:
+                return Better(index=index, found=found)
+        return None
+    finally:
+        restore(system, kept)
 
 
 def go_back(problem: Problem, system: System, history: History, better: Better) -> Advance:

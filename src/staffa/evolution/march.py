@@ -15,7 +15,7 @@ from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Sweep, equilibrium
-from staffa.records import Audit, Measures, Step
+from staffa.records import Audit, Measures, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -86,7 +86,7 @@ def _visit(
             sweeps=outcome.sweeps,
             status="converged" if outcome.converged else "not converged",
             reason=outcome.reason,
-            audit=audit(advance),
+            audit=audit(advance, stability),
             measures=observers.measure() if observers.measure else None,
             effort=outcome.effort,
             fields=observers.save(index, time, outcome.converged),
@@ -100,7 +100,12 @@ def _visit(
         start = end
         if history:
             history.keep(end, advance, system.state.alpha.x.array)
-            better = better_earlier(problem, system, history)
+            try:
+                better = better_earlier(problem, system, history)
+            except SolveError as error:
+                raise SolveError(
+                    f"step {index} is saved, but looking back failed: {error}"
+                ) from error
         index = better.index if better else index + 1
 
 
@@ -120,7 +125,7 @@ def _failed(
     )
 
 
-def audit(advance: Advance) -> Audit:
+def audit(advance: Advance, stability: Stability | None = None) -> Audit:
     """Hold a step against what must be true of it."""
     outcome, healing, balance = advance.outcome, advance.healing, advance.imbalance
     checks = {
@@ -131,6 +136,8 @@ def audit(advance: Advance) -> Audit:
         f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
         f"the first-order residual is {outcome.residual:.1e}": not outcome.converged,
     }
+    if stability and stability.failure:
+        checks[f"its second order was not found: {stability.failure}"] = True
     return Audit(
         largest_rise=outcome.largest_rise,
         healing=max(healing, 0.0),

@@ -1,10 +1,12 @@
 """After a step: whether its state is stable and unique, and the way out of it where it is not."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from staffa.evolution.advance import Advance
+from staffa.errors import SolveError
+from staffa.evolution.advance import Advance, restore, snapshot
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
@@ -27,14 +29,26 @@ def examine(
 ) -> tuple[Advance, Stability | None]:
     """Find the second order of a converged state, and leave it where that is asked for. Collective.
 
-    Raises
-    ------
-    SolveError
-        A factorization, an eigenvalue or a bounded problem failed.
+    Where it cannot be found, the state stays the last that converged, and the record says why.
     """
     rule = problem.second_order
     if rule is None or not advance.outcome.converged:
         return advance, None
+    kept, found = snapshot(system), None
+    try:
+        for state in _escapes(problem, rule, system, loads, advance):
+            (advance, found), kept = state, snapshot(system)
+    except SolveError as error:
+        restore(system, kept)
+        found = found or Stability(bifurcation=None, stability=None, negative=0)
+        found = replace(found, failure=str(error))
+    return advance, found
+
+
+def _escapes(
+    problem: Problem, rule: SecondOrder, system: System, loads: Loads, advance: Advance
+) -> Iterator[tuple[Advance, Stability]]:
+    """The converged state and its second order, and those of the states that it is left for."""
     for escapes in range(MOST + 1):
         space, cone = modes(system)
         found = Stability(
@@ -43,9 +57,14 @@ def examine(
             negative=0 if space is None else space.negative,
             escapes=escapes,
         )
+        yield advance, found
         way = _way_out(rule, space, cone)
-        if way is None or escapes == MOST or not leave(system, way):
-            break
+        if way is None or escapes == MOST:
+            return
+        kept = snapshot(system)
+        if not leave(system, way):
+            restore(system, kept)
+            return
         equilibrium(system.alternation, loads.values)
         outcome, healing = descend(problem, system, loads)
         gained = advance.outcome.energies.total - outcome.energies.total
@@ -56,8 +75,8 @@ def examine(
             released=advance.released + gained,
         )
         if not outcome.converged:
-            break
-    return advance, found
+            yield advance, found
+            return
 
 
 def modes(system: System) -> tuple[Mode | None, Mode | None]:

@@ -178,7 +178,7 @@ class SecondVariation:
         """
         even = np.ones(len(self.free))
         mode = space.b[self.free]
-        if space.value > 0 and not max_over_ranks(self.comm, -mode) > 0:
+        if not max_over_ranks(self.comm, -mode) > 0:
             return space  # it lies on the cone already
         shift = space.value - max(0.05 * abs(space.value), 1e-3)
         iteration = _OnTheCone(self, shift)
@@ -188,8 +188,10 @@ class SecondVariation:
             found = [iteration.from_damage(b) for b in starts]
         finally:
             iteration.destroy()
-        lowest = min(range(len(found)), key=lambda k: found[k][0])
-        return self._mode(*found[lowest], space.negative)
+        (value, z), *others = sorted(found, key=lambda pair: pair[0])
+        for _, other in others:
+            other.destroy()
+        return self._mode(value, z, space.negative)
 
     def _mode(self, value: float, z: PETSc.Vec, negative: int) -> Mode:
         b = np.zeros(self.n_damage)
@@ -280,11 +282,10 @@ def _ways(
     own[fixed] = own[moved] = False
     rows = np.flatnonzero(own)
     extra = len(modes) if comm.rank == 0 else 0  # the modes' columns belong to rank 0
-    sizes = comm.tompi4py().allgather(len(rows) + extra)
     ways = PETSc.Mat().createAIJ(
         ((last - first, None), (len(rows) + extra, None)), nnz=1 + len(modes), comm=comm
     )
-    start = sum(sizes[: comm.rank]) + extra
+    start = ways.getOwnershipRangeColumn()[0] + extra
     for column, row in enumerate(rows):
         ways.setValue(first + row, start + column, 1.0)
     for number, mode in enumerate(modes):
