@@ -11,7 +11,8 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
-from checks import CHECKS, Figure
+from checks import CHECKS
+from figures import Figure
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
