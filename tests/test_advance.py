@@ -183,7 +183,9 @@ def test_a_load_that_is_not_a_number_is_not_tried_again() -> None:
 
 
 def test_a_displacement_that_is_not_a_number_is_not_tried_again() -> None:
-    pulled = SideSupport(side="right", components={0: lambda t: np.nan if t > 0.004 else 0.01 * t})
+    pulled = SideSupport(
+        side="right", components={0: lambda x, t: np.nan if t > 0.004 else 0.01 * t}
+    )
     sides = (SideSupport(side="left", components={0: at_rest}), pulled)
     system = build(problem := cooled(sides=sides))
     steps = []

@@ -34,7 +34,7 @@ def bar(times=None, *, backtracking: Backtracking | None = DEFAULT, **more) -> P
     """A bar of length 1, pulled; by Griffith it breaks long before its strength is reached."""
     pulled = (
         SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: lambda t: t}),
+        SideSupport(side="right", components={0: lambda x, t: t}),
     )
     material = rock(ell=ELL, nu=0.0, toughness=weakest)
     times = times if times is not None else np.arange(0.2, 3.01, 0.2)

@@ -35,7 +35,7 @@ def material(law: str, **changes):
 def bar(law: str, cells: str, strains, **changes) -> Problem:
     pulled = (
         SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: lambda t: t * LENGTH}),
+        SideSupport(side="right", components={0: lambda x, t: t * LENGTH}),
     )
     return body(
         (LENGTH, HEIGHT),

@@ -13,6 +13,7 @@ from staffa.loads.closed_form import Convective, Face, HalfSpace, NoLoad, Slab
 from staffa.records import Stop
 from staffa.supports import Section
 
+NOWHERE = np.zeros((3, 1))
 PLATE = """
 [domain]
 size = [2.0, 1.0]
@@ -134,8 +135,8 @@ def test_what_is_held_never_moves(how: str) -> None:
 
 def test_a_constant_displacement_is_there_at_all_times() -> None:
     (support,) = built("supports.top={y=-0.1, x=0.0}").sides
-    assert [support.components[1](t) for t in (0.0, 0.3, 9.0)] == [-0.1] * 3
-    assert [support.components[0](t) for t in (0.0, 0.3, 9.0)] == [0.0] * 3
+    assert [support.components[1](NOWHERE, t) for t in (0.0, 0.3, 9.0)] == [-0.1] * 3
+    assert [support.components[0](NOWHERE, t) for t in (0.0, 0.3, 9.0)] == [0.0] * 3
 
 
 @pytest.mark.parametrize(
@@ -145,9 +146,9 @@ def test_a_constant_displacement_is_there_at_all_times() -> None:
 def test_a_table_is_straight_between_its_times_and_constant_beyond_them(t: float, u: float) -> None:
     table = "supports.top={y={t=[1.0, 2.0, 4.0], u=[0.1, 0.3, -0.3]}, x=0.5}"
     (support,) = built(table).sides
-    found = support.components[1](t)
+    found = support.components[1](NOWHERE, t)
     assert found == pytest.approx(u, abs=1e-12), f"{found} at t = {t}, not {u}"
-    assert support.components[0](t) == 0.5, "the other component has its own history"
+    assert support.components[0](NOWHERE, t) == 0.5, "the other component has its own history"
 
 
 @pytest.mark.parametrize(("dim", "face"), FACES)

@@ -276,7 +276,7 @@ def test_tough_band_does_not_spoil_the_stop() -> None:
 
 def test_unloaded_body_breaks_no_balance() -> None:
     """Loads that go back to zero leave no energy to compare an error with."""
-    moved = SideSupport(side="right", components={0: lambda t: 0.01 * (t == 1)})
+    moved = SideSupport(side="right", components={0: lambda x, t: 0.01 * (t == 1)})
     sides = (SideSupport(side="left", components={0: at_rest}), moved)
     system = build(problem := body((1.0, 0.5), 0.1, sides=sides, times=(1.0, 2.0)))
     assert all(step.audit.violations == () for step in march(problem, system))
@@ -286,7 +286,7 @@ def test_unloaded_body_breaks_no_balance() -> None:
 @pytest.mark.parametrize("E", [1e-9, 1.0, 1e11])
 def test_iterative_solver_is_as_good_at_any_modulus(E: float) -> None:
     """Prescribed displacements and forces of any size are held against the same tolerance."""
-    pulled = SideSupport(side="right", components={0: lambda t: 1e-3})
+    pulled = SideSupport(side="right", components={0: lambda x, t: 1e-3})
     sides = (SideSupport(side="left", components={0: at_rest}), pulled)
     found = {}
     for solver in ("direct", "iterative"):

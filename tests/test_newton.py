@@ -41,7 +41,7 @@ def pulled_bar(law: str) -> Problem:
     """A bar of uneven toughness, pulled until it is damaged but not yet past its peak."""
     sides = (
         SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: lambda t: t}),
+        SideSupport(side="right", components={0: lambda x, t: t}),
     )
     material = rock(E=10.0, ell=0.2, law=LAWS[law], toughness=uneven)
     return body((0.4, 0.2), 0.04, sides=sides, material=material, times=(0.15, 0.18, 0.2))

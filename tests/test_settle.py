@@ -85,7 +85,7 @@ def notched(guess: str = "coarser", pull: float = 1.5, **solvers: str) -> Proble
     problem = body((0.5, 0.5), h, material=rock(ell=0.1, cracked=cracked), times=(0.1, pull))
     sides = (
         clamped(problem.domain, "bottom"),
-        SideSupport(side="top", components={0: at_rest, 1: lambda t: t}),
+        SideSupport(side="top", components={0: at_rest, 1: lambda x, t: t}),
     )
     choice = Solvers(guess=guess, stop=TIGHT, **solvers)
     return replace(problem, sides=sides, solvers=choice)

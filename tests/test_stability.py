@@ -69,7 +69,7 @@ def uniform(length: float, n: int = 120, alpha: float = 1e-6) -> System:
     """An AT1 bar at its strength, hardly damaged, and alike all over."""
     sides = (
         SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: lambda t: t}),
+        SideSupport(side="right", components={0: lambda x, t: t}),
     )
     h = length / n
     material = rock(ell=ELL, nu=0.0, residual_stiffness=0.0)
@@ -158,7 +158,7 @@ def perfect_bar(second_order: SecondOrder | None, length: float = 10 * ELL) -> P
     """A bar with nothing to tell one place from another, pulled a little past its strength."""
     sides = (
         SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: lambda t: t * length}),
+        SideSupport(side="right", components={0: lambda x, t: t * length}),
     )
     strain = sqrt(3 / (8 * ELL))
     return body(

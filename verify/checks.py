@@ -3,6 +3,7 @@
 from arrays import array, doubling
 from figures import Check
 from second_order import second_order
+from surfing import surfing
 
 CHECKS = {
     "second-order": Check(
@@ -10,6 +11,14 @@ CHECKS = {
         text="Eigenvalues on the space and on the cone, against closed forms. Tolerances are "
         "fractions of the reference.",
         measure=second_order,
+    ),
+    "surfing": Check(
+        title="A crack that follows a tip",
+        text="The whole edge of a plate is moved as by a sharp crack whose tip travels, loaded at "
+        "Gc. Where this tip is beyond the damage calibrates the sharp tip of all other runs "
+        "(`measure/tip.py`); nothing else does. Half height of the plate: 12 ell (AT1), 20 ell "
+        "(AT2).",
+        measure=lambda: surfing("AT1", 12) + surfing("AT2", 20),
     ),
     "array-fixed": Check(
         title="An even array of cracks, section held",

@@ -243,9 +243,10 @@ class Manifest:
 
     title, law: the case's own. scaled: True if lengths and times are scaled, False if in m and s.
     size: extent along each axis; face: name of the cooled face, if any; h: cell edge; L: depth of
-    the body below the face. toughness_factor: measured discrete toughness over Gc. times, taus: all
-    that the run will visit; requested: whether each is an output time. scales: the derived numbers
-    that `staffa check` prints, by name.
+    the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
+    far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
+    all that the run will visit; requested: whether each is an output time. scales: the derived
+    numbers that `staffa check` prints, by name.
     """
 
     version: str
@@ -270,4 +271,5 @@ class Manifest:
     scales: dict[str, float | None]
     versions: dict[str, str]
     petsc_options: dict[str, str]
+    tip_reach: float | None = None
     format: int = 1

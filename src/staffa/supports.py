@@ -12,21 +12,21 @@ from staffa.fields import Spaces, vertices
 from staffa.grid import face_axis
 from staffa.parallel import best_candidate, sum_over_ranks
 
-# A displacement component in time (m): t -> value.
-History = Callable[[float], float]
+# A displacement component (m): of points x, shape (3, n), and time t -> shape (n,), or one value.
+Displacement = Callable[[np.ndarray, float], np.ndarray | float]
 
 
-def at_rest(t: float) -> float:
-    """No displacement, ever."""
+def at_rest(x: np.ndarray, t: float) -> float:
+    """No displacement, anywhere and ever."""
     return 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class SideSupport:
-    """The components of u that are prescribed on one named boundary: axis -> history in time."""
+    """The components of u that are prescribed on one named boundary: axis -> displacement."""
 
     side: str
-    components: Mapping[int, History]
+    components: Mapping[int, Displacement]
 
 
 def rollers(domain: Domain, side: str) -> SideSupport:
@@ -56,19 +56,24 @@ class Section:
 class Supports:
     """Degrees of freedom that are not free, on this rank: local indices of entries that it owns.
 
-    fixed: prescribed entries of u, each with the index of its history; moved: entries that the
-    unknowns of a section move; modes: for each of these, its unit displacement, shape (n_owned,).
+    fixed: prescribed entries of u, at these points, shape (3, n_fixed). displacements: what is
+    prescribed, each with the places in `fixed` of the entries that follow it. moved: entries that
+    the unknowns of a section move; modes: for each of these, its unit displacement, shape
+    (n_owned,).
     """
 
     fixed: np.ndarray
-    history_of: np.ndarray
-    histories: tuple[History, ...]
+    points: np.ndarray
+    displacements: tuple[tuple[Displacement, np.ndarray], ...]
     moved: np.ndarray
     modes: tuple[np.ndarray, ...]
 
     def values(self, t: float) -> np.ndarray:
         """Prescribed values (m) at time t, one for each entry of `fixed`."""
-        return np.array([history(t) for history in self.histories] or [0.0])[self.history_of]
+        values = np.zeros(len(self.fixed))
+        for displacement, places in self.displacements:
+            values[places] = displacement(self.points[:, places], t)
+        return values
 
 
 def build_supports(
@@ -86,22 +91,26 @@ def build_supports(
     boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
     all boundaries. Collective.
     """
-    histories: list[History] = [at_rest]
-    prescribed: dict[int, int] = {}
+    displacements: list[Displacement] = []
+    follows: dict[int, int] = {}
     for support in sides:
-        for axis, history in support.components.items():
-            histories.append(history)
-            for dof in _dofs(domain, spaces, support.side, axis):
-                prescribed[int(dof)] = len(histories) - 1
+        for axis, displacement in support.components.items():
+            follows |= dict.fromkeys(
+                _dofs(domain, spaces, support.side, axis).tolist(), len(displacements)
+            )
+            displacements.append(displacement)
     moved, modes = _section_modes(domain, spaces, section)
-    held = np.array([*prescribed, *moved], dtype=np.int32)
-    for pin in _pins(domain, spaces, held, anchor):
-        prescribed[pin] = 0
-    fixed = np.array(sorted(prescribed), dtype=np.int32)
+    held = np.array([*follows, *moved], dtype=np.int32)
+    pins = _pins(domain, spaces, held, anchor)
+    fixed = np.array(sorted([*follows, *pins]), dtype=np.int32)
+    number = np.array([follows.get(dof, -1) for dof in fixed.tolist()], dtype=np.int64)
     return Supports(
         fixed=fixed,
-        history_of=np.array([prescribed[int(dof)] for dof in fixed], dtype=np.int64),
-        histories=tuple(histories),
+        points=vertices(spaces.alpha)[fixed // domain.dim].T,
+        displacements=tuple(
+            (displacement, np.flatnonzero(number == k))
+            for k, displacement in enumerate(displacements)
+        ),
         moved=moved,
         modes=modes,
     )

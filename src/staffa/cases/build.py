@@ -25,8 +25,7 @@ from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
 from staffa.records import Stop
-from staffa.supports import History as InTime
-from staffa.supports import Section, SideSupport, at_rest, clamped, rollers
+from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
 
 def problem(
@@ -128,14 +127,14 @@ def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
     return tuple(found)
 
 
-def _components(support: Prescribed) -> dict[int, InTime]:
+def _components(support: Prescribed) -> dict[int, Displacement]:
     given = {axis: getattr(support, name) for axis, name in enumerate("xyz")}
     return {axis: _in_time(value) for axis, value in given.items() if value is not None}
 
 
-def _in_time(value: float | History) -> InTime:
+def _in_time(value: float | History) -> Displacement:
     if isinstance(value, History):
         t, u = np.array(value.t, dtype=float), np.array(value.u, dtype=float)
-        return lambda time: float(np.interp(time, t, u))
+        return lambda x, time: float(np.interp(time, t, u))
     constant = float(value)
-    return (lambda time: constant) if constant else at_rest
+    return (lambda x, time: constant) if constant else at_rest

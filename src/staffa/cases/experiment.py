@@ -22,6 +22,7 @@ from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.loads.closed_form import Load
 from staffa.measure.crack import Gauge, measures
+from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
@@ -150,6 +151,12 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         scales=derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),
+        tip_reach=reach(
+            setup.material.law.name,
+            threshold=setup.measuring.threshold,
+            ell=setup.material.ell,
+            h=domain.h,
+        ),
     )
 
 

@@ -22,11 +22,12 @@ SLOW = 0.25
 class Track:
     """One crack of the last step, followed back in time.
 
-    place: where its tip ended, along the face (m). depths: depth of its tip at each step (m),
-    None where it was not seen.
+    place: where its tip ended, along the face (m). path, depths: where its tip was at each step,
+    and how deep (m), None where it was not seen.
     """
 
     place: tuple[float, ...]
+    path: tuple[tuple[float, ...] | None, ...]
     depths: tuple[float | None, ...]
 
     @property
@@ -77,7 +78,7 @@ class Arrests:
     depth: float | None
 
 
-def arrests(steps: Sequence[Step], *, axis: int, ell: float) -> Arrests:
+def arrests(steps: Sequence[Step], *, axis: int, ell: float, reach: float = 0.0) -> Arrests:
     """Sort the cracks of the last step into generations.
 
     A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
@@ -92,10 +93,11 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float) -> Arrests:
     Parameters
     ----------
     axis : the one along which depth is measured. ell : regularization length (m).
+    reach : how much deeper than the recorded tips the sharp ones are (m; see `measure.tip`).
     """
     seen = [step for step in steps if step.measures is not None]
-    rest = sorted(tracks(seen, axis=axis), key=lambda track: track.final)
-    nucleation = _nucleation(seen, rest, axis)
+    rest = sorted(tracks(seen, axis=axis, reach=reach), key=lambda track: track.final)
+    nucleation = _nucleation(seen, rest, reach)
     found: list[Generation] = []
     while len(rest) > 1:
         members = rest[: _doubling(rest, ell)]
@@ -113,27 +115,34 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float) -> Arrests:
     )
 
 
-def tracks(steps: Sequence[Step], *, axis: int) -> tuple[Track, ...]:
+def tracks(steps: Sequence[Step], *, axis: int, reach: float = 0.0) -> tuple[Track, ...]:
     """The cracks of the last step that was measured, each followed back from step to step.
 
     A crack's tip one step earlier is the nearest one along the face, if it is nearer than half
     the distance to the neighboring crack; no tip is then taken twice, and a crack may curve.
+    `reach` (m) is added to the depths, as `arrests` does.
     """
     measured = [index for index, step in enumerate(steps) if step.measures is not None]
     tips = _tips(steps[measured[-1]]) if measured else ()
     if not tips:
         return ()
-    depths: list[list[float | None]] = [[None] * len(steps) for _ in tips]
-    for history, tip in zip(depths, tips, strict=True):
-        history[measured[-1]] = tip.depth
+    followed: list[list[Tip | None]] = [[None] * len(steps) for _ in tips]
+    for history, tip in zip(followed, tips, strict=True):
+        history[measured[-1]] = tip
     places = np.array([_along(tip, axis) for tip in tips])
     for index in reversed(measured[:-1]):
         before = _tips(steps[index])
         for number, nearest in _matches(places, before, axis):
-            depths[number][index] = before[nearest].depth
+            followed[number][index] = before[nearest]
             places[number] = _along(before[nearest], axis)
-    ends = [_along(tip, axis) for tip in tips]
-    return tuple(Track(place=p, depths=tuple(d)) for p, d in zip(ends, depths, strict=True))
+    return tuple(
+        Track(
+            place=_along(tip, axis),
+            path=tuple(None if seen is None else seen.position for seen in history),
+            depths=tuple(None if seen is None else seen.depth + reach for seen in history),
+        )
+        for tip, history in zip(tips, followed, strict=True)
+    )
 
 
 def _matches(places: np.ndarray, tips: Sequence[Tip], axis: int) -> list[tuple[int, int]]:
@@ -196,14 +205,14 @@ def _generation(
     )
 
 
-def _nucleation(steps: Sequence[Step], cracks: Sequence[Track], axis: int) -> Nucleation | None:
+def _nucleation(steps: Sequence[Step], cracks: Sequence[Track], reach: float) -> Nucleation | None:
     enough = max(2, len(cracks) / 2)
     for step in steps:
         if len(_tips(step)) >= enough:
             return Nucleation(
                 cracks=len(_tips(step)),
                 spacing=_spacing(cracks),
-                depth=median(tip.depth for tip in _tips(step)),
+                depth=median(tip.depth for tip in _tips(step)) + reach,
                 tau=step.tau,
                 time=step.time,
             )

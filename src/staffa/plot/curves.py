@@ -46,8 +46,9 @@ def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     _draw_lengths(rows[0], manifest, at, measured)
     if manifest.face:
         axis = face_axis(manifest.face, len(manifest.size))
-        followed = tracks(seen, axis=axis)
-        found = arrests(seen, axis=axis, ell=manifest.ell)
+        reach = manifest.tip_reach or 0.0
+        followed = tracks(seen, axis=axis, reach=reach)
+        found = arrests(seen, axis=axis, ell=manifest.ell, reach=reach)
         _draw_depths(rows[1], manifest, at, followed, found)
     if counted:
         _draw_counts(rows[-1], manifest, at, measured)

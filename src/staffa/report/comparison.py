@@ -50,7 +50,8 @@ def run_arrests(run: Run) -> Arrests | None:
     if manifest.face is None:
         return None
     axis = face_axis(manifest.face, len(manifest.size))
-    return arrests(run.steps, axis=axis, ell=manifest.ell)
+    reach = manifest.tip_reach or 0.0
+    return arrests(run.steps, axis=axis, ell=manifest.ell, reach=reach)
 
 
 DEFINITIONS = (
@@ -67,10 +68,21 @@ DEFINITIONS = (
 )
 
 
+def tip(manifest: Manifest) -> str:
+    """Which point of a crack counts as its tip in the generations, as a sentence."""
+    if manifest.tip_reach is None:
+        return "Depths are those of the last points above measures.threshold, as they are."
+    return (
+        f"Depths are those of sharp tips, {manifest.tip_reach / manifest.ell:.3g} ell beyond the "
+        f"last points above measures.threshold: so far it is on a known crack that moves."
+    )
+
+
 def _remarks(run: Run, found: Arrests) -> list[str]:
     manifest, severity = run.manifest, run.manifest.scales.get("severity")
     own = "" if severity is None else f"; this run's is {severity:.3g}"
     remarks = [
+        tip(manifest),
         f"p, a0 and tau0 depend on the regularization: here ell/L = "
         f"{manifest.ell / manifest.L:.3g}, h/L = {manifest.h / manifest.L:.3g}.",
         f"The published numbers are for a 5 x 1 slab of severity {SEVERITY:g}{own}. "

@@ -1,0 +1,24 @@
+"""Where the sharp tip of a smeared crack lies: how far beyond the damage that is counted."""
+
+import numpy as np
+
+# A crack that grows is sharp up to a point at which the damage has fallen from 1 only a little. How
+# far this lies beyond the last point of a given damage, over ell, as measured on a known sharp
+# crack: a long one, moved by the displacements of a tip that travels (`make verify
+# ONLY=surfing`). Between vertices h apart the last one above the threshold falls short of the
+# threshold by h/2 on average, which comes on top.
+THRESHOLDS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+BEYOND = {
+    "AT1": (0.15, 0.35, 0.55, 0.75, 0.97, 1.15),
+    "AT2": (0.87, 1.20, 1.48, 1.76, 2.06, 2.30),
+}
+
+
+def reach(law: str, *, threshold: float, ell: float, h: float) -> float | None:
+    """Distance (m) from the last vertex with more damage than the threshold to the sharp tip.
+
+    None for a law of your own, or for a threshold outside of what was measured.
+    """
+    if law not in BEYOND or not THRESHOLDS[0] <= threshold <= THRESHOLDS[-1]:
+        return None
+    return float(np.interp(threshold, THRESHOLDS, BEYOND[law])) * ell + h / 2

@@ -1,0 +1,115 @@
+"""A crack driven by the mode I field of a moving tip: it follows, at its speed and at Gc."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import pytest
+
+from bodies import body, rock
+from staffa.evolution.march import march
+from staffa.evolution.system import build
+from staffa.evolution.toughness import discrete_toughness
+from staffa.fields import vertices
+from staffa.measure.tip import BEYOND, THRESHOLDS, reach
+from staffa.physics.damage import LAWS
+from staffa.supports import SideSupport
+
+NU = 0.2
+WARM_UP = 4  # cells that the tip moves before it is followed: the crack starts 3 ell behind
+
+
+def mode_one(x: np.ndarray, K: float, *, axis: int) -> np.ndarray:
+    """A component of the displacement around a crack along x < 0, E = 1, plane stress."""
+    r, theta = np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])
+    along = (np.cos, np.sin)[axis](theta / 2)
+    size = K * (1 + NU) * np.sqrt(r / (2 * np.pi))
+    return size * ((3 - NU) / (1 + NU) - np.cos(theta)) * along
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ride:
+    """A tip that moved, and the crack that followed it, at each step after the first ones.
+
+    tip: where it was. ahead: of each threshold, where the last vertex above it lay, shape (steps,
+    thresholds). surface: energy over Gc and the discrete toughness.
+    """
+
+    tip: np.ndarray
+    ahead: np.ndarray
+    surface: np.ndarray
+    h: float
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Of the crack, over that of the tip; for each threshold."""
+        return np.polyfit(self.tip, self.ahead, 1)[0]
+
+    @property
+    def toughness(self) -> float:
+        """What the crack costs, over Gc and the discrete toughness."""
+        return float(np.polyfit(self.tip, self.surface, 1)[0])
+
+    @property
+    def beyond(self) -> np.ndarray:
+        """How far the tip is beyond each threshold, less half a cell."""
+        return (self.tip[:, None] - self.ahead).mean(axis=0) - self.h / 2
+
+
+def ride(law: str, *, cells_per_ell: float, radius: float, cells: int) -> Ride:
+    """Follow a crack for so many cells, five steps in each, once it has begun to move."""
+    h = 1.0 / cells_per_ell
+    rows = 2 * round(radius / h) + 1  # odd: the crack is the middle row of cells
+    height = rows * h
+    start = height / 2
+    material = rock(ell=1.0, law=LAWS[law], nu=NU)
+    factor = discrete_toughness(material, dim=2, h=h, cells="quadrilateral")
+
+    def moved(axis: int, x: np.ndarray, t: float) -> np.ndarray:
+        tip = np.array([[start + t], [height / 2], [0.0]])
+        return mode_one(x - tip, np.sqrt(factor), axis=axis)
+
+    def cracked(x: np.ndarray) -> np.ndarray:
+        return (np.abs(x[1] - height / 2) < 0.51 * h) & (x[0] < start - 3)
+
+    components = {axis: partial(moved, axis) for axis in (0, 1)}
+    sides = ("left", "right", "bottom", "top")
+    problem = body(
+        (1.5 * rows * h, height),
+        h,
+        material=replace(material, cracked=cracked),
+        sides=tuple(SideSupport(side=side, components=components) for side in sides),
+        times=tuple(h * np.arange(1, 5 * (cells + WARM_UP) + 1) / 5),
+    )
+    system = build(problem)
+    x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
+    tip, ahead, surface = [], [], []
+    try:
+        for step in march(problem, system):
+            if step.index >= 5 * WARM_UP:
+                tip.append(start + step.time)
+                ahead.append([x[alpha > threshold, 0].max() for threshold in THRESHOLDS])
+                surface.append(step.energies.surface / factor)
+    finally:
+        system.destroy()
+    return Ride(tip=np.array(tip), ahead=np.array(ahead), surface=np.array(surface), h=h)
+
+
+def test_a_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
+    found = ride("AT1", cells_per_ell=4, radius=7, cells=5)
+    speed = found.speed[THRESHOLDS.index(0.8)]
+    assert speed == pytest.approx(1, abs=0.03), f"the crack runs at {speed:.3f} of the tip's speed"
+    # The edge is where the field of a sharp crack holds but for the profile's width over radius.
+    assert found.toughness == pytest.approx(1, abs=0.03), f"it costs {found.toughness:.3f} Gc"
+    assert found.beyond[1:5] == pytest.approx(BEYOND["AT1"][1:5], abs=0.05), (
+        "in ell; the vertices of four cells an ell do not see more"
+    )
+
+
+def test_the_sharp_tip_is_half_a_cell_further_on_coarser_cells() -> None:
+    reached = [reach("AT1", threshold=0.8, ell=1.0, h=h) for h in (0.25, 0.125)]
+    assert reached == pytest.approx([0.875, 0.8125])
+    assert reach("mine", threshold=0.8, ell=1.0, h=0.25) is None
+    assert reach("AT1", threshold=0.3, ell=1.0, h=0.25) is None, "never measured"
