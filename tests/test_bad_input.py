@@ -435,6 +435,7 @@ def staffa(folder: Path, *arguments: str, ranks: int = 0) -> subprocess.Complete
     )
 
 
+VARIED = ("--set", "toughness.amplitude=0.1")
 COMMANDS = [
     (("check", "none.toml"), "no file none.toml"),
     (("check", "my.toml", "--set", "material.nu=0.7"), "material.nu = 0.7"),
@@ -443,6 +444,12 @@ COMMANDS = [
     (("run", "my.toml", "--out", "my.toml"), "--out my.toml is a file"),
     (("run", "my.toml", "--out", "done"), "--out done holds a run already"),
     (("show", "my.toml"), "my.toml"),
+    (("ensemble", "my.toml", "--seeds", "3"), "toughness.amplitude = 0"),
+    (("ensemble", "my.toml", "--seeds", "1", *VARIED), "--seeds 1: "),
+    (("ensemble", "my.toml", "--seeds", "3", "--first", "-1", *VARIED), "--first -1: "),
+    (("ensemble", "my.toml", "--seeds", "2", "--first", f"{2**32 - 1}", *VARIED), "4294967296"),
+    (("ensemble", "my.toml", "--seeds", "2", "--out", "done", *VARIED), "done holds a run already"),
+    (("ensemble", "my.toml", "--seeds", "2", "--out", "my.toml", *VARIED), "my.toml is a file"),
 ]
 
 

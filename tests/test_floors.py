@@ -42,7 +42,9 @@ LIGHT = [
     "staffa.loads.closed_form",
     "staffa.measure.statistics",
     "staffa.measure.generations",
+    "staffa.measure.averages",
     "staffa.io.run_directory",
+    "staffa.io.ensemble_directory",
     "staffa.io.vtkhdf",
     "staffa.evolution.schedule",
     "staffa.cases.catalog",
@@ -53,6 +55,7 @@ LIGHT = [
     "staffa.cases.writing",
     "staffa.plot",
     "staffa.report",
+    "staffa.report.ensemble",
     "staffa.cli",
 ]
 

@@ -14,6 +14,7 @@ from staffa.cases.reading import read_case
 from staffa.cases.writing import to_toml
 from staffa.cli.terminal import out
 from staffa.errors import StaffaError
+from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
 
 app = typer.Typer(
@@ -27,7 +28,10 @@ Settings = Annotated[
     list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
 ]
 CaseName = Annotated[str, typer.Argument(help="name of a ready case", show_default=False)]
-RunFolder = Annotated[Path, typer.Argument(help="a run directory", show_default=False)]
+Folder = Annotated[
+    Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
+]
+Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only")]
 
 
 @app.command()
@@ -71,7 +75,7 @@ def run(
         Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
     ] = None,
     settings: Settings = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="print errors only")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a case, also under mpiexec -n N."""
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
@@ -81,19 +85,50 @@ def run(
 
 
 @app.command()
-def show(directory: RunFolder) -> None:
-    """Show the summary of a run, also of one that is still going on."""
-    from staffa.cli.results import print_summary
+def ensemble(
+    case_file: CaseFile,
+    seeds: Annotated[
+        int, typer.Option("--seeds", help="how many members, 2 or more", show_default=False)
+    ],
+    first: Annotated[
+        int | None, typer.Option("--first", help="the first seed; default the case's own")
+    ] = None,
+    directory: Annotated[
+        Path | None,
+        typer.Option("--out", help="its directory; default runs/<case file's name>-ensemble"),
+    ] = None,
+    settings: Settings = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run a case with several seeds, for means and errors; members that are there are taken."""
+    from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
 
-    print_summary(read_run(directory))
+    where = directory or Path("runs") / f"{case_file.stem}-ensemble"
+    run_members_and_follow(
+        lambda: read_case(case_file, settings or []), where, count=seeds, first=first, quiet=quiet
+    )
 
 
 @app.command()
-def report(directory: RunFolder) -> None:
-    """Draw the pictures and the page of a run again."""
-    from staffa.cli.results import print_pictures  # loads Matplotlib
+def show(directory: Folder) -> None:
+    """Show the summary of a run or an ensemble, also of one that is still going on."""
+    from staffa.cli.results import print_ensemble, print_summary
 
-    print_pictures(read_run(directory))
+    if is_ensemble(directory):
+        print_ensemble(read_ensemble(directory))
+    else:
+        print_summary(read_run(directory))
+
+
+@app.command()
+def report(directory: Folder) -> None:
+    """Draw the pictures and the page of a run or an ensemble again."""
+    from staffa.cli.results import print_ensemble_pictures, print_pictures  # loads Matplotlib
+
+    if is_ensemble(directory):
+        print_ensemble_pictures(read_ensemble(directory))
+    else:
+        print_pictures(read_run(directory))
 
 
 def main() -> None:

@@ -2,7 +2,8 @@
 
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -23,12 +24,9 @@ from staffa.records import Manifest, Step
 
 
 def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) -> None:
-    """Read the case on rank 0, run it on all, and print on rank 0. Collective.
-
-    An error that only one rank meets ends all ranks, after its traceback.
-    """
+    """Read the case on rank 0, run it on all, and print on rank 0. Collective."""
     comm = MPI.COMM_WORLD
-    try:
+    with ending_all_ranks(comm, directory):
         case = on_root(comm, read)
         follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
         with follower.progress:
@@ -36,6 +34,13 @@ def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) ->
         if comm.rank == 0 and not quiet:
             print_summary(read_run(directory))
             print_pictures(read_run(directory))
+
+
+@contextmanager
+def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
+    """Within it, an error that only one rank meets ends all ranks, after its traceback."""
+    try:
+        yield
     except StaffaError:
         raise
     except (Exception, KeyboardInterrupt) as error:
@@ -65,11 +70,12 @@ def _interrupted(directory: Path, *, speaks: bool) -> int:
 
 @dataclass(kw_only=True)
 class Follower:
-    """What is printed and logged while a run goes on."""
+    """What is printed and logged while a run goes on; name: which of several runs it is."""
 
     directory: Path
     speaks: bool
     quiet: bool
+    name: str = ""
     manifest: Manifest | None = None
     latest: str = ""
     began: float = field(default_factory=perf_counter)
@@ -95,9 +101,9 @@ class Follower:
         self.manifest = manifest
         self.progress.update(self.task, total=len(manifest.times))
         self._say(
-            f"{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, {len(manifest.times)} "
-            f"steps, {manifest.law}, {manifest.ranks} rank(s), discrete toughness "
-            f"{manifest.toughness_factor:.4f} Gc, in {self.directory}"
+            f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, "
+            f"{len(manifest.times)} steps, {manifest.law}, {manifest.ranks} rank(s), "
+            f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
 
     def swept(self, index: int, sweep: Sweep) -> None:
@@ -105,7 +111,7 @@ class Follower:
         assert self.manifest is not None
         self.progress.update(
             self.task,
-            description=f"step {index}, {self._clock(index)}",
+            description=f"{self._named()}step {index}, {self._clock(index)}",
             now=f"sweep {sweep.number}, energy {sweep.energies.total:.4g}{self.latest}",
         )
 
@@ -122,6 +128,9 @@ class Follower:
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
+
+    def _named(self) -> str:
+        return f"{self.name}, " if self.name else ""
 
     def _line(self, step: Step) -> str:
         energies, parts = step.energies, [f"step {step.index:3d}", self._when(step.index)]

@@ -1,10 +1,11 @@
 """How the pictures look, and how one gets to disk."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -52,11 +53,11 @@ def new_figure(height: float, *, gap: float = 0.04) -> Figure:
     return Figure(figsize=(WIDTH, height), dpi=DPI, layout=layout, facecolor="white")
 
 
-def legend_above(axes: Axes, columns: int) -> Legend:
-    """Put the legend above the axes, where it hides no data."""
+def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = None) -> Legend:
+    """Put the legend above the axes, where it hides no data; handles: in place of the axes' own."""
     return axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2,
-        handlelength=1.6, columnspacing=1.4,
+        handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns,
+        borderaxespad=0.2, handlelength=1.6, columnspacing=1.4,
     )  # fmt: skip
 
 

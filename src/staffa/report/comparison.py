@@ -36,7 +36,7 @@ def table(run: Run) -> Table | None:
     assert found is not None
     most = max(3, len(found.generations))
     names = chain.from_iterable((f"a{k}", f"tau{k}") for k in range(most + 1))
-    lines = (BAHR, PAPER, _own(found, manifest))
+    lines = (BAHR, PAPER, own_line(found, manifest))
     return Table(
         header=("", "p", *names),
         rows=tuple(_row(line, most) for line in lines),
@@ -106,7 +106,8 @@ def remaining(found: Arrests) -> str:
     return f"{cracks} left, {found.growing} of them still growing"
 
 
-def _own(found: Arrests, manifest: Manifest) -> Published:
+def own_line(found: Arrests, manifest: Manifest) -> Published:
+    """A run's line of the table."""
     start, ends = found.nucleation, found.generations
     return Published(
         name="this run",

@@ -1,6 +1,6 @@
-"""Draws every picture that a run has the numbers for, and writes its page."""
+"""Draws every picture that a run, or an ensemble, has the numbers for, and writes its page."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -8,13 +8,16 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from staffa.errors import StaffaError
+from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run, write_aside
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import read_frames
+from staffa.plot.members import counts_figure, growth_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
-from staffa.report.page import page
+from staffa.report.ensemble import write_results
+from staffa.report.page import ensemble_page, page
 
 PICTURES, PAGE = "pictures", "report.html"
 
@@ -37,23 +40,68 @@ def draw(run: Run) -> Drawn:
         The run directory cannot be written to.
     """
     figures, skipped = _figures(run)
+    return _written(run.path, figures, skipped, partial(page, run))
+
+
+def draw_ensemble(ensemble: Ensemble) -> Drawn:
+    """The same for an ensemble, with `ensemble.csv`.
+
+    Raises
+    ------
+    StaffaError
+        The directory cannot be written to.
+    """
+    figures, skipped = _ensemble_figures(ensemble)
+    drawn = _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble))
+    write_results(ensemble)
+    return drawn
+
+
+def _written(
+    folder: Path,
+    figures: dict[str, Callable[[], Figure]],
+    skipped: list[str],
+    text: Callable[[Sequence[Path], Sequence[str]], str],
+) -> Drawn:
     pictures = []
     try:
-        (run.path / PICTURES).mkdir(exist_ok=True)
+        (folder / PICTURES).mkdir(exist_ok=True)
         for name, figure in figures.items():
-            path = run.path / PICTURES / f"{name}.png"
+            path = folder / PICTURES / f"{name}.png"
             try:
                 write_picture(path, figure)
                 pictures.append(path)
             except StaffaError as error:
                 skipped.append(f"{name}: {error}")
-        write_aside(run.path / PAGE, page(run, pictures, skipped))
+        write_aside(folder / PAGE, text(pictures, skipped))
     except OSError as error:
         raise StaffaError(
-            f"the report cannot be written into {run.path}: {error.strerror}; copy the run to a "
+            f"the report cannot be written into {folder}: {error.strerror}; copy the run to a "
             f"folder that you may write to"
         ) from None
-    return Drawn(page=run.path / PAGE, pictures=tuple(pictures), skipped=tuple(skipped))
+    return Drawn(page=folder / PAGE, pictures=tuple(pictures), skipped=tuple(skipped))
+
+
+def _ensemble_figures(
+    ensemble: Ensemble,
+) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
+    """How to draw what the finished members have in common, and the reasons for what is not."""
+    measured = [
+        [step for step in run.steps if step.measures is not None]
+        for run in ensemble.finished.values()
+    ]
+    members = [steps for steps in measured if steps]
+    if len(members) < 2:
+        return {}, ["no pictures: they need two finished members"]
+    manifest, first = ensemble.first.manifest, members[0][0].measures
+    figures: dict[str, Callable[[], Figure]] = {}
+    skipped = []
+    if first and first.sections:
+        figures["counts"] = partial(counts_figure, manifest, members)
+    else:
+        skipped.append("counts: the case gives no measures.depths to count cracks at")
+    figures["growth"] = partial(growth_figure, manifest, members)
+    return figures, skipped
 
 
 def _figures(run: Run) -> tuple[dict[str, Callable[[], Figure]], list[str]]:

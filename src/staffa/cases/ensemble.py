@@ -1,0 +1,125 @@
+"""Case and seeds -> ensemble directory: one run after another, each on all ranks."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+
+from staffa.stack import MPI
+
+from staffa.cases.experiment import Watcher, run
+from staffa.cases.model import Case
+from staffa.cases.writing import to_toml
+from staffa.errors import InputError, SolveError
+from staffa.io import run_directory
+from staffa.io.ensemble_directory import member_path, members
+from staffa.parallel import on_root
+
+LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
+
+
+def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
+    """The seeds of an ensemble: `count` of them from `first`, by default the case's own.
+
+    Raises
+    ------
+    InputError
+        There would be no ensemble of them.
+    """
+    if case.toughness.amplitude == 0:
+        raise InputError(
+            "toughness.amplitude = 0: every seed would give the same rock; give an amplitude, "
+            "like --set toughness.amplitude=0.05, or run the case once with `staffa run`"
+        )
+    if count < 2:
+        raise InputError(
+            f"--seeds {count}: an error of the mean needs at least 2 members; take more seeds, or "
+            f"run the case once with `staffa run`"
+        )
+    begin = case.toughness.seed if first is None else first
+    if begin < 0:
+        raise InputError(f"--first {begin}: a seed must be at least 0; begin at 0 or later")
+    if begin + count - 1 > LARGEST_SEED:
+        raise InputError(
+            f"--seeds {count} from seed {begin} ends at seed {begin + count - 1}, and the largest "
+            f"is {LARGEST_SEED}; begin lower with --first, or take fewer"
+        )
+    return range(begin, begin + count)
+
+
+def member(case: Case, seed: int) -> Case:
+    """The case with another seed."""
+    return case.model_copy(update={"toughness": case.toughness.model_copy(update={"seed": seed})})
+
+
+def finished_members(case: Case, seeds: range, directory: Path) -> frozenset[int]:
+    """The seeds whose runs are there, finished, of this very case, and need not be run again.
+
+    Raises
+    ------
+    InputError
+        What is at the place of a member cannot be one of this ensemble, or is not finished.
+    """
+    run_directory.require_free(directory)
+    done = set()
+    for seed, place in members(directory).items():
+        if not (place / run_directory.CASE).is_file():
+            if seed in seeds:
+                run_directory.require_free(place)
+            continue
+        text = (place / run_directory.CASE).read_text(encoding="utf-8", errors="replace")
+        if text != to_toml(member(case, seed)):
+            raise InputError(
+                f"--out {directory} holds a run of another case, {place.name}; choose another "
+                f"folder, or move that run elsewhere"
+            )
+        if seed in seeds:
+            _require_finished(place)
+            done.add(seed)
+    return frozenset(done)
+
+
+def _require_finished(place: Path) -> None:
+    begun = (place / run_directory.MANIFEST).is_file()
+    if not begun or not run_directory.read_run(place).finished:
+        raise InputError(
+            f"{place} holds a run that is not finished; remove it to have it run again, or choose "
+            f"seeds without it with --first"
+        )
+
+
+def run_ensemble(
+    case: Case,
+    seeds: range,
+    directory: Path,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
+    taken: Callable[[int], None] = lambda seed: None,
+) -> dict[int, SolveError]:
+    """Run the case with each seed, and give the errors of the members that failed. Collective.
+
+    A member that failed is no reason to stop the others. One that is there already is taken as it
+    is.
+
+    Parameters
+    ----------
+    follow : seed -> what is entered while the member runs, and gives its watcher; on every rank.
+    taken : told the seed of a member that is there already; on every rank.
+
+    Raises
+    ------
+    InputError
+        The directory cannot take these members; nothing has been run. See `finished_members`.
+    """
+    done = on_root(comm, lambda: finished_members(case, seeds, directory))
+    failures: dict[int, SolveError] = {}
+    for seed in seeds:
+        if seed in done:
+            taken(seed)
+            continue
+        try:
+            with follow(seed) as watcher:
+                run(member(case, seed), member_path(directory, seed), comm=comm, watcher=watcher)
+        except SolveError as error:
+            failures[seed] = error
+    return failures

@@ -1,0 +1,74 @@
+"""Runs an ensemble and follows it: its members one after another, then their means and errors."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from staffa.stack import MPI
+
+from staffa.cases.ensemble import run_ensemble, seeds_from
+from staffa.cases.experiment import Watcher
+from staffa.cases.model import Case
+from staffa.cli.live import Follower, ending_all_ranks
+from staffa.cli.results import print_ensemble, print_ensemble_pictures
+from staffa.cli.terminal import out
+from staffa.errors import SolveError
+from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
+from staffa.parallel import on_root
+from staffa.report.ensemble import write_results
+
+
+def run_members_and_follow(
+    read: Callable[[], Case], directory: Path, *, count: int, first: int | None, quiet: bool
+) -> None:
+    """Read the case on rank 0, run each member on all ranks, and print on rank 0. Collective.
+
+    Raises
+    ------
+    SolveError
+        Members failed; the others are finished, and the results are written.
+    """
+    comm = MPI.COMM_WORLD
+    with ending_all_ranks(comm, directory):
+        case = on_root(comm, read)
+        seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
+
+        def name(seed: int) -> str:
+            return f"seed {seed} (member {seeds.index(seed) + 1} of {count})"
+
+        @contextmanager
+        def follow(seed: int) -> Iterator[Watcher]:
+            follower = Follower(
+                directory=member_path(directory, seed),
+                speaks=comm.rank == 0,
+                quiet=quiet,
+                name=name(seed),
+            )
+            with follower.progress:
+                yield follower.watcher()
+
+        def taken(seed: int) -> None:
+            if comm.rank == 0 and not quiet:
+                out.print(f"{name(seed)} is finished already", markup=False, soft_wrap=True)
+
+        failures = run_ensemble(case, seeds, directory, comm=comm, follow=follow, taken=taken)
+        on_root(comm, lambda: _leave_results(directory, quiet=quiet))
+        if failures:
+            raise SolveError(_told(failures, count))
+
+
+def _leave_results(directory: Path, *, quiet: bool) -> None:
+    if not is_ensemble(directory):
+        return  # every member failed before it began
+    ensemble = read_ensemble(directory)
+    write_results(ensemble)
+    if not quiet:
+        print_ensemble(ensemble)
+        print_ensemble_pictures(ensemble)
+
+
+def _told(failures: dict[int, SolveError], count: int) -> str:
+    seeds = ", ".join(str(seed) for seed in failures)
+    first, error = next(iter(failures.items()))
+    which = "" if len(failures) == 1 else f", seed {first} because"
+    return f"{len(failures)} of {count} members failed (seed {seeds}){which}: {error}"

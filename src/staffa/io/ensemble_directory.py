@@ -1,0 +1,73 @@
+"""The layout of an ensemble on disk: a run directory for each seed; no finite elements."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from staffa.errors import InputError
+from staffa.io.run_directory import MANIFEST, Run, read_run
+
+RESULTS = "ensemble.csv"
+MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
+SEED_LINE = re.compile(r"^seed = \d+$", flags=re.MULTILINE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ensemble:
+    """Runs of one case that differ in nothing but the seed of the toughness: seed -> run."""
+
+    path: Path
+    runs: dict[int, Run]
+
+    @property
+    def first(self) -> Run:
+        """The one of the lowest seed."""
+        return self.runs[min(self.runs)]
+
+    @property
+    def finished(self) -> dict[int, Run]:
+        """The runs that came to their end; only these are averaged."""
+        return {seed: run for seed, run in self.runs.items() if run.finished}
+
+
+def member_path(path: Path, seed: int) -> Path:
+    """Where the run of a seed is."""
+    return path / f"seed-{seed}"
+
+
+def members(path: Path) -> dict[int, Path]:
+    """What is at the place of a member, in the order of the seeds: a run or not."""
+    found = {}
+    for inside in path.iterdir() if path.is_dir() else ():
+        match = MEMBER.fullmatch(inside.name)
+        if match:
+            found[int(match.group(1))] = inside
+    return dict(sorted(found.items()))
+
+
+def is_ensemble(path: Path) -> bool:
+    """True for a folder that holds members and is no run itself."""
+    begun = (inside / MANIFEST for inside in members(path).values())
+    return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in begun)
+
+
+def read_ensemble(path: Path) -> Ensemble:
+    """Read the members that have begun, also while others are still to come.
+
+    Raises
+    ------
+    InputError
+        Their cases differ in more than the seed.
+    StaffaError
+        A file of one is damaged.
+    """
+    begun = {s: place for s, place in members(path).items() if (place / MANIFEST).is_file()}
+    runs = {seed: read_run(place) for seed, place in begun.items()}
+    found = Ensemble(path=path, runs=runs)
+    for run in runs.values():
+        if SEED_LINE.sub("", run.case) != SEED_LINE.sub("", found.first.case):
+            raise InputError(
+                f"{path} is no ensemble: {found.first.path.name} and {run.path.name} in it are "
+                f"runs of cases that differ in more than the seed; move one of them elsewhere"
+            )
+    return found

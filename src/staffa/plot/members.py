@@ -1,0 +1,87 @@
+"""What the members of an ensemble did against tau: their mean, its standard error, and each."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from staffa.measure.averages import spread
+from staffa.plot.labels import clock, clock_label, crack_label, with_unit
+from staffa.plot.style import BLACK, BLUE, ORANGE, legend_above, new_figure
+from staffa.records import Manifest, Measures, Step
+
+Members = Sequence[Sequence[Step]]
+BAND: Any = {"alpha": 0.3, "linewidth": 0}
+THIN: Any = {"alpha": 0.4, "linewidth": 0.5}
+
+
+def counts_figure(manifest: Manifest, members: Members) -> Figure:
+    """Cracks that cross each measured depth, a panel for each: equal counts would hide another."""
+    heights = [section.height for section in _measured(members[0])[1][0].sections]
+    colors = colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
+    figure = new_figure(0.9 + 1.3 * len(heights))
+    rows = figure.subplots(len(heights), 1, squeeze=False, sharex=True)[:, 0]
+    for number, (axes, height, color) in enumerate(zip(rows, heights, colors, strict=True)):
+        _draw_spread(axes, members, partial(_crossing, number), color)
+        axes.set_ylabel(f"cracks at {height:.3g}" + ("" if manifest.scaled else " m"))
+        axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+    _finish(rows, manifest, members)
+    return figure
+
+
+def growth_figure(manifest: Manifest, members: Members) -> Figure:
+    """Length of all cracks, from the surface energy, and depth of the deepest."""
+    panels: list[tuple[str, str, Callable[[Measures], float]]]
+    panels = [(crack_label(manifest), ORANGE, lambda measures: measures.length_surface)]
+    if manifest.face:
+        label = with_unit("deepest crack", manifest, "m")
+        panels.append((label, BLUE, lambda measures: measures.front))
+    figure = new_figure(0.9 + 2.1 * len(panels))
+    rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, (label, color, value) in zip(rows, panels, strict=True):
+        _draw_spread(axes, members, value, color)
+        axes.set_ylabel(label)
+    _finish(rows, manifest, members)
+    return figure
+
+
+def _crossing(number: int, measures: Measures) -> float:
+    return measures.sections[number].cracks
+
+
+def _draw_spread(
+    axes: Axes, members: Members, value: Callable[[Measures], float], color: Any
+) -> None:
+    """Values that last until the next step: the mean, its standard error, and each member."""
+    measured = [_measured(steps) for steps in members]
+    found = spread([(at, [value(m) for m in measures]) for at, measures in measured])
+    for values in found.values:
+        axes.step(found.at, values, where="post", color=color, **THIN)
+    low, high = found.mean - found.error, found.mean + found.error
+    axes.fill_between(found.at, low, high, step="post", color=color, **BAND)
+    axes.step(found.at, found.mean, where="post", color=color)
+    axes.set_ylim(bottom=0)
+
+
+def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
+    """The axis of time below, and above what lines and bands are."""
+    rows[-1].set_xlabel(clock_label(manifest, [step for steps in members for step in steps]))
+    handles = [
+        Line2D([], [], color=BLACK, label=f"mean of {len(members)} members"),
+        Patch(color=BLACK, label="its standard error", **BAND),
+        Line2D([], [], color=BLACK, label="each member", **THIN),
+    ]
+    legend_above(rows[0], len(handles), handles)
+
+
+def _measured(steps: Sequence[Step]) -> tuple[list[float], list[Measures]]:
+    """Times and measures of the steps that were measured."""
+    seen = [step for step in steps if step.measures is not None]
+    return clock(seen), [step.measures for step in seen if step.measures is not None]
