@@ -8,6 +8,7 @@ from pathlib import Path
 from staffa.stack import MPI
 
 import numpy as np
+import pytest
 
 from staffa.domain import block
 from staffa.evolution.march import march
@@ -19,6 +20,17 @@ from staffa.physics.damage import AT1
 from staffa.records import Step, Stop
 from staffa.supports import SideSupport
 
+
+def _has_gmsh() -> bool:
+    try:
+        import gmsh  # noqa: F401
+    except (ImportError, OSError):  # it, or a library of the system that it needs
+        return False
+    return True
+
+
+needs_gmsh = pytest.mark.skipif(not _has_gmsh(), reason="Gmsh cannot be loaded here")
+UNSTRUCTURED = pytest.param("unstructured", marks=needs_gmsh)
 BOTTOM = Face(axis=1, position=0.0, inward=1)
 
 

@@ -1,5 +1,6 @@
 """Bad input: one sentence that names the key and the way out, exit code 2, nothing written."""
 
+import os
 import re
 import subprocess
 import sys
@@ -66,7 +67,7 @@ VALUES = [
     ('domain.h="5 mn"', "'mn' is no unit that staffa knows", 'write it like "5 mm"'),
     ('domain.h="1,5 mm"', "',5 mm' is no unit", 'write it like "5 mm"'),
     ('domain.h="9**9**9**9 m"', "domain.h", 'write it like "5 mm"'),
-    ('domain.cells="hexahedron"', "domain.cells", "use quadrilateral or triangle"),
+    ('domain.cells="hexahedron"', "domain.cells", "use quadrilateral or triangle or unstructured"),
     ('domain.cells="triangel"', "domain.cells", "Did you mean 'triangle'?"),
     ("domain.cells=4", "domain.cells = 4", '"quadrilateral", "triangle"'),
     # the rock
@@ -474,6 +475,26 @@ def test_the_command_says_it_once_and_leaves_no_trace(place, arguments, part):
     assert done.stdout == "", done.stdout
     assert done.stderr.count("\n") == 1, done.stderr
     check_sentence(done.stderr.rstrip("\n"), "staffa: ", part)
+    assert files_in(place) == before
+
+
+@pytest.mark.parametrize(
+    ("stub", "parts"),
+    [
+        ("raise ImportError", ("which is not installed", "pip install gmsh")),
+        ("raise OSError('libGLU.so.1 is missing')", ("(libGLU.so.1 is missing)", "install what")),
+    ],
+)
+def test_unstructured_cells_without_gmsh_are_refused(place, stub, parts, monkeypatch):
+    (place / "gmsh.py").write_text(stub)
+    before, path = files_in(place), [str(place), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path).rstrip(os.pathsep))
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    unstructured = ("--set", "domain.cells=unstructured")
+    done = staffa(place, "run", "my.toml", "--out", "runs/a", *unstructured)
+    assert done.returncode == 2, f"exit code {done.returncode}: {done.stderr}"
+    assert done.stderr.count("\n") == 1, done.stderr
+    check_sentence(done.stderr.rstrip("\n"), 'domain.cells = "unstructured"', *parts)
     assert files_in(place) == before
 
 

@@ -113,6 +113,22 @@ def test_the_facts_of_a_plate_are_the_numbers_by_hand():
     assert {name: fact(known, name) for name in expected} == expected
 
 
+def test_unstructured_cells_are_counted_about_and_their_layer_is_uneven():
+    known = said("domain.cells=unstructured")
+    expected = {
+        "cells": "about 13,150",  # 2.63 a square of h
+        "unknowns": "about 13,452 + 6,726",  # half the cells and half the vertices around, and one
+        "discrete toughness": "about 1.150 Gc",  # 1.2 times what squares add
+    }
+    assert {name: fact(known, name) for name in expected} == expected
+
+
+def test_a_missing_gmsh_is_a_warning(monkeypatch):
+    monkeypatch.setattr(cautions, "find_spec", lambda name: None)
+    (warning,) = said("domain.cells=unstructured").warnings
+    assert "needs Gmsh, which is not installed" in warning and said().warnings == ()
+
+
 def test_the_facts_of_a_box_are_those_with_both_lateral_strains_blocked():
     known = said(*SOLID)
     # sqrt(3 (1 - nu)/(16 ell)); severity/sqrt(L); (1 - nu)/((1 + nu) dT^2)

@@ -11,9 +11,9 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
-    {"errors", "units", "records", "options", "parallel", "stack", "grid", "jit"},
+    {"errors", "units", "records", "options", "parallel", "stack", "grid", "jit", "unstructured"},
     {"physics"},
-    {"domain", "fields"},
+    {"domain", "fields", "cut"},
     {"energy", "supports", "loads"},
     {"minimize", "measure", "io"},
     {"evolution"},
@@ -27,7 +27,9 @@ WITHIN = {
     "parallel": ["stack"],
     "options": ["errors", "stack"],
     "jit": ["parallel", "stack"],
+    "unstructured": ["errors"],
     "fields": ["domain"],
+    "cut": ["fields"],
     "report": ["plot"],
 }
 LIGHT = [
@@ -36,6 +38,7 @@ LIGHT = [
     "staffa.units",
     "staffa.records",
     "staffa.grid",
+    "staffa.unstructured",
     "staffa.physics.damage",
     "staffa.physics.material",
     "staffa.physics.scales",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bodies import BOTTOM, body, rock
+from bodies import BOTTOM, UNSTRUCTURED, body, rock
 from staffa.evolution.system import build
 from staffa.fields import vertices
 from staffa.measure.crack import Gauge, measures
@@ -25,26 +25,32 @@ def drawn(x: np.ndarray, layer: float) -> np.ndarray:
     return alpha
 
 
-def measured(cells: str, layer: float = 0.0):
-    problem = body((1.5, 0.5), H, cells=cells, material=rock(ell=ELL, law=AT2()))
-    system = build(problem)
-    system.state.alpha.x.array[:] = drawn(vertices(system.spaces.alpha), layer)
-    gauge = Gauge(
+def gauge(h: float) -> Gauge:
+    """What is measured of a body cooled from below, with cells of this edge."""
+    return Gauge(
         face=BOTTOM,
         depths=(0.1, 0.2, 0.25, 0.4),
         threshold=0.8,
         prominence=ELL,
-        h=H,
-        toughness_factor=1 + H / (2 * ELL),
+        h=h,
+        toughness_factor=1 + h / (2 * ELL),
     )
-    found = measures(problem.domain, system.state, system.energy, gauge)
+
+
+def measured(cells: str, layer: float = 0.0):
+    problem = body((1.5, 0.5), H, cells=cells, material=rock(ell=ELL, law=AT2()))
+    system = build(problem)
+    system.state.alpha.x.array[:] = drawn(vertices(system.spaces.alpha), layer)
+    found = measures(problem.domain, system.state, system.energy, gauge(H))
     system.destroy()
     return found
 
 
 @pytest.mark.parametrize("layer", [0.0, 0.05])
-@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle", UNSTRUCTURED])
 def test_drawn_cracks(cells: str, layer: float) -> None:
+    """Vertices that lie anywhere miss a drawn profile's top: 4 % of surface, 3 % of variation."""
+    of_surface, of_variation = (0.05, 0.05) if cells == "unstructured" else (0.02, 0.03)
     found = measured(cells, layer)
     assert [s.cracks for s in found.sections] == [4, 3, 2, 0]
     assert found.sections[0].positions == pytest.approx([p for p, _ in DRAWN], abs=H)
@@ -59,8 +65,10 @@ def test_drawn_cracks(cells: str, layer: float) -> None:
     if layer == 0.0:
         length = sum(depth for _, depth in DRAWN)
         # The half disc around a tip adds pi/8 ell to the variation, pi/4 ell to the surface.
-        assert found.length_surface == pytest.approx(length + 4 * np.pi / 4 * ELL, rel=0.02)
-        assert found.length_geometry == pytest.approx(length + 4 * np.pi / 8 * ELL, rel=0.03)
+        assert found.length_surface == pytest.approx(length + 4 * np.pi / 4 * ELL, rel=of_surface)
+        assert found.length_geometry == pytest.approx(
+            length + 4 * np.pi / 8 * ELL, rel=of_variation
+        )
 
 
 def test_section_counts_runs() -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erfc
 
-from bodies import Unbreakable, body, quench, rock
+from bodies import UNSTRUCTURED, Unbreakable, body, quench, rock
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.supports import Section, rollers
@@ -71,7 +71,7 @@ def elastic_energy(state: str, width: float, h: float, section: str | None, cell
 
 @pytest.mark.parametrize("section", ["fixed", "stretch", "free"])
 @pytest.mark.parametrize("state", ["plane stress", "plane strain"])
-@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle", UNSTRUCTURED])
 def test_cell_of_a_long_slab(state: str, section: str, cells: str) -> None:
     width = 0.05
     found = elastic_energy(state, width, 0.01, section, cells) / width

@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 from staffa.stack import MPI
 
+import basix.ufl
 import numpy as np
 from dolfinx import mesh as dmesh
 
 from staffa.errors import InputError, choices
-from staffa.grid import SIDES, divisions, edge, face_position
+from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_position
+from staffa.parallel import on_root
+from staffa.unstructured import unstructured
 
 CELLS = {
     "quadrilateral": dmesh.CellType.quadrilateral,
@@ -62,13 +65,36 @@ class Domain:
 def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> Domain:
     """A rectangle or a box with its lower corner at the origin, meshed with cells of edge <= h.
 
-    Triangles are four to a square, so that no diagonal direction is preferred. Collective.
+    Triangles are four to a square, so that no diagonal direction is preferred; unstructured cells
+    prefer no direction at all, and their mean edge is h. Collective.
 
     Parameters
     ----------
     size : extent along each axis (m), two or three numbers.
-    cells : "quadrilateral" or "triangle" in 2-D, "hexahedron" or "tetrahedron" in 3-D.
+    cells : "quadrilateral" or "triangle" in 2-D, "hexahedron" or "tetrahedron" in 3-D, or
+        "unstructured" for triangles or tetrahedra made by Gmsh.
+
+    Raises
+    ------
+    InputError
+        Unstructured cells, and no Gmsh.
     """
+    make = _unstructured if cells == UNSTRUCTURED else _structured
+    mesh, description = make(comm, size, h, cells)
+    return Domain(
+        mesh=mesh,
+        boundaries=_sides(mesh, size),
+        size=size,
+        h=edge(size, h, cells),
+        identity=hashlib.sha256(description).hexdigest()[:16],
+        coarser=_coarser(comm, size, h, cells),
+    )
+
+
+def _structured(
+    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
+) -> tuple[dmesh.Mesh, bytes]:
+    """The mesh, and what identifies it."""
     counts = divisions(size, h)
     corners = [np.zeros(len(size)), np.array(size)]
     if len(size) == 2:
@@ -77,21 +103,37 @@ def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> D
         )
     else:
         mesh = dmesh.create_box(comm, corners, counts, CELLS[cells])
-    description = f"block {size} {counts} {cells}"
-    return Domain(
-        mesh=mesh,
-        boundaries=_sides(mesh, size),
-        size=size,
-        h=edge(size, h),
-        identity=hashlib.sha256(description.encode()).hexdigest()[:16],
-        coarser=_coarser(comm, size, h, cells),
-    )
+    return mesh, f"block {size} {counts} {cells}".encode()
+
+
+def _unstructured(
+    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
+) -> tuple[dmesh.Mesh, bytes]:
+    """The mesh, made on rank 0, and what identifies it: another Gmsh may make another mesh."""
+    dim = len(size)
+    x, corners = np.zeros((0, dim)), np.zeros((0, dim + 1), dtype=np.int64)
+
+    def make() -> bytes:
+        nonlocal x, corners
+        x, corners = unstructured(size, h)
+        return hashlib.sha256(x.tobytes() + corners.tobytes()).digest()
+
+    identity = on_root(comm, make)
+    shape = "triangle" if dim == 2 else "tetrahedron"
+    element = basix.ufl.element("Lagrange", shape, 1, shape=(dim,), dtype=np.float64)
+    # As blocks have it: a rank also knows the cells across a facet that it shares.
+    ghosts = dmesh.create_cell_partitioner(dmesh.GhostMode.shared_facet, 2)
+    return dmesh.create_mesh(comm, corners, element, x, partitioner=ghosts), identity
 
 
 def _coarser(
     comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
 ) -> Callable[[], Domain] | None:
-    if divisions(size, 2 * h) == divisions(size, h):  # a cell along each axis
+    if cells == UNSTRUCTURED:
+        useless = 2 * h > min(size) * (1 + 1e-9)
+    else:
+        useless = divisions(size, 2 * h) == divisions(size, h)  # a cell along each axis
+    if useless:
         return None
     return lambda: block(comm, size=size, h=2 * h, cells=cells)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
-from staffa.cases.rock import cracked, toughness_factor
+from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.domain import Domain, block
 from staffa.evolution.problem import (
     Backtracking,
@@ -18,9 +18,10 @@ from staffa.evolution.problem import (
     Problem,
     SecondOrder,
     Solvers,
+    nowhere,
 )
 from staffa.evolution.schedule import schedule
-from staffa.grid import SIDES, opposite
+from staffa.grid import SIDES, UNSTRUCTURED, opposite
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
@@ -85,7 +86,7 @@ def problem(
 
 def material(case: Case, derived: Numbers, h: float, law: DamageLaw | None = None) -> Material:
     """The rock of a case."""
-    m = case.material
+    m, blocks = case.material, case.domain.cells != UNSTRUCTURED
     return Material(
         E=float(m.E),
         nu=m.nu,
@@ -96,7 +97,8 @@ def material(case: Case, derived: Numbers, h: float, law: DamageLaw | None = Non
         state=derived.state,
         residual_stiffness=case.damage.residual_stiffness,
         toughness=toughness_factor(case),
-        cracked=cracked(case, h),
+        cracked=cracked(case, h) if blocks else nowhere,
+        cracks=() if blocks else flat_cracks(case),
     )
 
 

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from importlib.util import find_spec
 from math import sqrt
 
 import numpy as np
@@ -10,8 +11,9 @@ from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline
-from staffa.grid import edge
+from staffa.grid import UNSTRUCTURED, edge
 from staffa.physics.scales import diffusion_length
+from staffa.unstructured import MISSING
 
 # Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
 # 10 to 11 sqrt(ell ell0); computed on a uniformly damaged layer.
@@ -30,8 +32,9 @@ def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
 
 
 def cell_edge(case: Case) -> float:
-    """The longest cell edge, domain.h or a little less."""
-    return edge(tuple(float(s) for s in case.domain.size), float(case.domain.h))
+    """The longest cell edge, domain.h or a little less; the mean of unstructured cells."""
+    size = tuple(float(s) for s in case.domain.size)
+    return edge(size, float(case.domain.h), str(case.domain.cells))
 
 
 def first_and_last(derived: Numbers) -> tuple[float, float]:
@@ -63,13 +66,15 @@ def other_causes(case: Case) -> tuple[str, ...]:
 
 def _of_mesh(case: Case) -> Iterator[str]:
     ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.domain.size)
+    if case.domain.cells == UNSTRUCTURED and find_spec("gmsh") is None:
+        yield MISSING
     if ell / h < 1 - 1e-9:
         yield (
             f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
             f"(damage.allow_coarse is set); take h <= ell/3 to be free of it"
         )
     elif ell / h < 3 * (1 - 1e-9):
-        yield f"ell/h = {ell / h:.2g} < 3: a crack is not resolved; take h <= ell/3"
+        yield f"ell/h = {ell / h:.3g} < 3: a crack is not resolved; take h <= ell/3"
     if smallest < 4 * ell * (1 - 1e-9):
         yield (
             f"the smallest extent is {smallest / ell:.2g} ell: a crack's damage is as wide as the "

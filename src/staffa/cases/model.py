@@ -41,10 +41,13 @@ class DomainKeys(Section):
     h: Length = Field(
         description="cell edge; at most damage.ell/3 resolves a crack", examples=[0.01]
     )
-    cells: Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron"] | None = Field(
+    cells: (
+        Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron", "unstructured"] | None
+    ) = Field(
         default=None,
         description="quadrilateral or triangle in 2-D, hexahedron or tetrahedron in 3-D; "
-        "triangles are four to a square, so that they favor no direction",
+        "triangles are four to a square, so that they favor no diagonal; unstructured: triangles "
+        "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
         examples=["quadrilateral"],
     )
 

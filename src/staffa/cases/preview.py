@@ -16,7 +16,7 @@ from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.rules import is_scaled
 from staffa.evolution.schedule import schedule
-from staffa.grid import cells_and_vertices
+from staffa.grid import UNSTRUCTURED, broken_layer, cells_and_vertices
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
@@ -64,7 +64,8 @@ def _unit(case: Case, unit: str) -> str:
 
 def _mesh_facts(case: Case) -> list[Fact]:
     ell, h = float(case.damage.ell), cell_edge(case)
-    factor = discrete_toughness_factor(LAWS[case.damage.law], h=h, ell=ell)
+    layer = h * broken_layer(case.dim, str(case.domain.cells))
+    factor = discrete_toughness_factor(LAWS[case.damage.law], h=layer, ell=ell)
     return [
         ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
         (
@@ -163,9 +164,11 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
 def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     n_cells, n_vertices = _size_of(case)
     steps = len(schedule(derived.times, derived.requested).times)
+    unknowns = f"{case.dim * n_vertices:,} + {n_vertices:,}"
+    about = "about " if case.domain.cells == UNSTRUCTURED else ""
     return [
-        ("cells", f"{n_cells:,}", str(case.domain.cells)),
-        ("unknowns", f"{case.dim * n_vertices:,} + {n_vertices:,}", "displacement and damage"),
+        ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
+        ("unknowns", about + unknowns, "displacement and damage"),
         ("steps", f"{steps}", "each of tens to hundreds of sweeps where cracks move"),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
     ]

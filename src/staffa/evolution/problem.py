@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from staffa.cut import FlatCrack
 from staffa.domain import Domain
 from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
@@ -38,7 +39,8 @@ class Material:
     """Numbers of the rock: E, Gc, expansion, ell (SI or scaled), nu; its laws; its heterogeneity.
 
     toughness: factor on Gc at points, a function of position alone. cracked: True at the points
-    of cracks that are there from the start.
+    of cracks that are there from the start; cracks: those that break every cell they cut, which any
+    mesh can carry.
     """
 
     E: float
@@ -51,6 +53,7 @@ class Material:
     residual_stiffness: float = 1e-6
     toughness: PointFunction = ones
     cracked: PointFunction = nowhere
+    cracks: tuple[FlatCrack, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from dolfinx import fem
 
+from staffa.cut import broken
 from staffa.energy import Energy, Rock
 from staffa.evolution.problem import Material, Problem, coarser
 from staffa.fields import (
@@ -79,7 +80,7 @@ def build(problem: Problem) -> System:
     domain = problem.domain
     spaces = linear_spaces(domain)
     state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
-    _start_cracked(problem.material, state, bounds)
+    _start_cracked(problem, state, bounds)
     energy = Energy(domain=domain, spaces=spaces, state=state, rock=rock(problem.material, spaces))
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
@@ -127,8 +128,11 @@ def rock(material: Material, spaces: Spaces) -> Rock:
     )
 
 
-def _start_cracked(material: Material, state: State, bounds: Bounds) -> None:
-    cracked = material.cracked(vertices(state.alpha.function_space).T)
+def _start_cracked(problem: Problem, state: State, bounds: Bounds) -> None:
+    material, space = problem.material, state.alpha.function_space
+    cracked = material.cracked(vertices(space).T)
+    for crack in material.cracks:
+        cracked |= broken(space, crack, h=problem.domain.h)
     state.alpha.x.array[cracked] = 1.0
     bounds.lower.x.array[cracked] = 1.0
 

@@ -3,9 +3,12 @@
 from staffa.cases.model import Band, Case, Disc, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
-from staffa.grid import SIDES, cells_and_vertices
+from staffa.grid import SIDES, UNSTRUCTURED, cells_and_vertices
 
-CELLS = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}
+CELLS = {
+    2: ("quadrilateral", "triangle", UNSTRUCTURED),
+    3: ("hexahedron", "tetrahedron", UNSTRUCTURED),
+}
 # PETSc, as it is mostly built, numbers unknowns with 32 bits.
 LARGEST = 2_000_000_000
 ROUND_OFF = 1 + 1e-9  # "0.03 mm" and "30 um" differ in the last digit
