@@ -30,8 +30,9 @@ SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 # What no user should have to know.
 JARGON = (
     "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
-    "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|Prescribed|Quantity|namespace|recursion"
+    "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|AdaptiveT|Prescribed|Quantity|namespace|recursion"
 )
+ENDS, PACE = "start=0.1,stop=0.2", "shortest=0.01,longest=0.1"
 BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
 
 # The change to the good case; what the sentence names; the rule or the way out.
@@ -146,6 +147,19 @@ VALUES = [
     ("time.t={start=0.1,stop=0.2,steps=1000000}", "time.t.steps", "at most 100,000"),
     ("time.t={start=0.2,stop=0.1,steps=3}", "stop = 0.1 must be larger", "start = 0.2"),
     ("time.t={start=0.1,stop=0.2}", "time.t.steps is missing", "steps = 40"),
+    ("time.t={start=0.1,stop=0.2,shortest=0.01}", "time.t.longest is missing", "longest = "),
+    ("time.t={start=0.1,stop=0.2,longest=0.01}", "time.t.shortest is missing", "shortest = "),
+    (f"time.t={{{ENDS},shortest=0.0,longest=0.1}}", "time.t.shortest = 0.0", "larger than zero"),
+    (f"time.t={{{ENDS},shortest=0.2,longest=0.1}}", "longest = 0.1 must not", "shortest = 0.2"),
+    (f"time.t={{start=0.2,stop=0.1,{PACE}}}", "stop = 0.1 must be larger", "start = 0.2"),
+    (
+        f"time.t={{{ENDS},{PACE},steps=3}}",
+        "time.t: 'steps' does not go with",
+        "leave it or them out",
+    ),
+    (f"time.t={{{ENDS},{PACE},advance=0.5}}", "advance = 0.5 ell is less", "a larger advance"),
+    (f"time.t={{{ENDS},{PACE},growth=-1.0}}", "time.t.growth = -1.0", "larger than zero"),
+    (f"time.t={{start=0.0,stop=0.1,{PACE}}}", "time.t: the first time is 0", "start later"),
     # the outputs, measures and solvers
     ("output.at=[0.3]", "output.at: 0.3 lies outside the run", "goes to t = 0.2"),
     ("output.at=[0.0]", "output.at: 0.0 lies outside the run", "leave it out"),

@@ -128,9 +128,9 @@ def test_a_side_is_held_as_the_case_says(settings, expected) -> None:
 @pytest.mark.parametrize("how", ["rollers", "clamped"])
 def test_what_is_held_never_moves(how: str) -> None:
     (support,) = built(f'supports.left="{how}"').sides
-    assert [u(t) for u in support.components.values() for t in (0.0, 0.3, 9.0)].count(0.0) == (
-        3 * len(support.components)
-    )
+    assert [u(NOWHERE, t) for u in support.components.values() for t in (0.0, 0.3, 9.0)].count(
+        0.0
+    ) == (3 * len(support.components))
 
 
 def test_a_constant_displacement_is_there_at_all_times() -> None:

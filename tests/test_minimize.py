@@ -95,7 +95,7 @@ def test_energy_never_rises_and_audit_is_clean() -> None:
     system = build(problem := cooled())
     seen: dict[int, list[float]] = {}
     observers = Observers(
-        watch=lambda index, sweep: seen.setdefault(index, []).append(sweep.energies.total)
+        watch=lambda moment, sweep: seen.setdefault(moment.index, []).append(sweep.energies.total)
     )
     steps = list(march(problem, system, observers))
     assert max(owned(system.state.alpha)) > 0.95, "the body must crack for this to be a test"
@@ -147,7 +147,7 @@ def test_irreversibility(crack_set_only: bool) -> None:
 def test_running_out_of_sweeps_is_said_and_yielded() -> None:
     system = build(problem := cooled(stop=Stop(change=1e-6, residual=1e-4, sweeps=2)))
     saved = []
-    observers = Observers(save=lambda i, t, converged: saved.append((i, converged)))
+    observers = Observers(save=lambda moment, converged: saved.append((moment.index, converged)))
     steps = []
     with pytest.raises(SolveError, match=r"not converged in 2 sweeps.*try shorter time steps"):
         for step in march(problem, system, observers):
@@ -184,7 +184,7 @@ def test_when_all_damage_solvers_fail_the_run_stops() -> None:
     )
     system = replace(system, alternation=replace(parts, bounded=[lame]))
     saved, steps = [], []
-    observers = Observers(save=lambda i, t, converged: saved.append((i, converged)))
+    observers = Observers(save=lambda moment, converged: saved.append((moment.index, converged)))
     with pytest.raises(SolveError, match=r"step 0 .* damage was not minimized.*try a shorter"):
         for step in march(problem, system, observers):
             steps.append(step)

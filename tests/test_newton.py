@@ -20,7 +20,7 @@ from staffa.fields import read_vector
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
 from staffa.physics.damage import LAWS
-from staffa.records import Energies, Stop
+from staffa.records import Energies, Moment, Stop
 from staffa.supports import Section, SideSupport, at_rest
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
@@ -255,9 +255,9 @@ def test_the_stop_is_judged_by_a_plain_sweep() -> None:
         system.destroy()
 
 
-def noted(seen: list[tuple[int, float]], index: int, sweep: Sweep) -> None:
+def noted(seen: list[tuple[int, float]], moment: Moment, sweep: Sweep) -> None:
     """Keep the step and the energy of a sweep."""
-    seen.append((index, sweep.energies.total))
+    seen.append((moment.index, sweep.energies.total))
 
 
 def test_energies_fall_from_sweep_to_sweep() -> None:

@@ -1,9 +1,11 @@
 """The times that a run visits: those asked for are hit exactly, each time once, in order."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from staffa.evolution.schedule import schedule
+from staffa.evolution.schedule import SAFETY, Pace, Schedule, Walk, schedule
 
 THIRDS = tuple(np.linspace(0.1, 0.7, 7))  # 0.30000000000000004 and the like
 ASKED = (0.3, 0.7)
@@ -48,3 +50,70 @@ def test_the_whole_goes_to_the_last_time_also_if_that_is_a_requested_one() -> No
 def test_without_requests_nothing_is_kept_and_nothing_merged() -> None:
     found = schedule((1.0, 1.0 + 1e-12, 2.0))
     assert found.times == (1.0, 1.0 + 1e-12, 2.0) and found.requested == (False,) * 3
+
+
+def pace(**changes) -> Pace:
+    """Between .01 and .1 long, cracks running .05 at most."""
+    return replace(Pace(shortest=0.01, longest=0.1, advance=0.05), **changes)
+
+
+def walked(plan: Schedule, ran, most: int = 1000) -> list[tuple[float, float]]:
+    """(start, end) of the accepted steps, if in a step from a to b cracks run ran(a, b)."""
+    walk, start, found = Walk(plan), 0.0, []
+    time = walk.first()
+    while time is not None:
+        assert len(found) < most, "it comes to an end"
+        far = ran(start, time)
+        nearer = walk.again(start, time, far)
+        if nearer is not None:
+            assert start < nearer < time
+            time = nearer
+            continue
+        found.append((start, time))
+        start, time = time, walk.onward(start, time, far)
+    return found
+
+
+def test_without_a_pace_only_the_times_given_are_visited_whatever_cracks_do() -> None:
+    plan = schedule((1.0, 2.0, 3.0), (2.5,))
+    assert [end for _, end in walked(plan, lambda a, b: 100.0)] == [1.0, 2.0, 2.5, 3.0]
+
+
+def test_every_time_of_the_schedule_is_hit_to_the_last_digit_at_any_pace() -> None:
+    plan = schedule((0.1, 0.7), (0.3, 1 / 3), pace())
+    ends = [end for _, end in walked(plan, lambda a, b: 0.4 * (b - a))]
+    assert {0.1, 0.3, 1 / 3, 0.7} <= set(ends) and ends[-1] == 0.7
+    assert ends == sorted(ends)
+
+
+def test_steps_are_as_long_as_cracks_allow() -> None:
+    """Cracks of speed 1 may run .05 a step: steps settle where they run SAFETY of it."""
+    plan = schedule((1.0, 3.0), pace=pace())
+    steps = np.array([b - a for a, b in walked(plan, lambda a, b: b - a)])[1:]
+    assert steps[:-2].max() <= 0.05 * (1 + 1e-9), f"{steps} exceed the advance"
+    assert steps[2:-2] == pytest.approx(SAFETY * 0.05, rel=1e-6), f"{steps} do not settle"
+
+
+def test_steps_stay_between_floor_and_ceiling() -> None:
+    plan = schedule((1.0, 3.0), pace=pace())
+    still = np.array([b - a for a, b in walked(plan, lambda a, b: 0.0)])[1:]
+    assert still.max() == pytest.approx(0.1), "no crack runs: as long as may be"
+    wild = np.array([b - a for a, b in walked(plan, lambda a, b: np.inf)])[1:]
+    assert wild[:-1] == pytest.approx(0.01), "one that cannot be shortened stands"
+
+
+def test_the_cold_grows_by_no_more_than_its_fraction_in_a_step() -> None:
+    """On the clock sqrt(t), as tau is, steps are in proportion to it."""
+    root = pace(growth=0.2, clock=np.sqrt, time_at=np.square, shortest=1e-3, longest=1.0)
+    steps = walked(schedule((0.01, 1.0), pace=root), lambda a, b: 0.0)[1:]
+    growth = np.array([np.sqrt(b / a) - 1 for a, b in steps])
+    assert growth.max() <= 0.2 * (1 + 1e-9) and growth[:-2] == pytest.approx(0.2)
+
+
+def test_a_jump_of_cracks_is_closed_in_on_down_to_the_shortest_step() -> None:
+    """Cracks start at 2.345: the step that holds it is the shortest, as any finite jump."""
+    plan = schedule((1.0, 3.0), pace=pace())
+    steps = walked(plan, lambda a, b: np.inf if a < 2.345 <= b else 0.0)
+    (jump,) = [b - a for a, b in steps if a < 2.345 <= b]
+    assert jump == pytest.approx(0.01)
+    assert max(b - a for a, b in steps[1:]) == pytest.approx(0.1), "longer again before and after"

@@ -1,4 +1,4 @@
-"""A crack driven by the field of a sharp tip that travels: its cost, speed, and where its tip is."""
+"""A crack driven by the field of a sharp tip that travels: its cost, its speed, its tip."""
 
 import sys
 
@@ -11,9 +11,8 @@ THEORY = "mode I field of a sharp crack"
 def surfing(law: str, radius: float) -> list[Figure]:
     """The crack's cost and speed, and how far the sharp tip is beyond the damage, on two meshes."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from test_surfing import ride
-
     from staffa.measure.tip import BEYOND, THRESHOLDS
+    from test_surfing import ride
 
     figures = []
     for cells_per_ell in (4, 8):

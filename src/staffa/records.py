@@ -159,14 +159,27 @@ class Return:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Moment:
+    """Which step, and when: index, time (s), and tau, None where nothing diffuses."""
+
+    index: int
+    time: float
+    tau: float | None
+
+
+REJECTED = "rejected"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """One load state, as recorded in `steps.jsonl`.
 
     returned: how backtracking came to this step again, which supersedes all recorded before it that
     have its index or a later one (see `kept`).
 
-    status: "converged", "not converged" (out of sweeps), or "failed" (a solver failed; the state is
-    the last one before that, without audit and measures). fields: the file of its fields, if kept.
+    status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
+    the last one before that, without audit and measures), or "rejected" (the step was too long, and
+    is taken again: it stands for no state of the run). fields: the file of its fields, if kept.
     """
 
     index: int
@@ -212,9 +225,11 @@ class Step:
 
 
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
-    """The steps that no return of backtracking has superseded, in order of time."""
+    """The steps that were not rejected, nor superseded by backtracking, in order of time."""
     found: list[Step] = []
     for step in steps:
+        if step.status == REJECTED:
+            continue
         while found and found[-1].index >= step.index:
             found.pop()
         found.append(step)
@@ -245,8 +260,8 @@ class Manifest:
     size: extent along each axis; face: name of the cooled face, if any; h: cell edge; L: depth of
     the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
     far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
-    all that the run will visit; requested: whether each is an output time. scales: the derived
-    numbers that `staffa check` prints, by name.
+    all that the run will visit, or with adaptive steps those that it will not miss; requested:
+    whether each is an output time. scales: the derived numbers that `staffa check` prints, by name.
     """
 
     version: str
@@ -272,4 +287,5 @@ class Manifest:
     versions: dict[str, str]
     petsc_options: dict[str, str]
     tip_reach: float | None = None
+    adaptive: bool = False
     format: int = 1

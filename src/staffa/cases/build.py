@@ -1,6 +1,8 @@
 """Case -> Problem: the objects that a case file stands for."""
 
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from staffa.stack import MPI
 
@@ -9,6 +11,7 @@ import numpy as np
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
+from staffa.cases.rules import adaptive
 from staffa.domain import Domain, block
 from staffa.evolution.problem import (
     Backtracking,
@@ -20,11 +23,11 @@ from staffa.evolution.problem import (
     Solvers,
     nowhere,
 )
-from staffa.evolution.schedule import schedule
+from staffa.evolution.schedule import Pace, schedule
 from staffa.grid import SIDES, UNSTRUCTURED, opposite
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
-from staffa.physics.scales import tau_of_time
+from staffa.physics.scales import tau_of_time, time_of_tau
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
@@ -54,7 +57,7 @@ def problem(
         domain=domain,
         material=material(case, derived, domain.h, damage),
         load=temperature or load(case, derived),
-        schedule=schedule(derived.times, derived.requested),
+        schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
         section=_section(case),
         anchor=opposite(case.temperature.face, case.dim) if derived.face else None,
@@ -106,6 +109,27 @@ def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
     if derived.face is None:
         return None
     return lambda t: tau_of_time(t, kappa=case.material.kappa, L=derived.L)
+
+
+def pace(case: Case, derived: Numbers) -> Pace | None:
+    """How long steps are, where they follow the cracks and the cold."""
+    keys = adaptive(case)
+    if keys is None:
+        return None
+    clock: dict[str, Any] = {}
+    if case.time.tau is not None:
+        scale = {"kappa": float(case.material.kappa), "L": derived.L}
+        clock = {
+            "clock": partial(tau_of_time, **scale),
+            "time_at": partial(time_of_tau, **scale),
+        }
+    return Pace(
+        shortest=float(keys.shortest),
+        longest=float(keys.longest),
+        advance=keys.advance * float(case.damage.ell),
+        growth=keys.growth if derived.face else None,
+        **clock,
+    )
 
 
 def _section(case: Case) -> Section | None:

@@ -26,7 +26,7 @@ from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
-from staffa.records import Manifest, Step, kept
+from staffa.records import Manifest, Moment, Step, kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class Watcher:
     """Who follows a run: told the manifest, each sweep, each step. Called on every rank."""
 
     started: Callable[[Manifest], None] = lambda manifest: None
-    swept: Callable[[int, Sweep], None] = lambda index, sweep: None
+    swept: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     stepped: Callable[[Step], None] = lambda step: None
 
 
@@ -94,7 +94,7 @@ def _observers(
     directory: Path,
     watcher: Watcher,
 ) -> Observers:
-    comm, times = setup.domain.comm, setup.schedule
+    comm, plan = setup.domain.comm, setup.schedule
     writer = FieldWriter(comm, system.spaces)
     written: list[tuple[str, float]] = []
     gauge = Gauge(
@@ -106,11 +106,12 @@ def _observers(
         toughness_factor=factor,
     )
 
-    def save(index: int, time: float, converged: bool) -> str | None:
-        last = index == len(times.times) - 1
-        if not (case.output.fields == "all" or times.requested[index] or last or not converged):
+    def save(moment: Moment, converged: bool) -> str | None:
+        time = moment.time
+        asked = plan.wants(time) or time == plan.times[-1]
+        if not (case.output.fields == "all" or asked or not converged):
             return None
-        name = run_directory.fields_name(index)
+        name = run_directory.fields_name(moment.index)
         writer.write(directory / name, system.state)
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         on_root(comm, lambda: run_directory.write_series(directory, written))
@@ -148,6 +149,7 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         times=schedule.times,
         taus=tuple(None if tau_of is None else tau_of(t) for t in schedule.times),
         requested=schedule.requested,
+        adaptive=schedule.pace is not None,
         scales=derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),

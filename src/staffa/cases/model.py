@@ -21,6 +21,7 @@ from staffa.cases.kinds import (
     Toughness,
     kind,
 )
+from staffa.cases.times import TimeKeys
 from staffa.records import Stop
 from staffa.units import EXAMPLES, Quantity
 
@@ -237,56 +238,6 @@ def _shape(value: Any) -> str | None:
 Crack = Annotated[
     Annotated[Segment, Tag("segment")] | Annotated[Disc, Tag("disc")], Discriminator(_shape)
 ]
-
-
-def _two_ends(steps: int) -> int:
-    if steps < 2:
-        raise ValueError("it must be at least 2, since both ends are included; or give a list")
-    return steps
-
-
-Steps = Annotated[Integer, AfterValidator(_two_ends), Field(le=100_000)]
-
-
-class UniformTau(Section):
-    """Equal steps in tau, both ends included."""
-
-    start: PositiveNumber = Field(description="the first", examples=[0.01])
-    stop: PositiveNumber = Field(description="the last", examples=[0.4])
-    steps: Steps = Field(description="how many, both ends included", examples=[40])
-
-
-class UniformTime(Section):
-    """Equal steps in time, both ends included."""
-
-    start: Instant = Field(description="the first", examples=["1 s"])
-    stop: Instant = Field(description="the last", examples=["2 min"])
-    steps: Steps = Field(description="how many, both ends included", examples=[40])
-
-
-Taus = Annotated[
-    Annotated[UniformTau, Tag("table")] | Annotated[tuple[PositiveNumber, ...], Tag("list")],
-    Discriminator(kind),
-]
-Times = Annotated[
-    Annotated[UniformTime, Tag("table")] | Annotated[tuple[Instant, ...], Tag("list")],
-    Discriminator(kind),
-]
-
-
-class TimeKeys(Section):
-    """When to look: give tau or t, each a list or { start, stop, steps }."""
-
-    tau: Taus | None = Field(
-        default=None,
-        description="2 sqrt(kappa t)/L: T = -dT erfc(y/(tau L)) in a half-space",
-        examples=[{"start": 0.005, "stop": 0.4, "steps": 40}, [0.1, 0.2, 0.4]],
-    )
-    t: Times | None = Field(
-        default=None,
-        description="time",
-        examples=[{"start": "1 s", "stop": "2 min", "steps": 40}, ["1 s", "2 min"]],
-    )
 
 
 class OutputKeys(Section):

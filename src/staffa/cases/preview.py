@@ -1,7 +1,7 @@
 """What a case will do and cost, said before anything runs; no finite elements."""
 
 from dataclasses import dataclass
-from math import sqrt
+from math import ceil, sqrt
 
 from staffa.cases.cautions import (
     WAVELENGTH,
@@ -14,7 +14,7 @@ from staffa.cases.cautions import (
 )
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
-from staffa.cases.rules import is_scaled
+from staffa.cases.rules import adaptive, is_scaled
 from staffa.evolution.schedule import schedule
 from staffa.grid import UNSTRUCTURED, broken_layer, cells_and_vertices
 from staffa.physics.damage import LAWS, discrete_toughness_factor
@@ -163,13 +163,17 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     n_cells, n_vertices = _size_of(case)
-    steps = len(schedule(derived.times, derived.requested).times)
+    keys = adaptive(case)
+    if keys is None:
+        steps = f"{len(schedule(derived.times, derived.requested).times)}"
+    else:
+        steps = f"{ceil((keys.stop - keys.start) / keys.longest) + 1} or more"
     unknowns = f"{case.dim * n_vertices:,} + {n_vertices:,}"
     about = "about " if case.domain.cells == UNSTRUCTURED else ""
     return [
         ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
         ("unknowns", about + unknowns, "displacement and damage"),
-        ("steps", f"{steps}", "each of tens to hundreds of sweeps where cracks move"),
+        ("steps", steps, "each of tens to hundreds of sweeps where cracks move"),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
     ]
 

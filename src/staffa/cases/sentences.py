@@ -26,7 +26,7 @@ RULES = {
     "string_too_long": "it must have at most {max_length} characters",
 }
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
-ALTERNATIVES = ("table", "value", "list", "segment", "disc")
+ALTERNATIVES = ("table", "adaptive", "value", "list", "segment", "disc")
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {
     "alpha": "expansion",
@@ -65,6 +65,8 @@ def _unknown_key(parts: Sequence[int | str], key: str) -> str:
     keys = [part for part in parts if part not in ALTERNATIVES]
     names = {name for model in _models_at(keys) for name in model.model_fields}
     owner = "a case" if not keys else f"[{keys[0]}]" if len(keys) == 1 else _where(keys)
+    if key in names:  # of another alternative
+        return f"{owner}: '{key}' does not go with the other keys there; leave it or them out"
     refused = f"{owner} has no key '{shown(key, 40).strip('"')}'"
     known_as = OTHER_NAMES.get(key.casefold())
     if known_as in names:

@@ -20,7 +20,7 @@ from staffa.errors import StaffaError
 from staffa.io.run_directory import append_log, read_run
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
-from staffa.records import Manifest, Step
+from staffa.records import REJECTED, Manifest, Moment, Step
 
 
 def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) -> None:
@@ -99,26 +99,29 @@ class Follower:
     def started(self, manifest: Manifest) -> None:
         """Say what begins."""
         self.manifest = manifest
-        self.progress.update(self.task, total=len(manifest.times))
+        self.progress.update(self.task, total=1.0)
+        steps = "adaptive" if manifest.adaptive else f"{len(manifest.times)}"
         self._say(
             f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, "
-            f"{len(manifest.times)} steps, {manifest.law}, {manifest.ranks} rank(s), "
+            f"{steps} steps, {manifest.law}, {manifest.ranks} rank(s), "
             f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
 
-    def swept(self, index: int, sweep: Sweep) -> None:
+    def swept(self, moment: Moment, sweep: Sweep) -> None:
         """Refresh the live line."""
-        assert self.manifest is not None
         self.progress.update(
             self.task,
-            description=f"{self._named()}step {index}, {self._clock(index)}",
+            description=f"{self._named()}step {moment.index}, {self._clock(moment)}",
             now=f"sweep {sweep.number}, energy {sweep.energies.total:.4g}{self.latest}",
         )
 
     def stepped(self, step: Step) -> None:
         """One line a step, in the log and where it is printed; violations aloud."""
+        if step.status == REJECTED:
+            self._say(f"  step {step.index} to {self._clock(step)} rejected: {step.reason}")
+            return
         self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
-        self.progress.update(self.task, completed=step.index + 1)
+        self.progress.update(self.task, completed=self._done(step))
         if step.returned:
             back = step.returned
             self._say(
@@ -133,7 +136,7 @@ class Follower:
         return f"{self.name}, " if self.name else ""
 
     def _line(self, step: Step) -> str:
-        energies, parts = step.energies, [f"step {step.index:3d}", self._when(step.index)]
+        energies, parts = step.energies, [f"step {step.index:3d}", self._when(step)]
         parts += [
             f"elastic {energies.elastic:.4f}",
             f"surface {energies.surface:.4f}",
@@ -149,22 +152,26 @@ class Follower:
         count = len(step.measures.tips)
         return [f"{count} crack{'s' * (count > 1)} to {step.measures.front:.3g}{unit}"]
 
+    def _done(self, step: Step) -> float:
+        """The part of the run that is behind it: of its steps, or if not known, of its clock."""
+        assert self.manifest is not None
+        if not self.manifest.adaptive:
+            return (step.index + 1) / len(self.manifest.times)
+        tau, last = step.tau, self.manifest.taus[-1]
+        return step.time / self.manifest.times[-1] if not tau or not last else tau / last
+
     def _left(self, step: Step) -> tuple[str, str]:
-        assert self.manifest is not None
-        spent = perf_counter() - self.began
-        left = spent / (step.index + 1) * (len(self.manifest.times) - step.index - 1)
-        return f"{_clock(spent)} gone", f"{_clock(left)} left"
+        spent, done = perf_counter() - self.began, self._done(step)
+        return f"{_clock(spent)} gone", f"{_clock(spent * (1 - done) / done)} left"
 
-    def _clock(self, index: int) -> str:
+    def _clock(self, moment: Moment | Step) -> str:
         assert self.manifest is not None
-        tau = self.manifest.taus[index]
-        time = f"t {self.manifest.times[index]:.4g}{'' if self.manifest.scaled else ' s'}"
-        return time if tau is None else f"tau {tau:.4f}"
+        if moment.tau is not None:
+            return f"tau {moment.tau:.4f}"
+        return f"t {moment.time:.4g}{'' if self.manifest.scaled else ' s'}"
 
-    def _when(self, index: int) -> str:
-        assert self.manifest is not None
-        clock, time = self._clock(index), self.manifest.times[index]
-        return clock if self.manifest.taus[index] is None else f"{clock} (t {time:.4g})"
+    def _when(self, step: Step) -> str:
+        return self._clock(step) + (f" (t {step.time:.4g})" if step.tau is not None else "")
 
     def _say(self, line: str) -> None:
         if not self.speaks:

@@ -4,18 +4,21 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, advance_to
+from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.backtrack import History, better_earlier, go_back
 from staffa.evolution.problem import Problem
+from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
+from staffa.measure.advance import crack_advance
 from staffa.minimize.alternate import Sweep, equilibrium
-from staffa.records import Audit, Measures, Stability, Step
+from staffa.records import REJECTED, Audit, Measures, Moment, Outcome, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -27,19 +30,20 @@ BALANCE_ALLOWED = 1e-5
 class Observers:
     """What is done at each step by those who look on.
 
-    measure: the measures of the state, collective; save: (index, time, converged) -> the name of
-    the file written, or None, collective; watch: called after each sweep, with the step's index.
+    measure: the measures of the state, collective; save: (moment, converged) -> the name of the
+    file written, or None, collective; watch: called after each sweep, with the step's moment.
     """
 
     measure: Callable[[], Measures] | None = None
-    save: Callable[[int, float, bool], str | None] = lambda index, time, converged: None
-    watch: Callable[[int, Sweep], None] = lambda index, sweep: None
+    save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
+    watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
 
 
 def march(problem: Problem, system: System, observers: Observers | None = None) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
-    With backtracking a step may come again: see `records.Step.returned`.
+    With backtracking a step may come again (see `records.Step.returned`), and where steps follow
+    the cracks one may be rejected before it comes (status "rejected").
 
     Raises
     ------
@@ -59,69 +63,107 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
 def _visit(
     problem: Problem, system: System, observers: Observers, history: History | None
 ) -> Iterator[Step]:
-    times = problem.schedule.times
+    walk = Walk(problem.schedule)
     start = Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
     equilibrium(system.alternation, start.values)
+    time: float | None = walk.first()
     index, better = 0, None  # better: an earlier step to go back to
-    while index < len(times):
-        started, time = perf_counter(), times[index]
+    while time is not None:
+        started = perf_counter()
+        before = snapshot(system) if problem.schedule.pace else ()
+        moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
         try:
             if history and better:
                 advance = go_back(problem, system, history, better)
                 history.drop(index)
             else:
-                watch = partial(observers.watch, index)
+                watch = partial(observers.watch, moment)
                 advance = advance_to(problem, system, start, end, watch)
+            ran = _advance_of_cracks(problem, system, before) if better is None else 0.0
+            nearer = walk.again(start.time, time, ran)
+            if nearer is not None and advance.outcome.converged:
+                restore(system, before)
+                yield _rejected(problem, moment, advance, ran, perf_counter() - started)
+                time = nearer
+                continue
             advance, stability = examine(problem, system, end, advance)
         except SolveError as error:
-            yield _failed(problem, system, index, time, observers, str(error))
+            yield _failed(system, moment, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
         outcome = advance.outcome
-        step = Step(
-            index=index,
-            time=time,
-            tau=None if problem.tau_of is None else problem.tau_of(time),
-            energies=outcome.energies,
-            sweeps=outcome.sweeps,
+        yield _step(
+            moment,
+            outcome,
             status="converged" if outcome.converged else "not converged",
-            reason=outcome.reason,
             audit=audit(advance, stability),
             measures=observers.measure() if observers.measure else None,
-            effort=outcome.effort,
-            fields=observers.save(index, time, outcome.converged),
+            fields=observers.save(moment, outcome.converged),
             seconds=perf_counter() - started,
             returned=advance.returned,
             stability=stability,
         )
-        yield step
         if not outcome.converged:
-            raise SolveError(f"step {index} (time {time:.6g}) {step.reason}; its state is saved")
-        start = end
+            raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
+        time, better = walk.onward(start.time, time, ran), None
+        start, index = end, index + 1
         if history:
             history.keep(end, advance, system.state.alpha.x.array)
             try:
                 better = better_earlier(problem, system, history)
             except SolveError as error:
                 raise SolveError(
-                    f"step {index} is saved, but looking back failed: {error}"
+                    f"step {index - 1} is saved, but looking back failed: {error}"
                 ) from error
-        index = better.index if better else index + 1
+        if history and better:
+            index, time = better.index, history.steps[better.index].loads.time
 
 
-def _failed(
-    problem: Problem, system: System, index: int, time: float, observers: Observers, reason: str
+def _moment(problem: Problem, index: int, time: float) -> Moment:
+    return Moment(
+        index=index, time=time, tau=None if problem.tau_of is None else problem.tau_of(time)
+    )
+
+
+def _advance_of_cracks(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
+    """How far cracks ran since `snapshot`, if that is what steps follow. Collective."""
+    if problem.schedule.pace is None:
+        return 0.0
+    threshold = problem.measuring.threshold
+    return crack_advance(system.state, before[1], threshold=threshold)
+
+
+def _step(moment: Moment, outcome: Outcome, **more: Any) -> Step:
+    """The record of a minimization at this moment."""
+    return Step(
+        **vars(moment),
+        energies=outcome.energies,
+        sweeps=outcome.sweeps,
+        effort=outcome.effort,
+        **{"reason": outcome.reason, **more},
+    )
+
+
+def _rejected(
+    problem: Problem, moment: Moment, advance: Advance, ran: float, seconds: float
 ) -> Step:
+    """The record of a step in which cracks ran too far."""
+    assert problem.schedule.pace is not None
+    ell, most = problem.material.ell, problem.schedule.pace.advance
+    how_far = f"ran {ran / ell:.3g} ell" if np.isfinite(ran) else "started"
+    reason = f"cracks {how_far}, in a step that allows {most / ell:.3g} ell: taken again, shorter"
+    return _step(moment, advance.outcome, status=REJECTED, reason=reason, seconds=seconds)
+
+
+def _failed(system: System, moment: Moment, observers: Observers, reason: str) -> Step:
     """The record of a step in which all solvers failed, after saving the state before it."""
     return Step(
-        index=index,
-        time=time,
-        tau=None if problem.tau_of is None else problem.tau_of(time),
+        **vars(moment),
         energies=system.energy.energies(),
         sweeps=0,
         status="failed",
         reason=reason,
-        fields=observers.save(index, time, False),
+        fields=observers.save(moment, False),
     )
 
 

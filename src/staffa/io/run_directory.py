@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import Manifest, Step, kept
+from staffa.records import REJECTED, Manifest, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -24,7 +24,8 @@ SERIES = "fields.vtkhdf.series"
 class Run:
     """A run as read back: its case file's text, its manifest, and the steps finished so far.
 
-    steps: those that stand; superseded: those that backtracking has gone back behind, as recorded.
+    steps: those that stand; superseded: those that backtracking has gone back behind, and rejected:
+    those that were taken again, as recorded.
     """
 
     path: Path
@@ -32,12 +33,20 @@ class Run:
     manifest: Manifest
     steps: tuple[Step, ...]
     superseded: tuple[Step, ...] = ()
+    rejected: tuple[Step, ...] = ()
 
     @property
     def finished(self) -> bool:
         """True if the last step is there and converged."""
-        done = len(self.steps) == len(self.manifest.times)
-        return done and self.steps[-1].status == "converged"
+        if not self.steps:
+            return False
+        last = self.steps[-1]
+        return last.time == self.manifest.times[-1] and last.status == "converged"
+
+    def wants(self, step: Step) -> bool:
+        """Whether the time of a step was asked for as an output."""
+        planned = zip(self.manifest.times, self.manifest.requested, strict=True)
+        return any(time == step.time and asked for time, asked in planned)
 
 
 def require_free(path: Path) -> None:
@@ -133,12 +142,15 @@ def read_run(path: Path) -> Run:
         record[name] = tuple(record[name])
     steps = _read_steps(path / STEPS)
     standing = kept(steps)
+    rejected = tuple(step for step in steps if step.status == REJECTED)
+    known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,
         case=(path / CASE).read_text(encoding="utf-8"),
         manifest=Manifest(**record),
         steps=standing,
-        superseded=tuple(step for step in steps if all(step is not s for s in standing)),
+        superseded=tuple(step for step in steps if id(step) not in known),
+        rejected=rejected,
     )
 
 

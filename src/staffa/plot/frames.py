@@ -44,12 +44,8 @@ def chosen(run: Run) -> list[Step]:
     """At most five steps with fields: the requested ones and the last, spread evenly."""
     there = [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
     there = there or [step for step in run.steps if step.fields]
-    asked = [s for s in there if _requested(run, s) or s is there[-1]]
+    asked = [s for s in there if run.wants(s) or s is there[-1]]
     return spread(asked if len(asked) > 1 else there)
-
-
-def _requested(run: Run, step: Step) -> bool:
-    return step.index < len(run.manifest.requested) and run.manifest.requested[step.index]
 
 
 def spread(steps: Sequence[Step]) -> list[Step]:

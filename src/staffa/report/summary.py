@@ -40,11 +40,11 @@ def _case(manifest: Manifest) -> Iterator[Fact]:
 
 
 def _progress(run: Run) -> Iterator[Fact]:
-    steps, planned = run.steps, len(run.manifest.times)
+    steps, planned = run.steps, "" if run.manifest.adaptive else f" of {len(run.manifest.times)}"
     if not steps:
-        yield Fact(name="status", text=f"no step is finished yet, of {planned}")
+        yield Fact(name="status", text=f"no step is finished yet{planned and ',' + planned}")
         return
-    count = f"{len(steps)} of {planned} steps"
+    count = f"{len(steps)}{planned} steps"
     if steps[-1].status != "converged":
         text = f"{steps[-1].status} at step {steps[-1].index}, {count}: {steps[-1].reason}"
         yield Fact(name="status", text=text, alarm=True)
@@ -56,7 +56,10 @@ def _progress(run: Run) -> Iterator[Fact]:
     most = max(steps, key=lambda step: step.sweeps)
     spent = f"{sum(step.sweeps for step in steps)}, at most {most.sweeps} in a step ({most.index})"
     yield Fact(name="sweeps", text=spent)
-    every = (*steps, *run.superseded)
+    if run.rejected:
+        text = f"{len(run.rejected)}, in which cracks ran too far, and were taken again shorter"
+        yield Fact(name="rejected steps", text=text)
+    every = (*steps, *run.superseded, *run.rejected)
     yield Fact(name="computing", text=f"{sum(step.seconds for step in every):.0f} s")
     returns = sum(step.returned is not None for step in every)
     if returns:

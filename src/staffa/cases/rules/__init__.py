@@ -25,6 +25,8 @@ from staffa.cases.rules.supports import (
     something_happens,
 )
 from staffa.cases.rules.times import (
+    adaptive,
+    adaptive_steps_are_possible,
     cooling_has_begun,
     outputs_are_within,
     outputs_count_as_times_do,
@@ -38,7 +40,7 @@ from staffa.cases.rules.units import (
 )
 from staffa.units import Quantity
 
-__all__ = ["RULES", "is_moved", "is_scaled", "obey", "times_given"]
+__all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given"]
 
 # In an order in which each may rely on those before.
 RULES = (
@@ -55,6 +57,7 @@ RULES = (
     film_is_convective,
     measures_are_inside,
     times_increase,
+    adaptive_steps_are_possible,
     cooling_has_begun,
     outputs_are_within,
     section_owns_its_sides,

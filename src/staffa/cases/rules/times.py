@@ -4,7 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from staffa.cases.model import Case, UniformTau, UniformTime
+from staffa.cases.model import Case
+from staffa.cases.times import AdaptiveTau, AdaptiveTime, UniformTau, UniformTime
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 
@@ -14,11 +15,19 @@ def counts_in(case: Case) -> str:
     return "tau" if case.time.tau is not None else "t"
 
 
+def adaptive(case: Case) -> AdaptiveTau | AdaptiveTime | None:
+    """The keys of steps that follow the cracks and the cold; None if the times are given."""
+    given = getattr(case.time, counts_in(case))
+    return given if isinstance(given, AdaptiveTau | AdaptiveTime) else None
+
+
 def times_given(case: Case) -> np.ndarray:
-    """The times of the case, in tau or in t as it counts them."""
+    """The times of the case, in tau or in t as it counts them; of adaptive steps the two ends."""
     given = getattr(case.time, counts_in(case))
     if isinstance(given, UniformTau | UniformTime):
         return np.linspace(given.start, given.stop, given.steps)
+    if isinstance(given, AdaptiveTau | AdaptiveTime):
+        return np.array([given.start, given.stop], dtype=float)
     return np.array(given, dtype=float)
 
 
@@ -33,7 +42,7 @@ def times_increase(case: Case) -> None:
             'time.tau has no meaning without cooling (temperature.profile = "none"); give time.t'
         )
     given = getattr(keys, name)
-    if isinstance(given, UniformTau | UniformTime):
+    if not isinstance(given, tuple):
         if given.stop <= given.start:
             raise InputError(
                 f"time.{name}: stop = {inline(given.stop)} must be larger than start = "
@@ -48,6 +57,24 @@ def times_increase(case: Case) -> None:
                 f"time.{name}: {inline(after)} comes after {inline(before)}; put the times in "
                 f"increasing order, no two of them equal"
             )
+
+
+def adaptive_steps_are_possible(case: Case) -> None:
+    """Bounds in order, and an advance that a crack can make: it runs by a cell at least."""
+    steps, name = adaptive(case), counts_in(case)
+    if steps is None:
+        return
+    if steps.longest < steps.shortest:
+        raise InputError(
+            f"time.{name}: longest = {inline(steps.longest)} must not be smaller than shortest = "
+            f"{inline(steps.shortest)}"
+        )
+    cell = float(case.domain.h) / float(case.damage.ell)
+    if steps.advance < 2 * cell:
+        raise InputError(
+            f"time.{name}: advance = {inline(steps.advance)} ell is less than two cells, "
+            f"{2 * cell:.3g} ell, and a crack runs by whole cells; take a larger advance"
+        )
 
 
 def cooling_has_begun(case: Case) -> None:
