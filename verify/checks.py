@@ -17,7 +17,7 @@ CHECKS = {
         text="When a layer of damage under the face stops being the only one, and into which "
         "wavelength it breaks: by the smallest eigenvalue of cells half a wavelength wide, and by "
         "the bands that grow from 0.1 % of noise in the toughness, mean of two seeds. Bands are "
-        "not cracks yet: these follow later, out of some of them. The theory gives a range for "
+        "not cracks yet: these follow later, out of most of them. The theory gives a range for "
         "all dT/dT_c from 3 on; the reference is its middle, and the tolerance 15 % of that. The "
         "layer of the same dT/dT_c, wave by wave, is a reference of its own. Tolerances are "
         "fractions of the reference.",
