@@ -16,6 +16,6 @@ def ready_case(name: str, folder: str, *settings: str) -> Run:
     where = ROOT / "runs" / "verify" / folder
     shutil.rmtree(where, ignore_errors=True)
     case = ROOT / "src" / "staffa" / "cases" / f"{name}.toml"
-    command = [Path(sys.executable).parent / "staffa", "run", case, "--out", where, "--quiet"]
-    subprocess.run([*command, *(f"--set={s}" for s in settings)], check=True)
+    command = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
+    subprocess.run([*command, "--quiet", *(f"--set={s}" for s in settings)], check=True)
     return read_run(where)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from staffa.stack import MPI  # noqa: F401
+
 from dolfinx import fem
 
 from staffa.cut import broken
