@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from staffa.io.run_directory import Run, read_run
@@ -11,11 +12,15 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 
 
-def ready_case(name: str, folder: str, *settings: str) -> Run:
-    """A ready case run from the command line, in runs/verify."""
-    where = ROOT / "runs" / "verify" / folder
-    shutil.rmtree(where, ignore_errors=True)
-    case = ROOT / "src" / "staffa" / "cases" / f"{name}.toml"
+def staffa(case: Path, where: Path, settings: Sequence[str]) -> None:
+    """Run a case as from the command line, into a folder that is new."""
     command = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
     subprocess.run([*command, "--quiet", *(f"--set={s}" for s in settings)], check=True)
+
+
+def ready_case(name: str, folder: str, *settings: str) -> Run:
+    """A ready case run afresh, in runs/verify."""
+    where = ROOT / "runs" / "verify" / folder
+    shutil.rmtree(where, ignore_errors=True)
+    staffa(ROOT / "src" / "staffa" / "cases" / f"{name}.toml", where, settings)
     return read_run(where)

@@ -19,3 +19,47 @@ def array_growth(section: str, generation: int = 1) -> tuple[np.ndarray, np.ndar
     tau, a = np.array([(float(r["tau_erfc_y_over_tau"]), float(r["a"])) for r in rows]).T
     order = np.argsort(tau)
     return tau[order], a[order]
+
+
+# Spacing and length at the first doubling in a half-space, in ell0 = 1/54^2 at severity 54.
+HALF_SPACE = {
+    8: 1.92,
+    16: 6.52,
+    32: 17.8,
+    64: 45.1,
+    128: 110.0,
+    256: 259.0,
+    512: 598.0,
+    1024: 1359.0,
+    2048: 3049.0,
+}
+
+
+def half_space_spacing(a: float) -> float:
+    """Spacing at which cracks of this length would double, in a half-space at severity 54."""
+    ell0 = 54.0**-2
+    lengths = np.log(list(HALF_SPACE.values()))
+    return float(np.exp(np.interp(np.log(a / ell0), lengths, np.log(list(HALF_SPACE)))) * ell0)
+
+
+def length_at(section: str, spacing: float, tau: float) -> float:
+    """Length of the cracks of an even array, interpolated in spacing and tau."""
+    with (DATA / "spacing_and_doubling.csv").open() as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = [row for row in rows if row["mech"] == section]
+    taus = [float(name[2:]) for name in rows[0] if name.startswith("a@")]
+    spacings = [float(row["spacing"]) for row in rows]
+    lengths = [
+        np.interp(tau, taus, [float(row[f"a@{t:.2f}"] or "nan") for t in taus]) for row in rows
+    ]
+    return float(np.interp(spacing, spacings, lengths))
+
+
+def first_doubling(section: str, spacing: float) -> tuple[float, float]:
+    """tau and length at which every other crack of an even array stops."""
+    with (DATA / "spacing_and_doubling.csv").open() as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        (row,) = (
+            r for r in rows if r["mech"] == section and abs(float(r["spacing"]) - spacing) < 1e-9
+        )
+    return float(row["tau1_bif"]), float(row["a1_bif"])

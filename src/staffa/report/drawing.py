@@ -18,8 +18,9 @@ from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
 from staffa.report.ensemble import write_results
 from staffa.report.page import ensemble_page, page
+from staffa.report.tips import tips_table
 
-PICTURES, PAGE = "pictures", "report.html"
+PICTURES, PAGE, TIPS = "pictures", "report.html", "tips.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,12 +28,13 @@ class Drawn:
     """What is on disk now, and a sentence on each picture, or part of one, that is not."""
 
     page: Path
+    table: Path | None
     pictures: tuple[Path, ...]
     skipped: tuple[str, ...]
 
 
 def draw(run: Run) -> Drawn:
-    """Write `pictures/*.png` and `report.html` into the run directory, over earlier ones.
+    """Write `pictures/*.png`, `tips.csv` and `report.html` into the run, over earlier ones.
 
     Raises
     ------
@@ -40,7 +42,7 @@ def draw(run: Run) -> Drawn:
         The run directory cannot be written to.
     """
     figures, skipped = _figures(run)
-    return _written(run.path, figures, skipped, partial(page, run))
+    return _written(run.path, figures, skipped, partial(page, run), tips_table(run))
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
@@ -62,6 +64,7 @@ def _written(
     figures: dict[str, Callable[[], Figure]],
     skipped: list[str],
     text: Callable[[Sequence[Path], Sequence[str]], str],
+    table: str | None = None,
 ) -> Drawn:
     pictures = []
     try:
@@ -73,13 +76,20 @@ def _written(
                 pictures.append(path)
             except StaffaError as error:
                 skipped.append(f"{name}: {error}")
+        if table is not None:
+            write_aside(folder / TIPS, table)
         write_aside(folder / PAGE, text(pictures, skipped))
     except OSError as error:
         raise StaffaError(
             f"the report cannot be written into {folder}: {error.strerror}; copy the run to a "
             f"folder that you may write to"
         ) from None
-    return Drawn(page=folder / PAGE, pictures=tuple(pictures), skipped=tuple(skipped))
+    return Drawn(
+        page=folder / PAGE,
+        table=None if table is None else folder / TIPS,
+        pictures=tuple(pictures),
+        skipped=tuple(skipped),
+    )
 
 
 def _ensemble_figures(

@@ -1,0 +1,33 @@
+"""Each crack's tip followed in time, as a table that a spreadsheet reads."""
+
+import csv
+import io
+
+from staffa.grid import face_axis
+from staffa.io.run_directory import Run
+from staffa.measure.generations import tracks
+
+
+def tips_table(run: Run) -> str | None:
+    """One row a crack and step, oldest first; None without a cooled face or without cracks.
+
+    crack: its number, the same at all steps, along the face; x, y(, z): the last point above
+    measures.threshold; depth: of the sharp tip (m; see `measure.tip`), or of that point where it is
+    not known.
+    """
+    manifest = run.manifest
+    if manifest.face is None:
+        return None
+    axis = face_axis(manifest.face, len(manifest.size))
+    followed = tracks(run.steps, axis=axis, reach=manifest.tip_reach or 0.0)
+    if not followed:
+        return None
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["crack", "step", "time", "tau", *"xyz"[: len(manifest.size)], "depth"])
+    for number, track in enumerate(sorted(followed, key=lambda track: track.place)):
+        for step, position, depth in zip(run.steps, track.path, track.depths, strict=True):
+            if position is not None:
+                clock = [step.time, "" if step.tau is None else step.tau]
+                writer.writerow([number, step.index, *clock, *position, depth])
+    return text.getvalue()
