@@ -23,9 +23,17 @@ class Figure:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Found:
+    """Figures, and what else stands on the page below them (Markdown)."""
+
+    figures: list[Figure]
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Check:
     """A title, a text for the page, and what measures the figures."""
 
     title: str
     text: str
-    measure: Callable[[], list[Figure]]
+    measure: Callable[[], "list[Figure] | Found"]

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from checks import CHECKS
-from figures import Figure
+from figures import Found
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results.json"
@@ -24,11 +24,12 @@ the command that measured it, and the day. What was missed is said to be missed.
 """
 
 
-def record(figures: list[Figure]) -> dict:
+def record(found: Found) -> dict:
     """What is kept of one check."""
     return {
         "date": datetime.now(UTC).date().isoformat(),
-        "figures": [{**vars(figure), "met": figure.met} for figure in figures],
+        "figures": [{**vars(figure), "met": figure.met} for figure in found.figures],
+        "text": found.text,
     }
 
 
@@ -52,6 +53,8 @@ def page(results: dict) -> str:
             )
         )
         parts.append("")
+        if found.get("text"):
+            parts.append(found["text"] + "\n")
     return "\n".join(parts)
 
 
@@ -64,13 +67,15 @@ def main(names: list[str]) -> int:
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     missed = 0
     for name in names or CHECKS:
-        figures = CHECKS[name].measure()
-        results[name] = record(figures)
+        found = CHECKS[name].measure()
+        if not isinstance(found, Found):
+            found = Found(figures=found, text="")
+        results[name] = record(found)
         RESULTS.write_text(json.dumps(results, indent=1) + "\n")
         PAGE.write_text(page(results))
-        for figure in figures:
+        for figure in found.figures:
             print(f"{name}: {figure}", flush=True)
-        missed += sum(not figure.met for figure in figures)
+        missed += sum(not figure.met for figure in found.figures)
     return 1 if missed else 0
 
 

@@ -9,6 +9,7 @@ Marigo 2013; Leon Baldelli and Maurini 2021).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 from staffa.stack import PETSc, SLEPc
 
@@ -95,22 +96,11 @@ class SecondVariation:
 
     def negative_below(self, shift: float) -> int:
         """Number of values of Q/(b.M b) below a shift: negative pivots of A - shift M."""
-        matrix = self.shifted(shift)
-        ksp = PETSc.KSP().create(matrix.comm)
-        ksp.setOptionsPrefix("inertia_")
-        apply("inertia_", INERTIA)
-        ksp.setOperators(matrix)
-        ksp.setFromOptions()
+        factored = _Factored(self, shift)
         try:
-            with petsc_errors("the inertia was not found"):
-                ksp.setUp()
-                factor = ksp.pc.getFactorMatrix()
-                if factor.handle == 0 or ksp.pc.getFailedReason():
-                    raise SolveError("the inertia was not found: the factorization failed")
-                return int(factor.getInertia()[0])
+            return factored.negative
         finally:
-            ksp.destroy()
-            matrix.destroy()
+            factored.destroy()
 
     def on_the_space(self) -> Mode:
         """The smallest eigenvalue, and its mode.
@@ -120,48 +110,20 @@ class SecondVariation:
         SolveError
             A factorization failed, or SLEPc did not converge.
         """
-        negative = self.negative_below(0.0)
-        # Nothing lies below the shift: the eigenvalue nearest to it is the smallest.
-        shift, count = FIRST, self.negative_below(FIRST) if negative else 0
-        while count:
-            shift *= LOWER
-            if shift < LAST:
-                raise SolveError("the second derivative of the energy has no smallest eigenvalue")
-            count = self.negative_below(shift)
-        value, z = self._nearest(shift)
-        return self._mode(value, z, negative)
-
-    def _nearest(self, shift: float) -> tuple[float, PETSc.Vec]:
-        M = PETSc.Mat().createDiagonal(self.mass)
-        B = M.convert("aij", PETSc.Mat())
-        eps = SLEPc.EPS().create(self.A.comm)
-        eps.setOptionsPrefix("stability_")
-        apply("stability_st_", INERTIA)
-        eps.setOperators(self.A, B)
-        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_REAL)
-        eps.setTarget(shift)
-        eps.getST().setType(SLEPc.ST.Type.SINVERT)
-        eps.setDimensions(1)
-        eps.setTolerances(1e-9, 500)
-        eps.setFromOptions()
-        z = self.A.createVecRight()
+        factored = _Factored(self, 0.0)
+        negative, shift = factored.negative, FIRST
         try:
-            with petsc_errors("the smallest eigenvalue was not found"):
-                eps.solve()
-            if eps.getConverged() < 1:
-                raise SolveError(
-                    f"the smallest eigenvalue was not found: SLEPc ended with "
-                    f"{eps.getConvergedReason()}"
-                )
-            value = float(eps.getEigenpair(0, z).real)
-            return value, z
-        except SolveError:
-            z.destroy()
-            raise
+            # Where nothing lies below the shift, the eigenvalue nearest to it is the smallest.
+            while factored.negative:
+                if shift < LAST:
+                    raise SolveError("the second derivative of the energy has no smallest value")
+                factored.destroy()
+                factored = _Factored(self, shift)
+                shift *= LOWER
+            value, z = factored.nearest()
         finally:
-            for thing in (eps, B, M):
-                thing.destroy()
+            factored.destroy()
+        return self._mode(value, z, negative)
 
     def on_the_cone(self, space: Mode) -> Mode:
         """The smallest value with b >= 0, and where it is taken.
@@ -209,6 +171,77 @@ class SecondVariation:
     def destroy(self) -> None:
         """Free the PETSc objects."""
         for thing in (self.A, self.mass, self.ways):
+            thing.destroy()
+
+
+class _Factored:
+    """A - shift M, factored; with M only on the damage, an operator on the damage alone.
+
+    The operator S^-1 = M^1/2 (A - shift M)^-1 M^1/2 has the values 1/(value of Q/(b.M b) - shift).
+    A generalized problem on all unknowns, with an M that is zero on most of them, made SLEPc break
+    down where many values are the same.
+    """
+
+    def __init__(self, variation: SecondVariation, shift: float) -> None:
+        self.variation, self.shift = variation, shift
+        matrix = variation.shifted(shift)
+        self.ksp = PETSc.KSP().create(matrix.comm)
+        self.ksp.setOptionsPrefix("inertia_")
+        apply("inertia_", INERTIA)
+        self.ksp.setOperators(matrix)
+        self.ksp.setFromOptions()
+        self.root = np.sqrt(variation.mass.array_r[variation.n_v :])
+        self.load, self.z = variation.mass.duplicate(), variation.mass.duplicate()
+        matrix.destroy()  # the solver keeps it
+        try:
+            with petsc_errors("the inertia was not found"):
+                self.ksp.setUp()
+                factor = self.ksp.pc.getFactorMatrix()
+                if factor.handle == 0 or self.ksp.pc.getFailedReason():
+                    raise SolveError("the inertia was not found: the factorization failed")
+                self.negative = int(factor.getInertia()[0])
+        except SolveError:
+            self.destroy()
+            raise
+
+    def mult(self, _: PETSc.Mat, y: PETSc.Vec, out: PETSc.Vec) -> None:
+        """S^-1 y, as PETSc's shell matrices call it."""
+        self._solve(y)
+        out.array_w[:] = self.root * self.z.array_r[self.variation.n_v :]
+
+    def _solve(self, y: PETSc.Vec) -> None:
+        self.load.set(0.0)
+        self.load.array_w[self.variation.n_v :] = self.root * y.array_r
+        self.ksp.solve(self.load, self.z)
+
+    def nearest(self) -> tuple[float, PETSc.Vec]:
+        """The smallest value, if none lies below the shift, and where it is taken."""
+        size = (len(self.variation.free), self.variation.size)
+        shell = SimpleNamespace(mult=self.mult)
+        inverse = PETSc.Mat().createPython((size, size), shell, comm=self.ksp.comm)
+        inverse.setUp()
+        eps = SLEPc.EPS().create(self.ksp.comm)
+        eps.setOptionsPrefix("stability_")
+        eps.setOperators(inverse)
+        eps.setProblemType(SLEPc.EPS.ProblemType.HEP)
+        eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_REAL)
+        eps.setTolerances(1e-9, 500)
+        eps.setFromOptions()
+        y = inverse.createVecRight()
+        with petsc_errors("the smallest eigenvalue was not found"):
+            eps.solve()
+        converged, reason = eps.getConverged(), eps.getConvergedReason()
+        value = self.shift + 1 / float(eps.getEigenpair(0, y).real) if converged else 0.0
+        self._solve(y)
+        for thing in (eps, inverse, y):
+            thing.destroy()
+        if not converged:
+            raise SolveError(f"the smallest eigenvalue was not found: SLEPc ended with {reason}")
+        return value, self.z.copy()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in (self.ksp, self.load, self.z):
             thing.destroy()
 
 
