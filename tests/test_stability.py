@@ -257,3 +257,22 @@ def test_any_number_of_ranks_finds_the_same(ranks: int) -> None:
     for (negative, bifurcation), s in zip(lines, expected, strict=True):
         assert int(negative) == s.negative
         assert float(bifurcation) == pytest.approx(s.bifurcation, rel=1e-3, abs=1e-4)
+
+
+def test_a_face_whose_points_hardly_feel_one_another_has_a_smallest_eigenvalue() -> None:
+    """At the very onset all values are about the same: Hessian of the damage over its mass."""
+    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    (step,) = run(
+        body(
+            (4.0, 0.6),
+            0.04,
+            load=quench(2.4),
+            material=rock(ell=0.12),
+            sides=sides,
+            times=(4e-4,),
+            second_order=SecondOrder(),
+        )
+    )
+    found = step.stability
+    assert found is not None and found.failure is None, found
+    assert found.negative == 0 and 30 < found.bifurcation < 40, found

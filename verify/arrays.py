@@ -1,15 +1,28 @@
-"""An even array of cracks, and two cracks of which one stops, against sharp cracks."""
+"""An even array of cracks, and cracks of which every other one stops, against sharp cracks."""
+
+import tomllib
 
 import numpy as np
 from figures import Figure
-from runs import ready_case
-from sharp import DOUBLING, SHARP, array_growth
+from runs import ROOT, ready_case, verify_case
+from sharp import DOUBLING, SHARP, array_growth, first_doubling
 
 from staffa.io.run_directory import Run
+from staffa.measure.tip import reach
+
+P = 0.1285
+
+
+def sharp_tip(run: Run, layers: int = 1) -> float:
+    """How far the sharp tip is beyond the last damage; a crack on a side breaks two layers."""
+    m = run.manifest
+    found = reach(m.law, threshold=0.8, ell=m.ell, h=m.h)
+    assert found is not None
+    return found + (layers - 1) * m.h / 2
 
 
 def array(section: str) -> list[Figure]:
-    """Depth of the tip at alpha > .8 against tau, where the crack grows and up to doubling."""
+    """Length against tau, where the crack grows and up to doubling."""
     run = ready_case("array", f"array-{section}", f"supports.section={section}")
     tau, a = array_growth(section)
     figures = []
@@ -23,56 +36,93 @@ def array(section: str) -> list[Figure]:
                 what=f"length at tau = {step.tau:.3f}, section {section}",
                 source=SHARP,
                 reference=expected,
-                measured=step.measures.front,
+                measured=step.measures.front + sharp_tip(run),
                 tolerance=max(run.manifest.ell, 0.03 * expected),
             )
         )
     return figures
 
 
-def arrest(run: Run) -> tuple[float, float]:
-    """Final depth of the shallower of two cracks, and the tau at which it was within h of it."""
-    middle = run.manifest.size[0] / 2
+def stopped(run: Run, among: tuple[int, ...]) -> tuple[float, float]:
+    """Length at which the first of these cracks (numbered along x) stopped, and tau then."""
     depths = np.array(
         [
-            [
-                max(
-                    (t.depth for t in s.measures.tips if (t.position[0] > middle) == side),
-                    default=0,
-                )
-                for side in (False, True)
-            ]
-            for s in run.steps
-            if s.measures is not None
+            [tip.depth for tip in step.measures.tips]
+            for step in run.steps
+            if step.measures is not None
         ]
     )
-    slow = depths[:, int(np.argmin(depths[-1]))]
-    when = int(np.argmax(slow >= slow[-1] - run.manifest.h))
-    return float(slow[-1]), float(run.steps[when].tau or 0.0)
+    slow = depths[:, min(among, key=lambda number: depths[-1, number])]
+    when = int(np.argmax(slow > slow[-1] - run.manifest.h / 2))
+    return float(slow[-1]) + sharp_tip(run, layers=2), float(run.steps[when].tau or 0.0)
 
 
-WAYS = {
-    "alternate minimization alone": ("solver.stability=none",),
-    "with backtracking": ("solver.stability=none", "solver.backtracking=true"),
-    "with stability": ("solver.stability=follow",),
-}
+def compared(
+    what: str, source: str, found: tuple[float, float], expected: tuple[float, float], within: float
+) -> list[Figure]:
+    """Length and tau of an arrest."""
+    return [
+        Figure(
+            what=f"{name}, {what}",
+            source=source,
+            reference=reference,
+            measured=measured,
+            tolerance=within,
+            relative=True,
+        )
+        for name, measured, reference in zip(("a", "tau"), found, expected, strict=True)
+    ]
+
+
+def even_bands() -> str:
+    """The bands of the case without the imperfection, as a setting."""
+    case = tomllib.loads((ROOT / "src/staffa/cases/two-cracks.toml").read_text())
+    bands = [
+        f"{{lower={b['lower']},upper={b['upper']},factor={b['factor']}}}"
+        for b in case["toughness"]["bands"]
+        if b["factor"] != 1.01
+    ]
+    return f"toughness.bands=[{','.join(bands)}]"
 
 
 def doubling() -> list[Figure]:
-    """Where the slower of two cracks stops, found in three ways."""
-    figures = []
-    for way, settings in WAYS.items():
-        run = ready_case("two-cracks", f"two-cracks-{way.split()[-1]}", *settings)
-        a1, tau1 = arrest(run)
-        for what, reference, measured in (("a1", 0.1356, a1), ("tau1", 0.100, tau1)):
-            figures.append(
-                Figure(
-                    what=f"{what}, {way}",
-                    source=f"{SHARP}, toughness 1 % apart",
-                    reference=reference,
-                    measured=measured,
-                    tolerance=0.05,
-                    relative=True,
-                )
-            )
-    return figures
+    """The first doubling with an imperfection and without, and the second."""
+    uneven = ready_case("two-cracks", "doubling-uneven")
+    even = (even_bands(), "time.tau={start=0.08,stop=0.12,steps=21}")
+    alone = ready_case("two-cracks", "doubling-even", *even)
+    left = ready_case("two-cracks", "doubling-even-follow", *even, "solver.stability=follow")
+    escapes = [s.tau for s in left.steps if s.stability and s.stability.escapes]
+    four = verify_case("four-cracks", "doubling-four")
+    tau, a = first_doubling("fixed", P)
+    return [
+        *compared("toughness 1 % apart", SHARP, stopped(uneven, (0, 1)), (0.1356, 0.100), 0.05),
+        *compared(
+            "alike, left along the mode",
+            f"{SHARP}, no imperfection",
+            stopped(left, (0, 1)),
+            (a, tau),
+            0.05,
+        ),
+        Figure(
+            what="tau at which the second order is first not stable, alike",
+            source=f"{SHARP}, loss of stability",
+            reference=tau,
+            measured=float(escapes[0] or 0.0) if escapes else float("nan"),
+            tolerance=0.05,
+            relative=True,
+        ),
+        Figure(
+            what="difference in length at tau = 0.12 by alternate minimization alone, alike",
+            source="none, where nothing breaks the symmetry",
+            reference=0.0,
+            measured=float(np.ptp([tip.depth for tip in alone.steps[-1].measures.tips])),
+            tolerance=alone.manifest.h / 2,
+        ),
+        *compared(
+            "second doubling, toughness 1 % apart",
+            SHARP,
+            stopped(four, (0, 2)),
+            (0.3217, 0.2155),
+            0.07,
+        ),
+    ]

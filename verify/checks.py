@@ -1,10 +1,12 @@
 """What is verified, by name; each in a module of its own."""
 
 from arrays import array, doubling
+from energies import energies
 from figures import Check
 from onset import onset
 from second_order import second_order
-from surfing import surfing
+from slabs import against_bahr, convergence, growth
+from surfing import on_a_side, surfing
 
 CHECKS = {
     "second-order": Check(
@@ -28,15 +30,15 @@ CHECKS = {
         title="A crack that follows a tip",
         text="The whole edge of a plate is moved as by a sharp crack whose tip travels, loaded at "
         "Gc. Where this tip is beyond the damage calibrates the sharp tip of all other runs "
-        "(`measure/tip.py`); nothing else does. Half height of the plate: 12 ell (AT1), 20 ell "
-        "(AT2).",
-        measure=lambda: surfing("AT1", 12) + surfing("AT2", 20),
+        "(`measure/tip.py`); nothing else does. Half height of the plate: 12 ell (AT1), 16 ell "
+        "(AT2). A crack on a plane of symmetry breaks cells on both sides of it and costs more: "
+        "cases with such cracks take their Gc from here. Cost: over Gc and the discrete toughness.",
+        measure=lambda: [*surfing("AT1", 12), *surfing("AT2", 16, (4,)), *on_a_side()],
     ),
     "array-fixed": Check(
         title="An even array of cracks, section held",
-        text="The case `array`: the tip where alpha exceeds 0.8, against sharp cracks, as far as "
-        "the first doubling; no correction for the smeared tip. Tolerance: the larger of "
-        "ell = 0.013 and 3 %.",
+        text="The case `array` against sharp cracks, as far as the first doubling. Tolerance: the "
+        "larger of ell = 0.013 and 3 %.",
         measure=lambda: array("fixed"),
     ),
     "array-free": Check(
@@ -45,10 +47,42 @@ CHECKS = {
         measure=lambda: array("free"),
     ),
     "doubling": Check(
-        title="Which of two cracks stops, and when",
-        text="The case `two-cracks`: toughness 1 % apart, section held. a1: final depth of the "
-        "slower crack; tau1: when it was within a cell of it. Tolerances are fractions of the "
-        "reference.",
+        title="Every other crack stops",
+        text="The case `two-cracks` (section held): cracks on two planes of symmetry. a: length at "
+        "which the slower one stops, tau: when it got there. Then the same with both alike: "
+        'alternate minimization alone lets them go on together, `solver.stability = "follow"` '
+        "finds that this is no longer stable, and leaves along the mode. `verify/four-cracks` goes "
+        "on to the second doubling. Tolerances are fractions of the reference.",
         measure=doubling,
+    ),
+    "energies": Check(
+        title="Energy against tau, minimized in three ways",
+        text="Two bodies: a slab cooled little beyond what starts damage, where the first crack "
+        "jumps to a finite length, and two cracks of an array that are alike. Where a way first "
+        "differs from alternate minimization alone, its energy must be lower.",
+        measure=energies,
+    ),
+    "slab-growth": Check(
+        title="The paper's slab, free ends: lengths at the measured spacing",
+        text="Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1: cracks "
+        "that are deeper at the next step, their mean spacing and depth (of sharp tips). Right "
+        "after an arrest the array is not even: the cracks that just stopped still shield the "
+        "others, and are not counted in the spacing. The last runs are kept in `verify/slabs`, "
+        "with their commands.",
+        measure=growth,
+    ),
+    "slabs": Check(
+        title="The paper's slab: regularization, meshes, rocks",
+        text="Half slabs, section `stretch`, at tau = 0.30, as kept in `verify/slabs`. Tolerance: "
+        "one crack, or 15 %.",
+        measure=convergence,
+    ),
+    "bahr": Check(
+        title="The paper's slab beside Bahr's",
+        text="Tolerance: the distance of the paper's own run from Bahr's number. Our cracks start "
+        "closer than Bahr's (p = 0.13): how close depends on ell. So our first two generations "
+        "stop before his first; the table of arrests under `slabs` holds each against sharp cracks "
+        "of its own spacing.",
+        measure=against_bahr,
     ),
 }

@@ -1,21 +1,37 @@
-"""Energy against tau of a small slab, minimized in three ways; a picture and a table."""
+"""Energy against tau of two bodies, minimized in three ways; a picture and a table."""
 
 import matplotlib.pyplot as plt
 import numpy as np
+from arrays import even_bands
 from figures import Figure, Found
 from runs import ROOT, ready_case
 
 from staffa.io.run_directory import Run
 
 WAYS = {
-    "alternate minimization alone": (),
+    "alone": (),
     "with backtracking": ("solver.backtracking=true",),
     "with stability": ("solver.stability=follow",),
 }
-BODY = ("domain.size=[1.0,1.0]",)
+# The slab is cooled little more than what starts damage: its first crack is late, and then long.
+BODIES = {
+    "slab": (
+        "slab",
+        "domain.size=[3.0,1.0]",
+        "domain.h=0.02",
+        "damage.ell=0.06",
+        "temperature.severity=3.2",
+        "temperature.profile=slab",
+        "supports.section=fixed",
+        "time.tau={start=0.04,stop=0.8,steps=39}",
+        "output.at=[0.4]",
+    ),
+    "pair": ("two-cracks", even_bands(), "time.tau={start=0.08,stop=0.12,steps=21}"),
+}
+TITLES = {"slab": "slab, dT/dT_c = 1.28", "pair": "two cracks of an array, alike"}
 PICTURE = ROOT / "docs" / "pictures" / "verify-energies.png"
 # Energies that differ by less than this are those of one state, within what minimization leaves.
-SAME = 1e-5
+SAME = 1e-4
 
 
 def totals(run: Run) -> np.ndarray:
@@ -25,53 +41,70 @@ def totals(run: Run) -> np.ndarray:
 
 def energies() -> Found:
     """Where the ways part, which is lower there, and what becomes of it."""
-    runs = {
-        way: ready_case("slab", f"energies-{way.split()[-1]}", *BODY, *s) for way, s in WAYS.items()
-    }
-    alone, *others = runs
-    tau = [step.tau for step in runs[alone].steps]
-    base = totals(runs[alone])
-    figures = []
-    for way in others:
-        change = totals(runs[way]) / base - 1
-        apart = np.flatnonzero(np.abs(change) > SAME)
-        if len(apart):
-            first = int(apart[0])
-            figures.append(
-                Figure(
-                    what=f"rise where it first differs (tau = {tau[first]:.2f}), {way}",
-                    source="lower",
-                    reference=0.0,
-                    measured=max(0.0, float(change[first])),
-                    tolerance=0.0,
-                )
-            )
+    figures, text, runs = [], [], {}
+    for body, (case, *settings) in BODIES.items():
+        runs[body] = {
+            way: ready_case(case, f"energies-{body}-{way.split()[-1]}", *settings, *more)
+            for way, more in WAYS.items()
+        }
+        for way in tuple(WAYS)[1:]:
+            found = parted(runs[body][way], runs[body]["alone"], f"{TITLES[body]}, {way}")
+            figures += found[0]
+            text.append(found[1])
+        text.append(table(TITLES[body], runs[body]))
     draw(runs)
-    return Found(figures=figures, text=f"{table(runs)}\n\n![energies](pictures/{PICTURE.name})")
+    text.append(f"![Energy against tau, minimized in three ways](pictures/{PICTURE.name})")
+    return Found(figures=figures, text="\n\n".join(text))
 
 
-def table(runs: dict[str, Run]) -> str:
-    """Energy, cracks and escapes or returns, step by step."""
-    lines = ["| tau | " + " | ".join(runs) + " |", "| --- |" + " --- |" * len(runs)]
+def parted(run: Run, alone: Run, name: str) -> tuple[list[Figure], str]:
+    """The rise of the energy where a way first differs, which must be a fall; and in words."""
+    change = totals(run) / totals(alone) - 1
+    apart = np.flatnonzero(np.abs(change) > SAME)
+    if not len(apart):
+        return [], f"{name}: the same states as by alternate minimization alone."
+    first, tau = int(apart[0]), [step.tau or 0.0 for step in run.steps]
+    figure = Figure(
+        what=f"rise over that alone where it first differs, tau = {tau[first]:.3f}: {name}",
+        source="not above zero",
+        reference=0.0,
+        measured=max(0.0, float(change[first])),
+        tolerance=0.0,
+    )
+    returns = sum(step.returned is not None for step in (*run.steps, *run.superseded))
+    escapes = sum(step.stability.escapes for step in run.steps if step.stability)
+    higher = [f"{t:.3f}" for t, c in zip(tau, change, strict=True) if c > SAME]
+    return [figure], (
+        f"{name}: it first differs at tau = {tau[first]:.3f}, by {100 * change[first]:.2f} %; "
+        f"most at {tau[int(change.argmin())]:.3f}, by {100 * change.min():.2f} %; higher at "
+        f"{', '.join(higher) or 'no time'}. Returns: {returns}; left along a mode: {escapes} times."
+    )
+
+
+def table(title: str, runs: dict[str, Run]) -> str:
+    """Energy and number of cracks, step by step."""
+    lines = [f"| {title}, tau | " + " | ".join(runs) + " |", "| --- |" + " --- |" * len(runs)]
     for steps in zip(*(run.steps for run in runs.values()), strict=True):
         cells = [
-            f"{s.energies.total:.5f}, {len(s.measures.tips) if s.measures else 0} cracks"
-            for s in steps
+            f"{s.energies.total:.5f} ({len(s.measures.tips) if s.measures else 0})" for s in steps
         ]
-        lines.append(f"| {steps[0].tau:.2f} | " + " | ".join(cells) + " |")
+        lines.append(f"| {steps[0].tau:.3f} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
-def draw(runs: dict[str, Run]) -> None:
+def draw(runs: dict[str, dict[str, Run]]) -> None:
     """Energies, and what each way gains on the first, against tau."""
-    figure, (above, below) = plt.subplots(2, 1, figsize=(7, 6), sharex=True)
-    first = totals(next(iter(runs.values())))
-    for (way, run), marker in zip(runs.items(), "osd", strict=True):
-        tau = [step.tau for step in run.steps]
-        above.plot(tau, totals(run), marker=marker, markersize=3, label=way)
-        below.plot(tau, 100 * (totals(run) / first - 1), marker=marker, markersize=3)
-    above.set_ylabel("total energy")
-    above.legend(frameon=False)
-    below.set_ylabel("over the first (%)")
-    below.set_xlabel("tau")
+    figure, axes = plt.subplots(2, len(runs), figsize=(10, 6), sharex="col")
+    for (body, ways), column in zip(runs.items(), axes.T, strict=True):
+        base = totals(ways["alone"])
+        for (way, run), marker in zip(ways.items(), ("o", "s", "x"), strict=True):
+            tau = [step.tau for step in run.steps]
+            style = {"marker": marker, "markersize": 4, "fillstyle": "none", "linewidth": 1}
+            column[0].plot(tau, totals(run), label=way, **style)
+            column[1].plot(tau, 100 * (totals(run) / base - 1), **style)
+        column[0].set_title(TITLES[body], fontsize=11)
+        column[1].set_xlabel("tau")
+    axes[0, 0].set_ylabel("total energy")
+    axes[1, 0].set_ylabel("over that alone (%)")
+    axes[0, 0].legend(frameon=False)
     figure.savefig(PICTURE, dpi=120, bbox_inches="tight")

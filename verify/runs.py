@@ -24,3 +24,11 @@ def ready_case(name: str, folder: str, *settings: str) -> Run:
     shutil.rmtree(where, ignore_errors=True)
     staffa(ROOT / "src" / "staffa" / "cases" / f"{name}.toml", where, settings)
     return read_run(where)
+
+
+def verify_case(name: str, folder: str, *settings: str) -> Run:
+    """A case of this folder run afresh, in runs/verify."""
+    where = ROOT / "runs" / "verify" / folder
+    shutil.rmtree(where, ignore_errors=True)
+    staffa(HERE / f"{name}.toml", where, settings)
+    return read_run(where)

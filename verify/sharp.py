@@ -56,10 +56,19 @@ def length_at(section: str, spacing: float, tau: float) -> float:
 
 
 def first_doubling(section: str, spacing: float) -> tuple[float, float]:
-    """tau and length at which every other crack of an even array stops."""
+    """tau and length at which every other crack of an even array stops, interpolated in spacing.
+
+    Raises
+    ------
+    ValueError
+        The spacing is outside of what was computed.
+    """
     with (DATA / "spacing_and_doubling.csv").open() as file:
-        rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        (row,) = (
-            r for r in rows if r["mech"] == section and abs(float(r["spacing"]) - spacing) < 1e-9
-        )
-    return float(row["tau1_bif"]), float(row["a1_bif"])
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    rows = [row for row in rows if row["mech"] == section and row["tau1_bif"]]
+    spacings, tau, a = np.array(
+        [[float(row[name]) for name in ("spacing", "tau1_bif", "a1_bif")] for row in rows]
+    ).T
+    if not spacings[0] <= spacing <= spacings[-1]:
+        raise ValueError(f"no doubling is known at spacing {spacing:g}")
+    return float(np.interp(spacing, spacings, tau)), float(np.interp(spacing, spacings, a))

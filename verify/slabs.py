@@ -3,8 +3,8 @@
     python verify/slabs.py NAME ...
 
 runs members that are not kept yet, one after the other (minutes to hours each), like
-"stretch-0.013-quadrilateral-1": section, ell, cells, seed. `make verify ONLY=slabs` runs all that
-are missing. To run one again, delete its file in verify/slabs.
+"stretch-0.013-quadrilateral-1": section, ell, cells, seed. To run one again, delete its file in
+verify/slabs. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
 """
 
 import json
@@ -13,25 +13,22 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
-from figures import Figure
+from figures import Figure, Found
 from runs import ROOT, staffa
-from sharp import SHARP, half_space_spacing, length_at
+from sharp import SHARP, array_growth, first_doubling, half_space_spacing, length_at
 
 from staffa.io.run_directory import Run, read_run
 from staffa.measure.generations import arrests, tracks
 from staffa.measure.tip import reach
 from staffa.report.published import BAHR, PAPER
 
+PICTURE = ROOT / "docs" / "pictures" / "verify-growth.png"
 KEPT = Path(__file__).parent / "slabs"
 # What a crack costs on cells of ell/4, over Gc; `staffa run` measures it.
 FACTOR = {"quadrilateral": 1.0956, "unstructured": 1.111}
 LAST = {"stretch": (0.30, 30), "free": (0.32, 32)}
-ELLS, SEEDS = (0.026, 0.018, 0.013), (1, 2, 3)
-MEMBERS = (
-    "free-0.013-quadrilateral-1",
-    *(f"stretch-{e}-{c}-{s}" for e in ELLS for c in FACTOR for s in SEEDS),
-)
 # A segment of a crack's path this long, over ell, has a direction to five degrees.
 SEGMENT = 3.0
 COUNTED = (0.1, 0.2, 0.3)
@@ -84,7 +81,6 @@ def digest(name: str, run: Run) -> dict:
     found = arrests(steps, axis=1, ell=m.ell, reach=beyond)
     followed = tracks(steps, axis=1, reach=beyond)
     set_by = " ".join(f"--set {shlex.quote(s)}" for s in settings(name))
-    ends = [(g.depth, g.tau) for g in found.generations]
     start = found.nucleation
     assert start is not None
     last = steps[-1].measures
@@ -99,8 +95,9 @@ def digest(name: str, run: Run) -> dict:
         "toughness_factor": round(m.toughness_factor, 5),
         "ell": m.ell,
         "width": m.size[0],
-        "p": start.spacing,
-        "arrests": [[start.depth, start.tau], *map(list, ends)],
+        "nucleation": [start.cracks, start.depth, start.tau],
+        "cracks": len(followed),
+        "arrests": [[g.cracks, g.depth, g.tau] for g in found.generations],
         "sections": [[s.height, s.cracks, s.spacing] for s in last.sections],
         "growing": [asdict(g) for g in growing(run, followed)],
         "angles": [round(a) for track in followed for a in angles(track.path, SEGMENT * m.ell)],
@@ -143,88 +140,175 @@ def angles(path, length: float) -> list[float]:
     return found
 
 
-def growth_and_spacing() -> list[Figure]:
+def kept() -> dict[str, dict]:
+    """What is kept, by name."""
+    return {file.stem: json.loads(file.read_text()) for file in sorted(KEPT.glob("*.json"))}
+
+
+def growth() -> Found:
     """Half a slab with free ends: lengths at the spacing that it has, spacings at each depth."""
-    kept = run_member(MEMBERS[0])
-    ell = kept["ell"]
+    found = kept()["free-0.013-quadrilateral-1"]
+    ell = found["ell"]
+    beyond = reach("AT1", threshold=0.8, ell=ell, h=ell / 4)
+    assert beyond is not None
     figures = []
-    for g in kept["growing"]:
+    for g in found["growing"]:
         if g["depth"] < 3 * ell:
             continue
         expected = length_at("free", g["spacing"], g["tau"])
         figures.append(
             Figure(
                 what=f"mean length of the {g['cracks']} cracks that grow at tau = {g['tau']:.2f}",
-                source=f"{SHARP}, spacing {g['spacing']:.3f}",
+                source=f"{SHARP}, even array of spacing {g['spacing']:.3f}",
                 reference=expected,
                 measured=g["depth"],
                 tolerance=max(ell, 0.03 * expected),
             )
         )
-    for height, cracks, spacing in kept["sections"]:
-        if height > 3 * ell and cracks > 2:
-            p = half_space_spacing(height)
+    for height, cracks, spacing in found["sections"]:
+        depth = height + beyond
+        if depth > 3 * ell and cracks > 2:
+            p = half_space_spacing(depth)
             figures.append(
                 Figure(
-                    what=f"spacing of the {cracks} cracks at depth {height:g}",
-                    source=f"{SHARP}, half-space: p to 2 p, p = {p:.3f}",
+                    what=f"spacing of the {cracks} cracks as deep as {depth:.3f}",
+                    source=f"{SHARP}, half-space: from p to 2 p, p = {p:.3f}",
                     reference=1.5 * p,
                     measured=spacing,
                     tolerance=0.5 * p,
                 )
             )
-    return figures
+    draw(found)
+    return Found(figures=figures, text=f"![Length against tau](pictures/{PICTURE.name})")
 
 
-def means(ell: float, cells: str) -> dict[float, float]:
-    """Mean number of cracks, over the seeds, that cross each depth at the end."""
-    kept = [run_member(f"stretch-{ell}-{cells}-{seed}") for seed in SEEDS]
-    table = {
-        h: np.mean([dict((a, b) for a, b, _ in k["sections"])[h] for k in kept]) for h in COUNTED
-    }
-    return {h: float(n) for h, n in table.items()}
+def draw(found: dict) -> None:
+    """Mean length of the growing cracks beside sharp ones."""
+    figure, axes = plt.subplots(figsize=(7, 4.5))
+    on = found["growing"]
+    tau = [g["tau"] for g in on]
+    axes.plot(tau, [g["depth"] for g in on], "ko", markersize=4, label="staffa, cracks that grow")
+    equal = [length_at("free", g["spacing"], g["tau"]) for g in on]
+    axes.plot(tau, equal, "C0-", label="sharp, even array of the measured spacing")
+    for generation, style in ((1, "--"), (2, "-."), (3, ":")):
+        t, a = array_growth("free", generation)
+        axes.plot(
+            t, a, f"C1{style}", linewidth=1, label=f"sharp, p = 0.1285, generation {generation}"
+        )
+    axes.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, 0.5))
+    axes.legend(frameon=False, fontsize=9)
+    figure.savefig(PICTURE, dpi=120, bbox_inches="tight")
 
 
-def convergence() -> list[Figure]:
-    """Numbers of cracks on the two finest regularizations and on the two meshes; directions."""
-    fine, coarse = means(0.013, "quadrilateral"), means(0.018, "quadrilateral")
-    other = means(0.013, "unstructured")
-    figures = []
-    for what, table in (("ell = 0.018 against 0.013", coarse), ("unstructured cells", other)):
-        for height, cracks in table.items():
+def seeds(found: dict[str, dict], section: str, ell: str, cells: str) -> list[dict]:
+    """The members of one kind."""
+    return [k for name, k in found.items() if name.startswith(f"{section}-{ell}-{cells}-")]
+
+
+def crossing(members: list[dict], height: float) -> float:
+    """Mean number of cracks, over members, that cross a depth at the end."""
+    return float(np.mean([dict((h, n) for h, n, _ in k["sections"])[height] for k in members]))
+
+
+def convergence() -> Found:
+    """Numbers of cracks on two regularizations and on two meshes, directions, and the table."""
+    found = kept()
+    pairs = [
+        ("0.013", "quadrilateral", "0.018", "quadrilateral"),
+        ("0.013", "quadrilateral", "0.013", "unstructured"),
+        ("0.018", "quadrilateral", "0.018", "unstructured"),
+        ("0.026", "quadrilateral", "0.026", "unstructured"),
+    ]
+    figures, text = [], []
+    for ell, cells, other_ell, other_cells in pairs:
+        one = seeds(found, "stretch", ell, cells)
+        other = seeds(found, "stretch", other_ell, other_cells)
+        name = f"ell = {other_ell}, {other_cells}"
+        if not one or not other:
+            text.append(f"Not run yet: {name}, against ell = {ell}, {cells}.")
+            continue
+        for height in COUNTED:
+            reference = crossing(one, height)
             figures.append(
                 Figure(
-                    what=f"cracks that cross {height:g}, {what}",
-                    source="ell = 0.013, squares, mean of 3 seeds",
-                    reference=fine[height],
-                    measured=cracks,
-                    tolerance=max(1.0, 0.15 * fine[height]),
+                    what=f"cracks that cross {height:g}, {name}, seeds: {len(other)}",
+                    source=f"ell = {ell}, {cells}, seeds: {len(one)}",
+                    reference=reference,
+                    measured=crossing(other, height),
+                    tolerance=max(1.0, 0.15 * reference),
                 )
             )
-    return figures
+    return Found(figures=figures, text="\n\n".join([*text, table(found), doublings(found)]))
 
 
-def against_bahr() -> list[Figure]:
-    """First and second arrest on `stretch`: nearer to Bahr's than the paper's own run was."""
-    kept = run_member("stretch-0.013-quadrilateral-1")["arrests"]
+def table(found: dict[str, dict]) -> str:
+    """One row a member: nucleation, arrests, cracks at depth, directions."""
+    lines = [
+        "Arrests: cracks, a, tau. Angle: mean of the segments' angles from the vertical, and share "
+        "of segments within 3 degrees of it.",
+        "",
+        "| section, ell, cells, seed | cracks | a0 | tau0 | arrests | at .1 | at .2 | at .3 | "
+        "angle | within 3 | unknowns | sweeps | s |",
+        "|" + " --- |" * 13,
+    ]
+    for name, k in found.items():
+        _, a0, tau0 = k["nucleation"]
+        ends = "; ".join(f"{n}, {a:.3f}, {t:.3f}" for n, a, t in k["arrests"])
+        angle = np.abs(k["angles"])
+        counts = " | ".join(f"{crossing([k], h):g}" for h in COUNTED)
+        start = f"{k['cracks']} | {a0:.3f} | {tau0:.2f}"
+        way = f"{angle.mean():.1f} | {100 * (angle <= 3).mean():.0f} %"
+        cost = f"{k['unknowns']} | {k['sweeps']} | {k['seconds']}"
+        lines.append(
+            f"| {name.replace('-', ', ')} | {start} | {ends} | {counts} | {way} | {cost} |"
+        )
+    return "\n".join(lines)
+
+
+def doublings(found: dict[str, dict]) -> str:
+    """Each arrest beside the doubling of an even array as dense as the cracks before it."""
+    lines = [
+        "Each arrest beside the first doubling of an even sharp array, of the mean spacing of the "
+        "cracks that had not stopped before:",
+        "",
+        "| member | spacing before | a | sharp | tau | sharp |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, k in found.items():
+        left = k["cracks"]
+        for cracks, a, tau in k["arrests"]:
+            p = k["width"] / left
+            try:
+                sharp_tau, sharp_a = first_doubling(name.split("-")[0], p)
+                sharp = (f"{sharp_a:.3f}", f"{sharp_tau:.3f}")
+            except ValueError:
+                sharp = ("-", "-")
+            lines.append(f"| {name} | {p:.3f} | {a:.3f} | {sharp[0]} | {tau:.3f} | {sharp[1]} |")
+            left -= cracks
+    return "\n".join(lines)
+
+
+def against_bahr() -> Found:
+    """First and second arrest on `stretch`: nearer to Bahr's than the paper's own run was?"""
+    found = kept()["stretch-0.013-quadrilateral-1"]["arrests"]
     figures = []
-    for what, k, part in (("a1", 1, 0), ("tau1", 1, 1), ("a2", 2, 0)):
-        rows = [line.depths if part == 0 else line.taus for line in (BAHR, PAPER)]
-        bahr, paper = (row[k] for row in rows)
+    for what, k, part in (("a1", 0, 1), ("tau1", 0, 2), ("a2", 1, 1)):
+        rows = [line.depths if part == 1 else line.taus for line in (BAHR, PAPER)]
+        bahr, paper = (row[k + 1] for row in rows)
         assert bahr is not None and paper is not None
         figures.append(
             Figure(
-                what=f"{what}, section stretch, ell = 0.013",
+                what=f"{what}, section stretch, ell = 0.013, seed 1",
                 source=f"Bahr et al. 1988; the paper's own run has {paper:g}",
                 reference=bahr,
-                measured=kept[k][part] if len(kept) > k else float("nan"),
+                measured=found[k][part],
                 tolerance=abs(paper - bahr),
             )
         )
-    return figures
+    return Found(figures=figures, text="")
 
 
 if __name__ == "__main__":
     for member in sys.argv[1:]:
-        kept = run_member(member)
-        print(member, kept["seconds"], "s", kept["sections"], flush=True)
+        done = run_member(member)
+        print(member, done["seconds"], "s", done["sections"], flush=True)

@@ -8,18 +8,24 @@ from runs import ROOT
 THEORY = "mode I field of a sharp crack"
 
 
-def surfing(law: str, radius: float) -> list[Figure]:
-    """The crack's cost and speed, and how far the sharp tip is beyond the damage, on two meshes."""
+def surfing(law: str, radius: float, meshes: tuple[int, ...] = (4, 8)) -> list[Figure]:
+    """The crack's cost and speed, and how far the sharp tip is beyond the damage."""
     sys.path.insert(0, str(ROOT / "tests"))
     from staffa.measure.tip import BEYOND, THRESHOLDS
     from test_surfing import ride
 
     figures = []
-    for cells_per_ell in (4, 8):
+    for cells_per_ell in meshes:
         found = ride(law, cells_per_ell=cells_per_ell, radius=radius, cells=2 * cells_per_ell)
         on = f"{law}, h = ell/{cells_per_ell}"
         rows = [
-            (f"energy of a new unit of crack, {on}", THEORY, 1.0, found.toughness, 0.03),
+            (
+                f"energy of a new unit of crack, {on}",
+                THEORY,
+                1.0,
+                found.toughness / found.factor,
+                0.03,
+            ),
             (f"speed over that of the tip, {on}", THEORY, 1.0, float(found.speed[3]), 0.03),
         ]
         rows += [
@@ -30,4 +36,28 @@ def surfing(law: str, radius: float) -> list[Figure]:
             Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)
             for what, source, ref, measured, tolerance in rows
         ]
+    return figures
+
+
+# Cells per ell of the cases with cracks on a side, and the toughness they reckon with.
+ON_A_SIDE = {"two-cracks": (0.0065 / 0.0015671, 1.1234), "four-cracks": (0.013 / 0.0030964, 1.1208)}
+
+
+def on_a_side() -> list[Figure]:
+    """What a crack on a plane of symmetry costs, on the cells of the cases that have such."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from test_surfing import ride
+
+    figures = []
+    for case, (cells_per_ell, used) in ON_A_SIDE.items():
+        found = ride("AT1", cells_per_ell=cells_per_ell, radius=10, cells=12, on_a_side=used)
+        figures.append(
+            Figure(
+                what=f"energy of a unit of crack on a side over Gc, cells of {case}",
+                source="in use",
+                reference=used,
+                measured=found.toughness,
+                tolerance=0.01,
+            )
+        )
     return figures
