@@ -1,0 +1,114 @@
+"""Small versions of what `make verify` holds against sharp-crack finite elements.
+
+The pair of cracks lies on two planes of symmetry, half an even array of spacing p = .257, coarse
+(ell = p/10): sharp cracks go on together up to tau = .2187, a = .3217, then every other one stops.
+"""
+
+import sys
+from functools import cache
+from pathlib import Path
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import pytest
+
+import staffa
+from staffa.cases.reading import parse_case
+from staffa.fields import vertices
+from staffa.measure.tip import reach
+from staffa.records import Step
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "verify"))
+from sharp import first_doubling, length_at
+
+P, COLUMNS, ELL = 0.257, 40, 0.026
+H = P / COLUMNS
+# A crack on a side costs 1.126 Gc on cells of ell/4 (`make verify ONLY=surfing`): 1 with this.
+PAIR = f"""
+[domain]
+size = [{P}, 1.0]
+h = {H}
+[material]
+Gc = 0.888
+[damage]
+ell = {ELL}
+[toughness]
+bands = [
+    {{ lower = [0.0, 0.0], upper = [{P}, 0.08], factor = 110.0 }},
+    {{ lower = [0.07, 0.08], upper = [{P - 0.07}, 0.6], factor = 110.0 }},
+]
+[temperature]
+profile = "slab"
+dT = 54.0
+[supports]
+section = "fixed"
+[[cracks]]
+start = [{H / 2}, 0.0]
+end = [{H / 2}, 0.13]
+[[cracks]]
+start = [{P - H / 2}, 0.0]
+end = [{P - H / 2}, 0.13]
+[time]
+tau = {{ start = 0.06, stop = 0.24, steps = 37 }}
+"""
+
+
+@cache
+def pair(stability: str) -> tuple[list[Step], np.ndarray]:
+    """The steps, and the lengths of both cracks at each, shape (steps, 2)."""
+    problem = staffa.problem(parse_case(PAIR, [f"solver.stability={stability}"]))
+    system = staffa.build(problem)
+    x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
+    beyond = reach("AT1", threshold=0.8, ell=ELL, h=H)
+    assert beyond is not None
+    steps, lengths = [], []
+    for step in staffa.march(problem, system):
+        cracked = x[alpha > 0.8]
+        sides = (cracked[:, 0] < P / 4, cracked[:, 0] > 3 * P / 4)
+        steps.append(step)
+        # Both layers of cells beside a plane of symmetry are broken: half a cell more.
+        lengths.append([cracked[side, 1].max() + beyond + H / 2 for side in sides])
+    system.destroy()
+    return steps, np.array(lengths)
+
+
+@pytest.mark.slow
+def test_an_even_array_grows_as_sharp_cracks_do() -> None:
+    steps, lengths = pair("none")
+    assert all(step.audit.violations == () for step in steps)
+    for step, (left, right) in zip(steps, lengths, strict=True):
+        expected = length_at("fixed", P, step.tau)
+        if step.tau < 0.13 or step.tau > first_doubling("fixed", P)[0]:
+            continue
+        tolerance = max(
+            ELL / 2, 0.03 * expected
+        )  # the profile is as wide as a tenth of the spacing
+        assert left == pytest.approx(right, abs=1.01 * H), "nothing tells the two apart"
+        assert abs(left - expected) < tolerance, f"{left:.4f} at {step.tau:.3f}, sharp {expected}"
+
+
+@pytest.mark.slow
+def test_the_even_pair_is_left_where_it_is_no_longer_stable() -> None:
+    """Early by 7 % here, with ell a tenth of the spacing; less at a smaller one (make verify)."""
+    steps, lengths = pair("follow")
+    left = [n for n, step in enumerate(steps) if step.stability.escapes]
+    assert left, "it was never left"
+    tau, a = first_doubling("fixed", P)
+    assert steps[left[0]].tau == pytest.approx(tau, rel=0.1)
+    assert lengths[-1].min() == pytest.approx(a, rel=0.1), f"stops at {lengths[-1].min():.4f}"
+    assert lengths[-1].max() > lengths[-1].min() + 2 * ELL, "one goes on"
+    before = [step.stability.bifurcation for step in steps[: left[0]]]
+    assert min(before) > 0, "stable up to there"
+
+
+@pytest.mark.slow
+def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
+    alone, followed = (
+        np.array([step.energies.total for step in pair(how)[0]]) for how in ("none", "follow")
+    )
+    change = followed / alone - 1
+    apart = np.flatnonzero(np.abs(change) > 1e-5)
+    assert len(apart), "they never part"
+    assert (change[apart] < 0).all(), f"relative change {change[apart]}"
+    assert change[-1] < -1e-3
