@@ -308,7 +308,7 @@ EXPECTED = {
     "slab-paper": ["the mesh steers the cracks", "nucleation is not resolved"],
     "cell": ["nucleation is not resolved"],
     "array": ["nucleation is not resolved"],
-    "two-cracks": ["the first step is too coarse"],
+    "two-cracks": ["nucleation is not resolved"],
     "bar": ["the smallest extent is 3 ell"],
 }
 

@@ -4,7 +4,7 @@ import tomllib
 
 import numpy as np
 from figures import Figure
-from runs import ROOT, ready_case, verify_case
+from runs import HERE, ready_case, verify_case
 from sharp import DOUBLING, SHARP, array_growth, first_doubling
 
 from staffa.io.run_directory import Run
@@ -76,7 +76,7 @@ def compared(
 
 def even_bands() -> str:
     """The bands of the case without the imperfection, as a setting."""
-    case = tomllib.loads((ROOT / "src/staffa/cases/two-cracks.toml").read_text())
+    case = tomllib.loads((HERE / "two-cracks.toml").read_text())
     bands = [
         f"{{lower={b['lower']},upper={b['upper']},factor={b['factor']}}}"
         for b in case["toughness"]["bands"]
@@ -87,10 +87,10 @@ def even_bands() -> str:
 
 def doubling() -> list[Figure]:
     """The first doubling with an imperfection and without, and the second."""
-    uneven = ready_case("two-cracks", "doubling-uneven")
+    uneven = verify_case("two-cracks", "doubling-uneven")
     even = (even_bands(), "time.tau={start=0.08,stop=0.12,steps=21}")
-    alone = ready_case("two-cracks", "doubling-even", *even)
-    left = ready_case("two-cracks", "doubling-even-follow", *even, "solver.stability=follow")
+    alone = verify_case("two-cracks", "doubling-even", *even)
+    left = verify_case("two-cracks", "doubling-even-follow", *even, "solver.stability=follow")
     escapes = [s.tau for s in left.steps if s.stability and s.stability.escapes]
     four = verify_case("four-cracks", "doubling-four")
     tau, a = first_doubling("fixed", P)

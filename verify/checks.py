@@ -48,7 +48,7 @@ CHECKS = {
     ),
     "doubling": Check(
         title="Every other crack stops",
-        text="The case `two-cracks` (section held): cracks on two planes of symmetry. a: length at "
+        text="`verify/two-cracks` (section held): cracks on two planes of symmetry. a: length at "
         "which the slower one stops, tau: when it got there. Then the same with both alike: "
         'alternate minimization alone lets them go on together, `solver.stability = "follow"` '
         "finds that this is no longer stable, and leaves along the mode. `verify/four-cracks` goes "

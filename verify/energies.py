@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from arrays import even_bands
 from figures import Figure, Found
-from runs import ROOT, ready_case
+from runs import ROOT, ready_case, verify_case
 
 from staffa.io.run_directory import Run
 
@@ -43,8 +43,9 @@ def energies() -> Found:
     """Where the ways part, which is lower there, and what becomes of it."""
     figures, text, runs = [], [], {}
     for body, (case, *settings) in BODIES.items():
+        run = ready_case if body == "slab" else verify_case
         runs[body] = {
-            way: ready_case(case, f"energies-{body}-{way.split()[-1]}", *settings, *more)
+            way: run(case, f"energies-{body}-{way.split()[-1]}", *settings, *more)
             for way, more in WAYS.items()
         }
         for way in tuple(WAYS)[1:]:
