@@ -422,3 +422,20 @@ def test_a_disc_is_round_and_flat_whatever_its_normal(normal: list[float]) -> No
 def test_the_problem_is_frozen_and_can_be_changed_by_a_copy() -> None:
     found = built()
     assert replace(found, anchor="left").anchor == "left" and found.anchor == "top"
+
+
+def test_adaptive_steps_are_counted_in_the_clock_of_the_case() -> None:
+    """Two ell of advance; tau and back; or seconds; no growth where nothing diffuses."""
+    keys = "start=0.1, stop=0.4, shortest=0.01, longest=0.1"
+    by_tau = built(f"time={{tau={{{keys}}}}}").schedule
+    pace = by_tau.pace
+    assert pace is not None and (pace.shortest, pace.longest, pace.growth) == (0.01, 0.1, 0.25)
+    assert pace.advance == pytest.approx(2 * 0.5)
+    assert [pace.clock(t) for t in by_tau.times] == pytest.approx([0.1, 0.4])
+    assert pace.time_at(0.3) == pytest.approx(0.3**2 / 4)
+    by_time = built(f"time={{t={{{keys}}}}}").schedule
+    assert by_time.times == (0.1, 0.4) and by_time.pace is not None
+    assert by_time.pace.clock(0.3) == by_time.pace.time_at(0.3) == 0.3
+    pulled = built(*PULLED, f"time={{t={{{keys}}}}}", "supports.top={y=0.1}").schedule
+    assert pulled.pace is not None and pulled.pace.growth is None
+    assert built().schedule.pace is None

@@ -45,6 +45,7 @@ LIGHT = [
     "staffa.loads.closed_form",
     "staffa.measure.statistics",
     "staffa.measure.generations",
+    "staffa.measure.tip",
     "staffa.measure.averages",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from staffa.measure.generations import arrests, tracks
@@ -197,3 +198,23 @@ def test_in_three_dimensions_tips_are_told_apart_in_both_directions():
     found = arrests([step(i) for i in range(20)], axis=2, ell=ELL)
     assert found.left == 4
     assert found.nucleation is not None and found.nucleation.spacing is None
+
+
+def test_the_way_to_the_sharp_tip_is_added_to_every_depth():
+    steps = doubling(4, (0.1,), 0.4)
+    raw, sharp = (arrests(steps, axis=1, ell=ELL, reach=reach) for reach in (0.0, 0.015))
+    assert raw.generations and raw.nucleation and raw.depth is not None
+    assert sharp.nucleation is not None and sharp.depth is not None
+    assert sharp.generations[0].depth == pytest.approx(raw.generations[0].depth + 0.015)
+    assert sharp.nucleation.depth == pytest.approx(raw.nucleation.depth + 0.015)
+    assert sharp.depth == pytest.approx(raw.depth + 0.015)
+    assert sharp.generations[0].tau == raw.generations[0].tau
+
+
+def test_a_tip_is_followed_as_a_path():
+    steps = [drawn_step(i, 0.01 * (i + 1), {0.5 + 0.01 * i: 0.01 * (i + 1)}) for i in range(5)]
+    (only,) = tracks([drawn_step(0, 0.005, {}), *steps], axis=1)
+    assert only.path[0] is None and only.depths[0] is None
+    assert np.array(only.path[1:]) == pytest.approx(
+        np.array([(0.5 + 0.01 * i, 0.01 * (i + 1)) for i in range(5)])
+    )

@@ -97,3 +97,12 @@ def test_runs_where_the_wheels_bootstrap_is_absent() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["build", "march", "problem", "run"])
+def test_whatever_is_imported_first_finds_its_libraries(name: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", f"from staffa import {name}"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr

@@ -1,5 +1,6 @@
 """Drawn runs, whole and odd ones: their pictures, their table, and their page."""
 
+import csv
 import subprocess
 import sys
 from dataclasses import replace
@@ -371,3 +372,49 @@ def test_without_a_renderer_only_the_picture_in_three_dimensions_is_missing(tmp_
     drawn = draw(drawn_run(tmp_path / "run", BOX, n=6))
     assert [p.name for p in drawn.pictures] == ["energies.png", "lengths.png"]
     assert any("ParaView" in reason for reason in drawn.skipped)
+
+
+def test_depths_of_the_table_are_those_of_sharp_tips(tmp_path):
+    """A run that knows how far these lie beyond the recorded ones says so, and adds it."""
+    raw = table(drawn_run(tmp_path / "raw"))
+    sharp = table(drawn_run(tmp_path / "sharp", tip_reach=0.03))
+    assert raw is not None and sharp is not None
+    cells = [dict(zip(t.header, t.rows[-1], strict=True)) for t in (raw, sharp)]
+    for name in ("a0", "a1", "a2"):
+        assert float(cells[1][name]) == pytest.approx(float(cells[0][name]) + 0.03, abs=1e-3)
+    for name in ("p", "tau0", "tau1", "tau2"):
+        assert cells[1][name] == cells[0][name]
+    assert "0.75 ell beyond" in " ".join(sharp.notes), "0.03 of ell = 0.04"
+    assert "as they are" in " ".join(raw.notes)
+
+
+def test_tips_are_written_crack_by_crack_and_step_by_step(tmp_path, coarse):
+    run = drawn_run(tmp_path / "run", tip_reach=0.03)
+    drawn = draw(run)
+    assert drawn.table == run.path / "tips.csv"
+    with drawn.table.open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["crack", "step", "time", "tau", "x", "y", "depth"]
+    assert {int(row["crack"]) for row in rows} == set(range(N))
+    for row in rows:
+        crack, tau = int(row["crack"]), float(row["tau"])
+        assert float(row["x"]) == pytest.approx(PLACES[crack] * SLAB[0]), "one crack, one place"
+        assert float(row["y"]) == pytest.approx(depth_at(tau)[crack])
+        assert float(row["depth"]) == pytest.approx(depth_at(tau)[crack] + 0.03)
+    assert len(rows) == N * sum(tau >= 0.06 - 1e-12 for tau in TAUS)
+
+
+def test_rejected_steps_are_counted_and_stand_for_nothing(tmp_path, coarse):
+    run = drawn_run(tmp_path / "run", adaptive=True)
+    steps = list(run.steps)
+    tried = replace(steps[5], status="rejected", reason="cracks ran 4 ell", fields=None)
+    again = rewritten(run, [*steps[:5], tried, tried, *steps[5:]])
+    assert again.steps == run.steps and again.superseded == () and again.finished
+    assert again.rejected == (tried, tried)
+    facts = {fact.name: fact.text for fact in summary(again)}
+    assert facts["status"] == "finished, 25 steps", "how many there would be was not known"
+    assert facts["rejected steps"].startswith("2,")
+    assert "backtracking" not in facts
+    cut = rewritten(run, [*steps[:5], tried])
+    assert not cut.finished and cut.steps == tuple(steps[:5])
+    assert draw(cut).page.exists()

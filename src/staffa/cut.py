@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from itertools import combinations
 
+from staffa.stack import MPI  # noqa: F401
+
 import numpy as np
 from dolfinx import fem
 

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from staffa.stack import MPI  # noqa: F401
+
 import numpy as np
 from dolfinx import fem
 
