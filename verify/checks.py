@@ -80,7 +80,7 @@ CHECKS = {
     "bahr": Check(
         title="The paper's slab beside Bahr's",
         text="Section `stretch`, ell = 0.026, the one of the three whose cracks start as far apart "
-        "as Bahr's. Tolerance: the distance of the paper's own run from Bahr's number. With smaller "
+        "as Bahr's. Tolerance: how far the paper's own run is from Bahr's number. With smaller "
         "ell cracks start closer, and the generations are others: the table of arrests under "
         "`slabs` holds each against sharp cracks of its own spacing.",
         measure=against_bahr,

@@ -9,6 +9,7 @@ than a tolerance and leaves those before it as they are: a descent in lexicograp
 ends.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,7 +21,7 @@ from staffa.evolution.advance import Advance, restore, snapshot
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, settle, temperature
 from staffa.evolution.system import System
-from staffa.minimize.alternate import equilibrium
+from staffa.minimize.alternate import Sweep, equilibrium
 from staffa.records import Return
 
 
@@ -115,7 +116,13 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
         restore(system, kept)
 
 
-def go_back(problem: Problem, system: System, history: History, better: Better) -> Advance:
+def go_back(
+    problem: Problem,
+    system: System,
+    history: History,
+    better: Better,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+) -> Advance:
     """Minimize at the earlier time from the damage at hand, within that time's bounds. Collective.
 
     Raises
@@ -129,7 +136,7 @@ def go_back(problem: Problem, system: System, history: History, better: Better) 
     state.alpha.x.array[:] = history.damage_before(better.index)
     state.T.x.array[:] = temperature(problem, system, past.loads.time)
     try:
-        outcome, healing = settle(problem, system, past.loads, damage=damage)
+        outcome, healing = settle(problem, system, past.loads, watch, damage=damage)
     except SolveError:
         restore(system, kept)
         raise

@@ -74,15 +74,18 @@ def _visit(
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
         try:
+            watch = partial(observers.watch, moment)
             if history and better:
-                advance = go_back(problem, system, history, better)
+                advance = go_back(problem, system, history, better, watch)
                 history.drop(index)
             else:
-                watch = partial(observers.watch, moment)
                 advance = advance_to(problem, system, start, end, watch)
-            ran = _advance_of_cracks(problem, system, before) if better is None else 0.0
-            nearer = walk.again(start.time, time, ran)
-            if nearer is not None and advance.outcome.converged:
+            if better or not advance.outcome.converged:
+                ran, nearer = 0.0, None
+            else:
+                ran = _advance_of_cracks(problem, system, before)
+                nearer = walk.again(start.time, time, ran)
+            if nearer is not None:
                 restore(system, before)
                 yield _rejected(problem, moment, advance, ran, perf_counter() - started)
                 time = nearer
@@ -105,8 +108,8 @@ def _visit(
         )
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
-        time, better = walk.onward(start.time, time, ran), None
-        start, index = end, index + 1
+        time = walk.resume(time) if better else walk.onward(start.time, time, ran)
+        start, index, better = end, index + 1, None
         if history:
             history.keep(end, advance, system.state.alpha.x.array)
             try:

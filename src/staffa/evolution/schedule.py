@@ -108,7 +108,11 @@ class Walk:
         if pace and start > 0:
             step = pace.clock(end) - pace.clock(start)
             self._length = pace.length_after(self._length, step, ran)
-        return self._plan.after(end, self._length)
+        return self.resume(end)
+
+    def resume(self, time: float) -> float | None:
+        """The time (s) after one that was gone back to, with steps as long as they were."""
+        return self._plan.after(time, self._length)
 
     def again(self, start: float, end: float, ran: float) -> float | None:
         """The nearer time (s) to try if cracks ran too far in a step; None if it may stand."""
