@@ -9,7 +9,7 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.run_directory import Run, write_aside
 from staffa.measure.averages import Average, average
-from staffa.report.comparison import ABSENT, DEFINITIONS, own_line, run_arrests
+from staffa.report.comparison import ABSENT, DEFINITIONS, own_line, run_arrests, tip
 from staffa.report.summary import Fact, summary
 
 MEANS = (
@@ -57,8 +57,9 @@ def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
     """The paper's numbers where a face is cooled, and the crack network of the last step."""
     arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
     ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
+    definitions = (*DEFINITIONS, tip(ensemble.first.manifest), MEANS)
     found = (
-        _sheet(ensemble, "Nucleation and arrests", arrests, (*DEFINITIONS, MEANS)),
+        _sheet(ensemble, "Nucleation and arrests", arrests, definitions),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
     )
     return tuple(sheet for sheet in found if sheet.names)
