@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from figures import Figure, Found
 from runs import ROOT, staffa
+from scipy.stats import ks_2samp
 from sharp import SHARP, array_growth, first_doubling, half_space_spacing, length_at
 
 from staffa.io.run_directory import Run, read_run
@@ -239,7 +240,24 @@ def convergence() -> Found:
                     tolerance=max(1.0, 0.15 * reference),
                 )
             )
+        if cells != other_cells:
+            figures.append(steering(one, other, ell))
     return Found(figures=figures, text="\n\n".join([*text, table(found), doublings(found)]))
+
+
+def steering(one: list[dict], other: list[dict], ell: str) -> Figure:
+    """How much the directions of the cracks differ between two meshes (Kolmogorov and Smirnov)."""
+    here, there = (
+        np.abs(np.concatenate([k["angles"] for k in members])) for members in (one, other)
+    )
+    n, m = len(here), len(there)
+    return Figure(
+        what=f"largest gap between the distributions of angles on two meshes, ell = {ell}",
+        source="none; tolerance: what chance gives in 1 of 20 times",
+        reference=0.0,
+        measured=float(ks_2samp(here, there).statistic),
+        tolerance=1.36 * float(np.sqrt((n + m) / (n * m))),
+    )
 
 
 def table(found: dict[str, dict]) -> str:
