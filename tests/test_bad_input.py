@@ -158,6 +158,7 @@ VALUES = [
         "leave it or them out",
     ),
     (f"time.t={{{ENDS},{PACE},advance=0.5}}", "advance = 0.5 ell is less", "a larger advance"),
+    (f"time.t={{{ENDS},shortest=1e-9,longest=0.1}}", "shortest = 1e-09 is less", "a longer one"),
     (f"time.t={{{ENDS},{PACE},growth=-1.0}}", "time.t.growth = -1.0", "larger than zero"),
     (f"time.t={{start=0.0,stop=0.1,{PACE}}}", "time.t: the first time is 0", "start later"),
     # the outputs, measures and solvers
@@ -239,6 +240,11 @@ COMBINED = [
         ('supports.section="free"', 'temperature.face="left"'),
         'temperature.face = "left"',
         "its bottom or top",
+    ),
+    (
+        (f"time.t={{{ENDS},{PACE}}}", "output.at=[0.05]"),
+        "output.at: 0.05 lies before time.t.start = 0.1",
+        "start earlier",
     ),
     (PULLED, "the case loads nothing", "give one of them"),
     ((*PULLED, "supports.left={x=0.0}"), "the case loads nothing", "give one of them"),

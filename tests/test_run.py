@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -246,3 +247,83 @@ def test_a_superseded_step_is_marked_and_not_erased(tmp_path: Path) -> None:
     shown = launch(1, "show", directory).stdout
     assert f"went back {len(returns)} times, {len(run.superseded)} steps superseded" in shown
     assert f"went back from step {returns[0]['returned']['index']}" in done.stdout
+
+
+ADAPTIVE = """
+title = "Cooled glass, adaptive steps"
+[domain]
+size = ["20 mm", "10 mm"]
+h = "0.5 mm"
+[material]
+E = "70 GPa"
+Gc = "10 J/m^2"
+expansion = "9e-6 1/K"
+kappa = "0.5e-6 m^2/s"
+[damage]
+ell = "1.5 mm"
+[toughness]
+amplitude = 0.1
+[temperature]
+dT = "60 K"
+[supports]
+section = "fixed"
+[time]
+t = { start = "0.2 s", stop = "30 s", shortest = "0.05 s", longest = "10 s", advance = 1.5 }
+[output]
+at = ["7 s", "20 s"]
+"""
+
+
+@pytest.fixture(scope="module")
+def adaptive(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("adaptive")
+    (folder / "case.toml").write_text(ADAPTIVE)
+    done = launch(1, "run", folder / "case.toml", "--out", folder / "run")
+    assert done.returncode == 0, done.stderr
+    return folder / "run"
+
+
+@pytest.mark.slow
+def test_adaptive_steps_in_seconds_from_case_to_report(adaptive: Path) -> None:
+    run = read_run(adaptive)
+    assert run.manifest.adaptive and run.finished
+    assert run.manifest.times == (0.2, 7.0, 20.0, 30.0)
+    times = [step.time for step in run.steps]
+    assert times == sorted(times) and {7.0, 20.0, 30.0} <= set(times) and times[0] == 0.2
+    assert run.rejected, "nothing was rejected: the test sees nothing"
+    kept_fields = {step.time for step in run.steps if step.fields}
+    assert kept_fields == {7.0, 20.0, 30.0}
+    for before, after in pairwise(times):
+        assert after - before <= 10 * (1 + 1e-9)
+        grown = (after / before) ** 0.5 - 1
+        assert grown <= 0.25 * (1 + 1e-9) or after - before <= 0.05 * (1 + 1e-9)
+    log = (adaptive / "run.log").read_text()
+    assert "adaptive steps" in log and log.count("rejected: cracks") == len(run.rejected)
+    assert "taken again, shorter" in log and "1.5 ell" in log
+    shown = launch(1, "show", adaptive).stdout
+    assert f"finished, {len(run.steps)} steps" in shown and "rejected steps" in shown
+    again = launch(1, "check", adaptive / "case.toml")
+    assert again.returncode == 0 and "or more" in again.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_adaptive_steps_are_the_same_on_more_ranks(adaptive: Path, tmp_path, ranks: int) -> None:
+    done = launch(ranks, "run", adaptive / "case.toml", "--quiet", "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    alone, found = read_run(adaptive), read_run(tmp_path / "run")
+    assert [s.time for s in found.steps] == [s.time for s in alone.steps]
+    assert [s.time for s in found.rejected] == [s.time for s in alone.rejected]
+    expected = [s.energies.total for s in alone.steps]
+    assert [s.energies.total for s in found.steps] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_adaptive_steps_may_start_at_zero(tmp_path: Path) -> None:
+    steps = "time={t={start=0.0,stop=0.4,shortest=0.01,longest=0.1,advance=6.0}}"
+    settings = ("--set", steps, "--set", "output.at=[]")
+    done = launch(1, "run", CASES / "bar.toml", *settings, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    run = read_run(tmp_path / "run")
+    assert run.finished and run.steps[0].time == 0.0

@@ -59,18 +59,18 @@ def pace(**changes) -> Pace:
 
 def walked(plan: Schedule, ran, most: int = 1000) -> list[tuple[float, float]]:
     """(start, end) of the accepted steps, if in a step from a to b cracks run ran(a, b)."""
-    walk, start, found = Walk(plan), 0.0, []
-    time = walk.first()
-    while time is not None:
-        assert len(found) < most, "it comes to an end"
+    walk, found, tries = Walk(plan), [], 0
+    while (time := walk.next()) is not None:
+        tries += 1
+        assert tries < most, "it comes to an end"
+        start = walk.start or 0.0
         far = ran(start, time)
-        nearer = walk.again(start, time, far)
-        if nearer is not None:
+        if walk.goes_too_far(far):
+            nearer = walk.next()
             assert start < nearer < time
-            time = nearer
             continue
         found.append((start, time))
-        start, time = time, walk.onward(start, time, far)
+        walk.onward(time, far)
     return found
 
 
@@ -117,3 +117,42 @@ def test_a_jump_of_cracks_is_closed_in_on_down_to_the_shortest_step() -> None:
     (jump,) = [b - a for a, b in steps if a < 2.345 <= b]
     assert jump == pytest.approx(0.01)
     assert max(b - a for a, b in steps[1:]) == pytest.approx(0.1), "longer again before and after"
+
+
+@pytest.mark.parametrize("start", [1e-3, 1.0, 200 * 86400 + 0.3])
+@pytest.mark.parametrize("shortest", [0.3, 0.1, 0.01])
+def test_a_shortest_step_stands_however_late_it_is(start: float, shortest: float) -> None:
+    """The difference of two late times is not what it was meant to be, to the last digit."""
+    plan = schedule((start, start + 1.7), pace=pace(shortest=shortest, longest=0.5))
+    steps = [b - a for a, b in walked(plan, lambda a, b: np.inf)]
+    assert steps[1:-2] == pytest.approx([shortest] * len(steps[1:-2]), rel=1e-6)
+
+
+def test_a_crack_that_runs_just_as_far_as_it_may_is_no_matter_of_round_off() -> None:
+    walk = Walk(schedule((1.0, 3.0), pace=pace(advance=6 * 0.01)))
+    walk.onward(walk.next(), 0.0)
+    for cell in range(100):
+        depths = [0.01 * (cell + k) for k in (0, 6)]
+        walk.next()
+        assert not walk.goes_too_far(depths[1] - depths[0]), f"rejected at {depths}"
+    assert walk.goes_too_far(7 * 0.01)
+
+
+def test_a_run_that_starts_at_zero_is_walked_like_any_other() -> None:
+    steps = walked(schedule((0.0, 2.0), pace=pace()), lambda a, b: np.inf if b > 0 else 0.0)
+    assert [b - a for a, b in steps[1:-2]] == pytest.approx([0.01] * (len(steps) - 3))
+
+
+def test_a_step_is_halved_before_a_time_only_if_both_halves_are_long_enough() -> None:
+    plan = schedule((1.0, 2.5), pace=pace(shortest=1.0, longest=1.0))
+    assert [end for _, end in walked(plan, lambda a, b: 0.0)] == [1.0, 2.0, 2.5]
+    plan = schedule((1.0, 2.5), pace=pace(shortest=0.1, longest=1.0))
+    assert [end for _, end in walked(plan, lambda a, b: 0.0)] == [1.0, 1.75, 2.5]
+
+
+def test_after_going_back_steps_are_short_again() -> None:
+    walk = Walk(schedule((1.0, 3.0), pace=pace()))
+    for _ in range(3):
+        walk.onward(walk.next(), 0.0)
+    walk.back(1.05)
+    assert walk.next() == pytest.approx(1.06)

@@ -289,3 +289,7 @@ class Manifest:
     tip_reach: float | None = None
     adaptive: bool = False
     format: int = 1
+
+    def sharp(self, depth: float) -> float:
+        """Depth (m) of the sharp tip of a crack whose recorded tip is so deep; 0 stays 0."""
+        return depth + (self.tip_reach or 0.0) if depth else 0.0

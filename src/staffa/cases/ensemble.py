@@ -95,7 +95,7 @@ def run_ensemble(
     comm: MPI.Comm = MPI.COMM_WORLD,
     follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
     taken: Callable[[int], None] = lambda seed: None,
-) -> dict[int, SolveError]:
+) -> dict[int, str]:
     """Run the case with each seed, and give the errors of the members that failed. Collective.
 
     A member that failed is no reason to stop the others. One that is there already is taken as it
@@ -112,7 +112,7 @@ def run_ensemble(
         The directory cannot take these members; nothing has been run. See `finished_members`.
     """
     done = on_root(comm, lambda: finished_members(case, seeds, directory))
-    failures: dict[int, SolveError] = {}
+    failures: dict[int, str] = {}  # not the errors: they hold on to meshes
     for seed in seeds:
         if seed in done:
             taken(seed)
@@ -121,5 +121,5 @@ def run_ensemble(
             with follow(seed) as watcher:
                 run(member(case, seed), member_path(directory, seed), comm=comm, watcher=watcher)
         except SolveError as error:
-            failures[seed] = error
+            failures[seed] = str(error)
     return failures

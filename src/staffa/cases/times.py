@@ -44,7 +44,10 @@ def _advance() -> Any:
 
 
 def _growth() -> Any:
-    return Field(default=GROWTH, description="fraction by which sqrt(kappa t) may grow in a step")
+    return Field(
+        default=GROWTH,
+        description="fraction by which sqrt(kappa t) may grow in a step, if anything is cooled",
+    )
 
 
 class AdaptiveTau(Section):

@@ -148,9 +148,10 @@ class Follower:
     def _cracks(self, step: Step) -> list[str]:
         if not step.measures or not step.measures.tips:
             return []
-        unit = "" if self.manifest is None or self.manifest.scaled else " m"
-        count = len(step.measures.tips)
-        return [f"{count} crack{'s' * (count > 1)} to {step.measures.front:.3g}{unit}"]
+        assert self.manifest is not None
+        unit, count = "" if self.manifest.scaled else " m", len(step.measures.tips)
+        front = self.manifest.sharp(step.measures.front)
+        return [f"{count} crack{'s' * (count > 1)} to {front:.3g}{unit}"]
 
     def _done(self, step: Step) -> float:
         """The part of the run that is behind it: of its steps, or if not known, of its clock."""
@@ -162,7 +163,8 @@ class Follower:
 
     def _left(self, step: Step) -> tuple[str, str]:
         spent, done = perf_counter() - self.began, self._done(step)
-        return f"{_clock(spent)} gone", f"{_clock(spent * (1 - done) / done)} left"
+        left = f"{_clock(spent * (1 - done) / done)} left" if done else "just begun"
+        return f"{_clock(spent)} gone", left
 
     def _clock(self, moment: Moment | Step) -> str:
         assert self.manifest is not None

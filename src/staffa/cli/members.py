@@ -67,7 +67,7 @@ def _leave_results(directory: Path, *, quiet: bool) -> None:
         print_ensemble_pictures(ensemble)
 
 
-def _told(failures: dict[int, SolveError], count: int) -> str:
+def _told(failures: dict[int, str], count: int) -> str:
     seeds = ", ".join(str(seed) for seed in failures)
     first, error = next(iter(failures.items()))
     which = "" if len(failures) == 1 else f", seed {first} because"

@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
-from staffa.evolution.backtrack import History, better_earlier, go_back
+from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
@@ -18,7 +17,7 @@ from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
 from staffa.minimize.alternate import Sweep, equilibrium
-from staffa.records import REJECTED, Audit, Measures, Moment, Outcome, Stability, Step
+from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -66,60 +65,86 @@ def _visit(
     walk = Walk(problem.schedule)
     start = Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
     equilibrium(system.alternation, start.values)
-    time: float | None = walk.first()
-    index, better = 0, None  # better: an earlier step to go back to
+    index, time, better = 0, walk.next(), None  # better: an earlier step to go back to
     while time is not None:
-        started = perf_counter()
-        before = snapshot(system) if problem.schedule.pace else ()
+        began = perf_counter()
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
+        watch = partial(observers.watch, moment)
         try:
-            watch = partial(observers.watch, moment)
             if history and better:
                 advance = go_back(problem, system, history, better, watch)
                 history.drop(index)
+                advance, stability = examine(problem, system, end, advance)
+                ran, rejected = 0.0, False
             else:
-                advance = advance_to(problem, system, start, end, watch)
-            if better or not advance.outcome.converged:
-                ran, nearer = 0.0, None
-            else:
-                ran = _advance_of_cracks(problem, system, before)
-                nearer = walk.again(start.time, time, ran)
-            if nearer is not None:
-                restore(system, before)
-                yield _rejected(problem, moment, advance, ran, perf_counter() - started)
-                time = nearer
-                continue
-            advance, stability = examine(problem, system, end, advance)
+                tried = _try(problem, system, start, end, walk, watch)
+                advance, stability, ran, rejected = tried
         except SolveError as error:
             yield _failed(system, moment, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
+        seconds = perf_counter() - began
+        if rejected:
+            yield _rejected(problem, moment, advance, ran, seconds)
+            time = walk.next()
+            continue
+        yield _accepted(system, moment, observers, advance, stability, seconds)
         outcome = advance.outcome
-        yield _step(
-            moment,
-            outcome,
-            status="converged" if outcome.converged else "not converged",
-            audit=audit(advance, stability),
-            measures=observers.measure() if observers.measure else None,
-            fields=observers.save(moment, outcome.converged),
-            seconds=perf_counter() - started,
-            returned=advance.returned,
-            stability=stability,
-        )
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
-        time = walk.resume(time) if better else walk.onward(start.time, time, ran)
+        if better:
+            walk.back(time)
+        else:
+            walk.onward(time, ran)
         start, index, better = end, index + 1, None
         if history:
             history.keep(end, advance, system.state.alpha.x.array)
-            try:
-                better = better_earlier(problem, system, history)
-            except SolveError as error:
-                raise SolveError(
-                    f"step {index - 1} is saved, but looking back failed: {error}"
-                ) from error
+            better = _look_back(problem, system, history, index - 1)
+        time = walk.next()
         if history and better:
             index, time = better.index, history.steps[better.index].loads.time
+
+
+def _try(
+    problem: Problem,
+    system: System,
+    start: Loads,
+    end: Loads,
+    walk: Walk,
+    watch: Callable[[Sweep], None],
+) -> tuple[Advance, Stability | None, float, bool]:
+    """Take a step: what it was, its second order, how far cracks ran, and whether they ran too far.
+
+    Then the state is the one before it. Cracks are looked at again if a state was left that is not
+    stable. Collective.
+    """
+    if problem.schedule.pace is None:
+        advance = advance_to(problem, system, start, end, watch)
+        return *examine(problem, system, end, advance), 0.0, False
+    before = snapshot(system)
+    advance, stability = advance_to(problem, system, start, end, watch), None
+    ran = _ran(problem, system, before)
+    rejected = walk.goes_too_far(ran)
+    if not rejected:
+        advance, stability = examine(problem, system, end, advance)
+        if stability and stability.escapes:
+            ran = _ran(problem, system, before)
+            rejected = walk.goes_too_far(ran)
+    if rejected:
+        restore(system, before)
+    return advance, stability, ran, rejected
+
+
+def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
+    """How far cracks ran since `snapshot` (m). Collective."""
+    return crack_advance(system.state, before[1], threshold=problem.measuring.threshold)
+
+
+def _look_back(problem: Problem, system: System, history: History, index: int) -> Better | None:
+    try:
+        return better_earlier(problem, system, history)
+    except SolveError as error:
+        raise SolveError(f"step {index} is saved, but looking back failed: {error}") from error
 
 
 def _moment(problem: Problem, index: int, time: float) -> Moment:
@@ -128,22 +153,29 @@ def _moment(problem: Problem, index: int, time: float) -> Moment:
     )
 
 
-def _advance_of_cracks(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
-    """How far cracks ran since `snapshot`, if that is what steps follow. Collective."""
-    if problem.schedule.pace is None:
-        return 0.0
-    threshold = problem.measuring.threshold
-    return crack_advance(system.state, before[1], threshold=threshold)
-
-
-def _step(moment: Moment, outcome: Outcome, **more: Any) -> Step:
-    """The record of a minimization at this moment."""
+def _accepted(
+    system: System,
+    moment: Moment,
+    observers: Observers,
+    advance: Advance,
+    stability: Stability | None,
+    seconds: float,
+) -> Step:
+    """The record of a step that stands, converged or not, after measuring and saving its state."""
+    outcome = advance.outcome
     return Step(
         **vars(moment),
         energies=outcome.energies,
         sweeps=outcome.sweeps,
+        status="converged" if outcome.converged else "not converged",
+        reason=outcome.reason,
+        audit=audit(advance, stability),
+        measures=observers.measure() if observers.measure else None,
         effort=outcome.effort,
-        **{"reason": outcome.reason, **more},
+        fields=observers.save(moment, outcome.converged),
+        seconds=seconds,
+        returned=advance.returned,
+        stability=stability,
     )
 
 
@@ -152,10 +184,18 @@ def _rejected(
 ) -> Step:
     """The record of a step in which cracks ran too far."""
     assert problem.schedule.pace is not None
-    ell, most = problem.material.ell, problem.schedule.pace.advance
+    outcome, ell, most = advance.outcome, problem.material.ell, problem.schedule.pace.advance
     how_far = f"ran {ran / ell:.3g} ell" if np.isfinite(ran) else "started"
     reason = f"cracks {how_far}, in a step that allows {most / ell:.3g} ell: taken again, shorter"
-    return _step(moment, advance.outcome, status=REJECTED, reason=reason, seconds=seconds)
+    return Step(
+        **vars(moment),
+        energies=outcome.energies,
+        sweeps=outcome.sweeps,
+        status=REJECTED,
+        reason=reason if outcome.converged else f"{outcome.reason}; {reason}",
+        effort=outcome.effort,
+        seconds=seconds,
+    )
 
 
 def _failed(system: System, moment: Moment, observers: Observers, reason: str) -> Step:

@@ -14,14 +14,19 @@ def seconds(time: float) -> float:
     return time
 
 
+# Cracks run by whole cells, often just as far as they may: round-off decides nothing.
+TIE = 1 + 1e-9
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pace:
     """How long steps are, on the clock that the run counts in.
 
     shortest, longest: bounds; but a step that ends at a time of the schedule may be shorter.
     advance: how far cracks may run in a step (m); one in which they ran farther is taken again,
-    FACTOR shorter, unless it is the shortest. growth: by which fraction sqrt(kappa t) may grow in a
-    step, None where nothing diffuses. clock: time (s) -> clock, which grows with it; time_at: back.
+    FACTOR shorter, unless it is the shortest, or the first, or one that backtracking came back to.
+    growth: by which fraction sqrt(kappa t) may grow in a step, None where nothing diffuses. clock:
+    time (s) -> clock, which grows with it; time_at: back.
     """
 
     shortest: float
@@ -37,11 +42,6 @@ class Pace:
             return self.longest
         grown = self.clock((1 + self.growth) ** 2 * time) - self.clock(time)
         return max(self.shortest, min(self.longest, grown))
-
-    def length_after(self, length: float, step: float, ran: float) -> float:
-        """The length to go on with after a step in which cracks ran so far (m)."""
-        fitting = SAFETY * self.advance * step / ran if ran > 0 else FACTOR * length
-        return min(max(min(fitting, FACTOR * length), self.shortest), self.longest)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,20 +59,6 @@ class Schedule:
         """Whether this time (s) was asked for as an output."""
         return any(t == time and asked for t, asked in zip(self.times, self.requested, strict=True))
 
-    def after(self, time: float, length: float) -> float | None:
-        """The next time (s) with steps of this length; None at the end.
-
-        The last two steps before a time of the schedule are equal.
-        """
-        target = next((t for t in self.times if t > time), None)
-        if target is None or self.pace is None:
-            return target
-        now, end = self.pace.clock(time), self.pace.clock(target)
-        step = min(length, self.pace.ceiling(time))
-        if step >= (end - now) * (1 - 1e-9):
-            return target
-        return self.pace.time_at(now + min(step, (end - now) / 2))
-
 
 def schedule(
     times: Sequence[float], requested: Sequence[float] = (), pace: Pace | None = None
@@ -89,39 +75,61 @@ def schedule(
 
 
 class Walk:
-    """A schedule as it is walked: the time of the next step, and how long steps are now."""
+    """A schedule as it is walked: the time of the next step, and how long steps are now.
+
+    start: the time (s) that the next step begins at, None before the first step.
+    """
 
     def __init__(self, plan: Schedule) -> None:
         self._plan = plan
+        self.start: float | None = None
         self._length = plan.pace.longest if plan.pace else 0.0
+        self._step = 0.0  # on the clock, as it was chosen: of a difference, round-off could decide
 
-    def first(self) -> float:
-        """Where it begins (s)."""
-        return self._plan.times[0]
+    def next(self) -> float | None:
+        """The time (s) that the next step leads to; None at the end.
 
-    def onward(self, start: float, end: float, ran: float) -> float | None:
-        """The time (s) after a step from start to end in which cracks ran so far; None at the end.
+        The last two steps before a time of the schedule are equal, if long enough.
+        """
+        start, pace = self.start, self._plan.pace
+        if start is None:
+            return self._plan.times[0]
+        target = next((t for t in self._plan.times if t > start), None)
+        if target is None or pace is None:
+            return target
+        left = pace.clock(target) - pace.clock(start)
+        self._step = min(self._length, pace.ceiling(start))
+        if self._step < left < 2 * self._step and left / 2 >= pace.shortest:
+            self._step = left / 2
+        if self._step * TIE >= left:
+            self._step = left
+            return target
+        return pace.time_at(pace.clock(start) + self._step)
 
-        The first step begins from nothing: its length and what it cracked say nothing of the next.
+    def goes_too_far(self, ran: float) -> bool:
+        """Whether a step in which cracks ran so far (m) is to be taken again, then shorter."""
+        pace = self._plan.pace
+        if pace is None or self.start is None or ran <= pace.advance * TIE:
+            return False
+        if self._step <= pace.shortest * TIE:
+            return False
+        self._length = max(self._step / FACTOR, pace.shortest)
+        return True
+
+    def onward(self, time: float, ran: float) -> None:
+        """Go on from this time (s), after a step in which cracks ran so far (m).
+
+        The first step begins from nothing: what it cracked says nothing of the next.
         """
         pace = self._plan.pace
-        if pace and start > 0:
-            step = pace.clock(end) - pace.clock(start)
-            self._length = pace.length_after(self._length, step, ran)
-        return self.resume(end)
+        if pace and self.start is not None:
+            most = FACTOR * self._length
+            fitting = SAFETY * pace.advance * self._step / ran if ran > 0 else most
+            self._length = min(max(min(fitting, most), pace.shortest), pace.longest)
+        self.start = time
 
-    def resume(self, time: float) -> float | None:
-        """The time (s) after one that was gone back to, with steps as long as they were."""
-        return self._plan.after(time, self._length)
-
-    def again(self, start: float, end: float, ran: float) -> float | None:
-        """The nearer time (s) to try if cracks ran too far in a step; None if it may stand."""
-        pace = self._plan.pace
-        if pace is None or start <= 0 or ran <= pace.advance:
-            return None
-        now = pace.clock(start)
-        step = pace.clock(end) - now
-        if step <= pace.shortest * (1 + 1e-9):
-            return None
-        self._length = max(step / FACTOR, pace.shortest)
-        return pace.time_at(now + self._length)
+    def back(self, time: float) -> None:
+        """Go on from this earlier time (s), where there are cracks now, with short steps."""
+        if self._plan.pace:
+            self._length = self._plan.pace.shortest
+        self.start = time

@@ -213,6 +213,8 @@ class _Factored:
         self.load.set(0.0)
         self.load.array_w[self.variation.n_v :] = self.root * y.array_r
         self.ksp.solve(self.load, self.z)
+        if self.ksp.getConvergedReason() < 0:
+            raise SolveError("the second derivative of the energy could not be solved with")
 
     def nearest(self) -> tuple[float, PETSc.Vec]:
         """The smallest value, if none lies below the shift, and where it is taken."""
@@ -228,16 +230,20 @@ class _Factored:
         eps.setTolerances(1e-9, 500)
         eps.setFromOptions()
         y = inverse.createVecRight()
-        with petsc_errors("the smallest eigenvalue was not found"):
-            eps.solve()
-        converged, reason = eps.getConverged(), eps.getConvergedReason()
-        value = self.shift + 1 / float(eps.getEigenpair(0, y).real) if converged else 0.0
-        self._solve(y)
-        for thing in (eps, inverse, y):
-            thing.destroy()
-        if not converged:
-            raise SolveError(f"the smallest eigenvalue was not found: SLEPc ended with {reason}")
-        return value, self.z.copy()
+        try:
+            with petsc_errors("the smallest eigenvalue was not found"):
+                eps.solve()
+            if eps.getConverged() < 1:
+                raise SolveError(
+                    f"the smallest eigenvalue was not found: SLEPc ended with "
+                    f"{eps.getConvergedReason()}"
+                )
+            value = self.shift + 1 / float(eps.getEigenpair(0, y).real)
+            self._solve(y)
+            return value, self.z.copy()
+        finally:
+            for thing in (eps, inverse, y):
+                thing.destroy()
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

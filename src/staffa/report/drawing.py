@@ -78,6 +78,8 @@ def _written(
                 skipped.append(f"{name}: {error}")
         if table is not None:
             write_aside(folder / TIPS, table)
+        else:
+            (folder / TIPS).unlink(missing_ok=True)
         write_aside(folder / PAGE, text(pictures, skipped))
     except OSError as error:
         raise StaffaError(

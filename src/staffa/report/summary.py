@@ -53,13 +53,13 @@ def _progress(run: Run) -> Iterator[Fact]:
     else:
         yield Fact(name="status", text=f"{count}; still going on, or stopped")
     yield Fact(name="time", text=_time(run.manifest, steps[-1]))
+    every = (*steps, *run.superseded, *run.rejected)
     most = max(steps, key=lambda step: step.sweeps)
-    spent = f"{sum(step.sweeps for step in steps)}, at most {most.sweeps} in a step ({most.index})"
+    spent = f"{sum(step.sweeps for step in every)}, at most {most.sweeps} in a step ({most.index})"
     yield Fact(name="sweeps", text=spent)
     if run.rejected:
         text = f"{len(run.rejected)}, in which cracks ran too far, and were taken again shorter"
         yield Fact(name="rejected steps", text=text)
-    every = (*steps, *run.superseded, *run.rejected)
     yield Fact(name="computing", text=f"{sum(step.seconds for step in every):.0f} s")
     returns = sum(step.returned is not None for step in every)
     if returns:
@@ -85,7 +85,7 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures is None:
         return
     if run.manifest.face:
-        deepest = f", the deepest {measures.front:.4g}{'' if scaled else ' m'}"
+        deepest = f", the deepest {run.manifest.sharp(measures.front):.4g}{'' if scaled else ' m'}"
         text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
         yield Fact(name="cracks", text=text)
     unit = "" if scaled else " m" if plane else " m²"
@@ -124,7 +124,8 @@ def _audit(run: Run) -> Iterator[Fact]:
         f"first-order residual {max(a.optimality for a in audits):.1e}",
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))
-    effort = sum((step.effort for step in run.steps), Effort())
+    every = (*run.steps, *run.superseded, *run.rejected)
+    effort = sum((step.effort for step in every), Effort())
     needed = {
         "the second damage solver": effort.fallbacks,
         "a step by alternation alone": effort.plain,

@@ -9,11 +9,11 @@ from staffa.measure.generations import tracks
 
 
 def tips_table(run: Run) -> str | None:
-    """One row a crack and step, oldest first; None without a cooled face or without cracks.
+    """One row for each crack of the last step and step; None without a cooled face or cracks.
 
-    crack: its number, the same at all steps, along the face; x, y(, z): the last point above
-    measures.threshold; depth: of the sharp tip (m; see `measure.tip`), or of that point where it is
-    not known.
+    crack: its number along the face, the same at all steps; x, y(, z): the last point above
+    measures.threshold; depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json (m;
+    see `measure.tip`), or of that point where that is not known.
     """
     manifest = run.manifest
     if manifest.face is None:

@@ -15,6 +15,10 @@ def counts_in(case: Case) -> str:
     return "tau" if case.time.tau is not None else "t"
 
 
+# A step shorter than this part of the whole is lost in the round-off of the times.
+SHORTEST = 1e-6
+
+
 def adaptive(case: Case) -> AdaptiveTau | AdaptiveTime | None:
     """The keys of steps that follow the cracks and the cold; None if the times are given."""
     given = getattr(case.time, counts_in(case))
@@ -67,8 +71,19 @@ def adaptive_steps_are_possible(case: Case) -> None:
     if steps.longest < steps.shortest:
         raise InputError(
             f"time.{name}: longest = {inline(steps.longest)} must not be smaller than shortest = "
-            f"{inline(steps.shortest)}"
+            f"{inline(steps.shortest)}; take a longer or a shorter one"
         )
+    if steps.shortest < SHORTEST * steps.stop:
+        raise InputError(
+            f"time.{name}: shortest = {inline(steps.shortest)} is less than a millionth of stop = "
+            f"{inline(steps.stop)}, which no clock can tell apart; take a longer one"
+        )
+    for time in case.output.at:
+        if time < steps.start:
+            raise InputError(
+                f"output.at: {inline(time)} lies before time.{name}.start = {inline(steps.start)}; "
+                f"leave it out or start earlier"
+            )
     cell = float(case.domain.h) / float(case.damage.ell)
     if steps.advance < 2 * cell:
         raise InputError(
