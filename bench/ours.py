@@ -68,7 +68,7 @@ def _sides(case: BenchCase, domain: Domain) -> tuple[SideSupport, ...]:
     if case.severity:
         names = ("left", "right") if case.dim == 2 else ("left", "right", "front", "back")
         return tuple(rollers(domain, name) for name in names)
-    pulled = SideSupport(side="top", components={0: lambda x, t: 0.0, 1: lambda t: t})
+    pulled = SideSupport(side="top", components={0: lambda x, t: 0.0, 1: lambda x, t: t})
     return (clamped(domain, "bottom"), pulled)
 
 

@@ -107,6 +107,7 @@ def test_load_is_the_residual_without_displacement() -> None:
     assert difference.norm() < 1e-12 * residual.norm()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_elasticity_converges_at_second_order(name: str) -> None:
     """Manufactured displacement: the L2 error of linear elements falls at rate 2, on both sides."""

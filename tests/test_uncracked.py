@@ -84,6 +84,7 @@ def test_a_section_that_is_freer_stores_less() -> None:
     assert all(a > 1.2 * b for a, b in pairwise(energies)), f"too alike to test: {energies}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", ["plane stress", "plane strain"])
 def test_slab_with_free_ends(state: str) -> None:
     """The ends relax, the same in both widths: the difference is five lengths of the middle."""
