@@ -17,7 +17,7 @@ from staffa.evolution.second_order import modes
 from staffa.evolution.settle import raise_bounds
 from staffa.evolution.system import System, build
 from staffa.minimize.alternate import equilibrium
-from staffa.minimize.stability import Mode, SecondVariation
+from staffa.minimize.stability import Mode, SecondVariation, _Factored
 from staffa.records import Stability, Step
 from staffa.supports import Section, SideSupport, at_rest
 
@@ -276,3 +276,29 @@ def test_a_face_whose_points_hardly_feel_one_another_has_a_smallest_eigenvalue()
     found = step.stability
     assert found is not None and found.failure is None, found
     assert found.negative == 0 and 30 < found.bifurcation < 40, found
+
+
+def test_a_solver_that_breaks_off_within_slepc_loses_no_step(monkeypatch) -> None:
+    """SLEPc cannot free what it broke off in: its words must not replace the reason."""
+    calls, solve = [], _Factored._solve
+
+    def failing(self, y) -> None:
+        calls.append(1)
+        if len(calls) > 3:
+            raise SolveError("told to fail")
+        solve(self, y)
+
+    monkeypatch.setattr(_Factored, "_solve", failing)
+    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    problem = body(
+        (1.0, 0.5),
+        0.05,
+        load=quench(6.0),
+        material=rock(ell=0.15),
+        sides=sides,
+        times=(4e-4,),
+        second_order=SecondOrder(),
+    )
+    (step,) = run(problem)
+    assert step.status == "converged" and len(calls) > 3
+    assert step.stability is not None and "was not found" in step.stability.failure

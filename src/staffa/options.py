@@ -114,8 +114,23 @@ def apply(prefix: str, preset: Mapping[str, str]) -> None:
 
 @contextmanager
 def petsc_errors(what: str) -> Iterator[None]:
-    """Turn an error that PETSc raises, on NaN in most cases, into the failure of a solver."""
+    """Turn an error that PETSc raises, on NaN in most cases, into the failure of a solver.
+
+    What broke off in a call back to Python comes as a SystemError, with its cause.
+    """
     try:
         yield
-    except PETSc.Error as error:
-        raise SolveError(f"{what}: PETSc stopped with error {error.ierr}") from error
+    except (PETSc.Error, SystemError) as error:
+        causes = tuple(_causes(error))
+        if any(isinstance(cause, KeyboardInterrupt) for cause in causes):
+            raise
+        numbers = [cause.ierr for cause in causes if isinstance(cause, PETSc.Error)]
+        if not numbers:
+            raise
+        raise SolveError(f"{what}: PETSc stopped with error {numbers[0]}") from error
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__

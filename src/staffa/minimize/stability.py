@@ -230,9 +230,9 @@ class _Factored:
         eps.setTolerances(1e-9, 500)
         eps.setFromOptions()
         y = inverse.createVecRight()
+        with petsc_errors("the smallest eigenvalue was not found"):
+            eps.solve()  # what this breaks off in, SLEPc itself can no longer free
         try:
-            with petsc_errors("the smallest eigenvalue was not found"):
-                eps.solve()
             if eps.getConverged() < 1:
                 raise SolveError(
                     f"the smallest eigenvalue was not found: SLEPc ended with "
