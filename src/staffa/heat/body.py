@@ -1,0 +1,91 @@
+"""What the heat equation needs to know of a body: how it conducts, where heat enters and leaves."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+# Values at points x, shape (3, n), and a time t (s): shape (n,), or one value for all.
+Values = Callable[[np.ndarray, float], np.ndarray | float]
+# Values at points alone, shape (3, n) -> (n,).
+PointValues = Callable[[np.ndarray], np.ndarray]
+
+
+def nothing(x: np.ndarray, t: float) -> float:
+    """0, anywhere and ever."""
+    return 0.0
+
+
+def everywhere_one(x: np.ndarray) -> np.ndarray:
+    """1 at every point."""
+    return np.ones(x.shape[1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Held:
+    """A side at a prescribed temperature T (K)."""
+
+    side: str
+    T: Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inflow:
+    """A side through which heat enters at a prescribed flux q (W/m^2), negative where it leaves."""
+
+    side: str
+    q: Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A side behind a film of coefficient h (W/(m^2 K)), beyond which there is a bath at T (K)."""
+
+    side: str
+    h: Values
+    T: Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Insulating:
+    """Cracks that hinder heat: conductivity times (1 - alpha)^2 + residual."""
+
+    residual: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bath:
+    """Cracks full of a fluid at T (K), each of whose two faces exchanges heat with it: a film of
+    coefficient h (W/(m^2 K))."""
+
+    h: Values
+    T: Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conduction:
+    """rho c dT/dt = div(k grad T) + source; sides are insulated where nothing else is said.
+
+    k: conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers; rho_c: heat capacity
+    a volume (J/(m^3 K)); k_factor, rho_c_factor: factors on them at points, evaluated in the middle
+    of each cell. initial: temperature (K) at points at t = 0; stress_free: the one without thermal
+    strain, the initial one if None. source: heat made a volume and time (W/m^3). cracks: how they
+    change the flow of heat; None for not at all.
+
+    tolerance: largest error of a time step of its own, over the largest change of temperature so
+    far. agreement: how well the temperature and the cracks that change it must agree at the end of
+    a step, in the same measure; after so many passes at most.
+    """
+
+    k: tuple[tuple[float, ...], ...]
+    rho_c: float
+    initial: PointValues
+    stress_free: PointValues | None = None
+    k_factor: PointValues = everywhere_one
+    rho_c_factor: PointValues = everywhere_one
+    sides: tuple[Held | Inflow | Film, ...] = ()
+    source: Values = nothing
+    cracks: Insulating | Bath | None = None
+    tolerance: float = 1e-4
+    agreement: float = 1e-3
+    passes: int = 20
