@@ -13,7 +13,7 @@ from staffa.evolution.advance import advance_to
 from staffa.evolution.backtrack import History, better_earlier
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Irreversibility, Problem
-from staffa.evolution.settle import Loads, temperature
+from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.loads.closed_form import Face, HalfSpace
@@ -114,7 +114,8 @@ def test_the_energies_compared_are_those_of_the_frozen_damage_then(make) -> None
     for _ in range(back.index + 1):
         next(marching)
     loads = Loads(time=steps[number].time, values=system.supports.values(steps[number].time))
-    system.state.T.x.array[:] = temperature(problem, system, loads.time)
+    T, alpha = system.state.T.x.array, system.state.alpha.x.array
+    T[:], _ = system.cooling.advance(T, alpha, 0.0, loads.time)
     equilibrium(system.alternation, loads.values)
     assert back.found == pytest.approx(system.energy.total(), rel=1e-9)
     system.destroy()
@@ -124,11 +125,11 @@ def test_looking_back_factorizes_once_and_leaves_the_state() -> None:
     problem = bar((0.5, 0.7, 0.9, 2.0, 2.9))
     system = build(problem)
     state, elastic = system.state, system.alternation.elastic
-    history = History(state.alpha.x.array)
+    history = History(state)
     start = Loads(time=0.0, values=system.supports.values(0.0))
     for time in problem.schedule.times:
         end = Loads(time=time, values=system.supports.values(time))
-        history.keep(end, advance_to(problem, system, start, end), state.alpha.x.array)
+        history.keep(end, advance_to(problem, system, start, end), state)
         start = end
     before = [f.x.array.copy() for f in (state.u, state.alpha, state.T)]
     for tolerance, expected in ((1e-4, 3), (0.9, None)):

@@ -9,7 +9,8 @@ import pytest
 
 from bodies import body, quench, rock
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, change_loads
+from staffa.evolution.advance import Advance
+from staffa.evolution.loading import change_loads
 from staffa.evolution.march import Observers, audit, march
 from staffa.evolution.problem import Irreversibility
 from staffa.evolution.settle import Loads

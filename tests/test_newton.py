@@ -11,7 +11,7 @@ import pytest
 
 from bodies import body, quench, rock, run
 from staffa.errors import SolveError
-from staffa.evolution.advance import change_loads
+from staffa.evolution.loading import change_loads
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers
 from staffa.evolution.settle import Loads, raise_bounds

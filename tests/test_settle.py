@@ -11,7 +11,7 @@ from bodies import body, printed_on, quench, rock, run
 from staffa.domain import block
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.evolution import settle as module
-from staffa.evolution.advance import change_loads
+from staffa.evolution.loading import change_loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, Solvers, coarser
 from staffa.evolution.system import build
@@ -104,7 +104,8 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
     system = build(problem)
     list(march(problem, system))
     below = system.coarser
-    module._coarse_gain(below, system.state.alpha.x.array.copy(), 0.3)
+    state = system.state
+    module._coarse_gain(below, state.alpha.x.array.copy(), state.T.x.array, 0.3)
     alpha = below.system.state.alpha.x.array
     cells = alpha[below.system.spaces.alpha.dofmap.list].min(axis=1) > 0.99
     assert cells.sum() == pytest.approx(0.25 / 0.025, abs=1)
@@ -116,8 +117,8 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
 def test_a_guess_heals_nothing(monkeypatch) -> None:
     real = module._coarse_gain
 
-    def healing(coarser, alpha, time):
-        gain, effort = real(coarser, alpha, time)
+    def healing(coarser, alpha, *loads):
+        gain, effort = real(coarser, alpha, *loads)
         return gain - 2.0 * alpha, effort
 
     monkeypatch.setattr(module, "_coarse_gain", healing)
@@ -151,10 +152,11 @@ def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monke
 def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
     system = build(plate())
     below, alpha = system.coarser, system.state.alpha.x.array.copy()
-    expected, _ = module._coarse_gain(below, alpha, 0.002)
+    T, _ = system.cooling.advance(system.state.T.x.array, alpha, 0.0, 0.002)
+    expected, _ = module._coarse_gain(below, alpha, T, 0.002)
     for vector in (below.system.alternation.u, below.system.state.u.x.petsc_vec):
         vector.set(np.inf)
-    found, _ = module._coarse_gain(below, alpha, 0.002)
+    found, _ = module._coarse_gain(below, alpha, T, 0.002)
     assert np.abs(expected).max() > 0.1 and found == pytest.approx(expected, abs=1e-4)
     system.destroy()
 
@@ -164,7 +166,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     system = build(problem)
     x = vertices(system.spaces.alpha)
 
-    def half(coarser, alpha, time):
+    def half(coarser, alpha, *loads):
         return np.where(x[:, 1] > 0.2, 1.0, 0.0), Effort(coarse_sweeps=3)
 
     monkeypatch.setattr(module, "_coarse_gain", half)
@@ -185,7 +187,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
 
 @pytest.mark.parametrize("fault", ["breaks everything", "not finite", "fails"])
 def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) -> None:
-    def bad(coarser, alpha, time):
+    def bad(coarser, alpha, *loads):
         if fault == "fails":
             raise SolveError("no")
         gain = np.full_like(alpha, 1.0 if fault == "breaks everything" else np.nan)

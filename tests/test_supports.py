@@ -8,7 +8,7 @@ from dolfinx import fem
 
 from bodies import Unbreakable, body, quench, rock
 from staffa.errors import InputError
-from staffa.evolution.advance import change_loads
+from staffa.evolution.loading import change_loads
 from staffa.evolution.march import march
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import build

@@ -3,7 +3,8 @@
     python verify/slabs.py NAME ...
 
 runs members that are not kept yet, one after the other (minutes to hours each), like
-"stretch-0.013-quadrilateral-1": section, ell, cells, seed. To run one again, delete its file in
+"stretch-0.013-quadrilateral-1": section, ell, cells, seed. One that was run by hand, on more ranks
+say, into runs/verify/slabs/NAME is taken as it is. To run one again, delete its file in
 verify/slabs. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
 """
 
@@ -81,13 +82,14 @@ def digest(name: str, run: Run) -> dict:
     assert beyond is not None and run.finished
     found = arrests(steps, axis=1, ell=m.ell, reach=beyond)
     followed = tracks(steps, axis=1, reach=beyond)
+    ranks = f"mpiexec -n {m.ranks} " if m.ranks > 1 else ""
     set_by = " ".join(f"--set {shlex.quote(s)}" for s in settings(name))
     start = found.nucleation
     assert start is not None
     last = steps[-1].measures
     assert last is not None
     return {
-        "command": f"staffa run verify/slab.toml {set_by}",
+        "command": f"{ranks}staffa run verify/slab.toml {set_by}",
         "commit": m.commit,
         "date": m.created[:10],
         "unknowns": m.unknowns,

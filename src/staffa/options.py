@@ -97,6 +97,17 @@ ON_THE_CONE = {
     **INERTIA,
 }
 
+# Capacity and conduction: a matrix like a Laplacian's, for which multigrid is made; in short steps
+# its diagonal is strong, and a few iterations do. Tight, since what enters is held against what is
+# stored.
+HEAT = {
+    "ksp_type": "cg",
+    "ksp_rtol": "1e-11",
+    "ksp_max_it": "1000",
+    "ksp_norm_type": "unpreconditioned",
+    "pc_type": "gamg",
+}
+
 DISPLACEMENT = {"direct": DIRECT, "iterative": ITERATIVE}
 DAMAGE = {"tao": TAO, "snes": SNES}
 ACCELERATION = {"newton": NEWTON, "none": None}

@@ -1,7 +1,7 @@
 """What a run hands from floor to floor and keeps on disk: frozen results, and their JSON form."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 
@@ -69,6 +69,15 @@ class Outcome:
     largest_rise: float
     energies: Energies
     effort: Effort = Effort()
+
+    def then(self, other: "Outcome") -> "Outcome":
+        """This minimization and another that went on from it."""
+        return replace(
+            other,
+            sweeps=self.sweeps + other.sweeps,
+            largest_rise=max(self.largest_rise, other.largest_rise),
+            effort=self.effort + other.effort,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,17 +154,53 @@ class Stability:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Heat:
+    """What the heat equation did in a step; heat in 2-D per unit thickness (J/m), in 3-D whole (J).
+
+    stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
+    where it left. imbalance: of the two, over the larger of what was stored and what crossed. So
+    many substeps of its own, and passes over the step in which the temperature followed the cracks,
+    till both agreed to gap (over the largest change of temperature).
+    """
+
+    stored: float = 0.0
+    entered: dict[str, float] = field(default_factory=dict)
+    imbalance: float = 0.0
+    substeps: int = 0
+    passes: int = 0
+    gap: float = 0.0
+
+    def then(self, other: "Heat") -> "Heat":
+        """This one and the next, one after the other in time."""
+        names = self.entered.keys() | other.entered.keys()
+
+        def together(name: str) -> float:
+            return self.entered.get(name, 0.0) + other.entered.get(name, 0.0)
+
+        return Heat(
+            stored=self.stored + other.stored,
+            entered={name: together(name) for name in sorted(names)},
+            imbalance=max(self.imbalance, other.imbalance),
+            substeps=self.substeps + other.substeps,
+            passes=self.passes + other.passes,
+            gap=max(self.gap, other.gap),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
 class Return:
     """Backtracking: a later damage gave an earlier time a lower energy, and was taken back there.
 
     index, time: the step that it came from. before: total energy kept at the time returned to;
-    found: the energy there with the later damage, from which the minimization went on.
+    found: the energy there with the later damage, from which the minimization went on. number: of
+    the returns to this time.
     """
 
     index: int
     time: float
     before: float
     found: float
+    number: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,6 +241,7 @@ class Step:
     fields: str | None = None
     returned: Return | None = None
     stability: Stability | None = None
+    heat: Heat | None = None
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -211,6 +257,7 @@ class Step:
         audit = known.pop("audit")
         measures = known.pop("measures")
         returned, stability = known.pop("returned", None), known.pop("stability", None)
+        heat = known.pop("heat", None)
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
@@ -220,6 +267,7 @@ class Step:
             measures=None if measures is None else _measures(measures),
             returned=None if returned is None else Return(**returned),
             stability=None if stability is None else Stability(**stability),
+            heat=None if heat is None else Heat(**heat),
             **known,
         )
 

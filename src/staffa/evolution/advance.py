@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from staffa.errors import LoadError, SolveError
+from staffa.evolution.loading import Loading, change_loads, put_on
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, settle, temperature
+from staffa.evolution.settle import Loads, descend, settle
 from staffa.evolution.system import System
-from staffa.fields import read_vector
-from staffa.minimize.alternate import Sweep, equilibrium, reactions
-from staffa.parallel import any_over_ranks, sum_over_ranks
-from staffa.records import Effort, Outcome, Return
+from staffa.fields import owned, read_vector
+from staffa.heat.body import Conduction
+from staffa.minimize.alternate import Sweep
+from staffa.parallel import max_over_ranks
+from staffa.records import Effort, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
@@ -22,16 +24,11 @@ CUTS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Loading:
-    """What changing the loads did with the cracks frozen.
+class Origin:
+    """Where a step of the heat equation begins: the time (s), and the temperature change (K)."""
 
-    work: of the temperature change and of the prescribed displacements, both along the straight
-    path from the loads before; exact for elasticity. start, end: total energies.
-    """
-
-    work: float
-    start: float
-    end: float
+    time: float
+    T: np.ndarray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +37,8 @@ class Advance:
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
     and by the minimization. imbalance: error of the energy balance over the energy. returned: how
-    backtracking came here, if it did.
+    backtracking came here, if it did. heat: what the heat equation did, if there is one; origin:
+    where it began, if it feels the cracks.
     """
 
     outcome: Outcome
@@ -49,6 +47,8 @@ class Advance:
     released: float
     imbalance: float
     returned: Return | None = None
+    heat: Heat | None = None
+    origin: Origin | None = None
 
     def after(self, tried: Effort) -> "Advance":
         """The same, with what was tried before it on record."""
@@ -57,13 +57,11 @@ class Advance:
 
     def then(self, other: "Advance") -> "Advance":
         """This one and the next, as one step that was cut in two."""
-        last = other.outcome
+        both = self.outcome.then(other.outcome)
         outcome = replace(
-            last,
-            reason=f"{last.reason}, in the second half of a step cut in two",
-            sweeps=self.outcome.sweeps + last.sweeps,
-            largest_rise=max(self.outcome.largest_rise, last.largest_rise),
-            effort=self.outcome.effort + last.effort + Effort(halvings=1),
+            both,
+            reason=f"{both.reason}, in the second half of a step cut in two",
+            effort=both.effort + Effort(halvings=1),
         )
         return Advance(
             outcome=outcome,
@@ -71,6 +69,20 @@ class Advance:
             work=self.work + other.work,
             released=self.released + other.released,
             imbalance=max(self.imbalance, other.imbalance),
+            heat=self.heat.then(other.heat) if self.heat and other.heat else None,
+            origin=other.origin,
+        )
+
+    def again(self, outcome: Outcome, healing: float, loading: Loading, heat: Heat) -> "Advance":
+        """The same step, after the temperature was changed once more and the energy minimized."""
+        return replace(
+            self,
+            outcome=self.outcome.then(outcome),
+            healing=max(self.healing, healing),
+            work=self.work + loading.work,
+            released=self.released + loading.end - outcome.energies.total,
+            imbalance=max(self.imbalance, imbalance(loading, outcome)),
+            heat=heat,
         )
 
 
@@ -127,50 +139,67 @@ def advance_to(
 def _advance(
     problem: Problem, system: System, start: Loads, end: Loads, watch: Callable[[Sweep], None]
 ) -> Advance:
+    feels = system.cooling.feels_cracks
+    origin = Origin(time=start.time, T=system.state.T.x.array.copy()) if feels else None
     loading = change_loads(problem, system, start, end)
     overwhelmed = loading.end > SURGE * loading.start
     outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)
-    total = outcome.energies.total
-    scale = max(abs(loading.start), abs(loading.end), abs(total), 1e-300)
-    return Advance(
+    advance = Advance(
         outcome=outcome,
         healing=healing,
         work=loading.work,
-        released=loading.end - total,
-        imbalance=abs(loading.end - loading.start - loading.work) / scale,
+        released=loading.end - outcome.energies.total,
+        imbalance=imbalance(loading, outcome),
+        heat=loading.heat,
+        origin=origin,
     )
+    return agree(problem, system, end, advance, watch)
 
 
-def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> Loading:
-    """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
+def imbalance(loading: Loading, outcome: Outcome) -> float:
+    """Error of the energy balance on frozen cracks, over the energy."""
+    scale = max(abs(loading.start), abs(loading.end), abs(outcome.energies.total), 1e-300)
+    return abs(loading.end - loading.start - loading.work) / scale
+
+
+def agree(
+    problem: Problem,
+    system: System,
+    end: Loads,
+    advance: Advance,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+) -> Advance:
+    """Where cracks change the flow of heat: repeat the step's heat with the cracks that it led to,
+    and minimize again, until the temperature no longer changes. Collective.
 
     Raises
     ------
-    LoadError
-        The temperature or a prescribed displacement is not finite.
+    SolveError
+        They do not agree after so many passes: in too long a step cracks run ahead of the cold.
     """
-    energy, state, parts = system.energy, system.state, system.alternation
-    T = temperature(problem, system, end.time)
-    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
-        raise _not_finite("temperature", end.time)
-    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
-        raise _not_finite("displacement", end.time)
-
-    def power() -> float:
-        of_supports = float(reactions(parts) @ (end.values - start.values))
-        return energy.thermal_power() + sum_over_ranks(problem.domain.comm, of_supports)
-
-    energy.direction.x.array[:] = T - state.T.x.array
-    before, power_before = energy.total(), power()
-    state.T.x.array[:] = T
-    equilibrium(parts, end.values)
-    return Loading(work=(power_before + power()) / 2, start=before, end=energy.total())
-
-
-def _not_finite(what: str, time: float) -> LoadError:
-    return LoadError(
-        f"the load gives a {what} that is not finite at time {time:.6g}; mend the load"
-    )
+    rule, origin, state = problem.load, advance.origin, system.state
+    if not isinstance(rule, Conduction) or origin is None:
+        return advance
+    passes, gap = 0, np.inf
+    while advance.outcome.converged:
+        T, heat = system.cooling.advance(origin.T, state.alpha.x.array, origin.time, end.time)
+        n_owned = len(owned(state.T))
+        apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
+        gap = apart / (system.cooling.span(T) or 1.0)
+        if gap <= rule.agreement:
+            break
+        if passes == rule.passes:
+            raise SolveError(
+                f"the temperature and the cracks that change it still differ by {gap:.1g} of the "
+                f"temperature's change after {passes} passes; take shorter time steps, or a larger "
+                f"heat.agreement"
+            )
+        assert heat is not None
+        loading = put_on(problem, system, T, end.values, end)
+        outcome, healing = descend(problem, system, end, watch)
+        advance, passes = advance.again(outcome, healing, loading, heat), passes + 1
+    assert advance.heat is not None
+    return replace(advance, heat=replace(advance.heat, passes=passes, gap=gap))
 
 
 def snapshot(system: System) -> tuple[np.ndarray, ...]:

@@ -7,8 +7,13 @@ its own temperature and displacements, so that any load will do). The evolution 
 earliest such time, and on from there. A return lowers the energy at the time returned to by more
 than a tolerance and leaves those before it as they are: a descent in lexicographic order, which
 ends.
+
+Where cracks change the flow of heat there is no energy that both share: the temperature at the
+earlier time is the one that these cracks would have led to there, and the returns to a time are
+limited.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,20 +22,24 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, restore, snapshot
+from staffa.evolution.advance import Advance, Origin, agree, restore, snapshot
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, settle, temperature
+from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
+from staffa.fields import State
 from staffa.minimize.alternate import Sweep, equilibrium
-from staffa.records import Return
+from staffa.records import Heat, Return
+
+# Returns to a time where cracks change the flow of heat, so that nothing tells that they end.
+MOST_RETURNS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Past:
-    """What is remembered of a step besides its damage.
+    """What is remembered of a step besides its damage and temperature.
 
     total: its energy. loaded, work, imbalance: the energy on frozen cracks that it began with, and
-    the account of the loads that led there.
+    the account of the loads that led there. heat: what the heat equation did.
     """
 
     loads: Loads
@@ -38,18 +47,24 @@ class Past:
     loaded: float
     work: float
     imbalance: float
+    heat: Heat | None
 
 
 class History:
-    """The steps kept so far; their damage lies on disk, each rank's own part, ghosts included."""
+    """The steps kept so far; their damage and temperature lie on disk, each rank's own part, ghosts
+    included.
 
-    def __init__(self, start: np.ndarray) -> None:
-        """start: the damage before the first step."""
+    returns: how often each step, by its index, was returned to.
+    """
+
+    def __init__(self, state: State) -> None:
+        """state: the one before the first step."""
         self.steps: list[Past] = []
+        self.returns: Counter[int] = Counter()
         self._folder = TemporaryDirectory(prefix="staffa-")
-        self._write(0, start)
+        self._write(0, state)
 
-    def keep(self, loads: Loads, advance: Advance, damage: np.ndarray) -> None:
+    def keep(self, loads: Loads, advance: Advance, state: State) -> None:
         """Remember one more step."""
         total = advance.outcome.energies.total
         self.steps.append(
@@ -59,20 +74,26 @@ class History:
                 loaded=total + advance.released,
                 work=advance.work,
                 imbalance=advance.imbalance,
+                heat=advance.heat,
             )
         )
-        self._write(len(self.steps), damage)
+        self._write(len(self.steps), state)
 
     def drop(self, index: int) -> None:
         """Forget a step and all later ones."""
         del self.steps[index:]
 
-    def damage_before(self, index: int) -> np.ndarray:
-        """The damage that bounds a step's from below."""
-        return np.load(self._file(index))
+    def before(self, index: int) -> tuple[np.ndarray, Origin]:
+        """The damage that bounds a step's from below, and where its heat begins."""
+        damage, T = np.load(self._file(index))
+        return damage, Origin(time=self.steps[index - 1].loads.time if index else 0.0, T=T)
 
-    def _write(self, number: int, damage: np.ndarray) -> None:
-        np.save(self._file(number), damage)
+    def temperature(self, index: int) -> np.ndarray:
+        """The temperature change (K) of a step."""
+        return np.load(self._file(index + 1))[1]
+
+    def _write(self, number: int, state: State) -> None:
+        np.save(self._file(number), np.stack([state.alpha.x.array, state.T.x.array]))
 
     def _file(self, number: int) -> Path:
         return Path(self._folder.name) / f"{number}.npy"
@@ -99,14 +120,14 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
     backtracking = problem.backtracking
     if backtracking is None:
         return None
-    kept = snapshot(system)
+    kept, limited = snapshot(system), system.cooling.feels_cracks
     surface = system.energy.energies().surface
     try:
         for index, past in enumerate(history.steps[:-1]):
             enough = past.total - backtracking.tolerance * abs(past.total)
-            if surface >= enough:
+            if surface >= enough or (limited and history.returns[index] >= MOST_RETURNS):
                 continue
-            system.state.T.x.array[:] = temperature(problem, system, past.loads.time)
+            system.state.T.x.array[:] = _temperature(system, history, index)[0]
             equilibrium(system.alternation, past.loads.values)
             found = system.energy.total()
             if found < enough:
@@ -114,6 +135,16 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
         return None
     finally:
         restore(system, kept)
+
+
+def _temperature(system: System, history: History, index: int) -> tuple[np.ndarray, Heat | None]:
+    """The temperature change (K) at an earlier step, with the damage at hand if that matters."""
+    past = history.steps[index]
+    if not system.cooling.feels_cracks:
+        return history.temperature(index), past.heat
+    _, origin = history.before(index)
+    alpha = system.state.alpha.x.array
+    return system.cooling.advance(origin.T, alpha, origin.time, past.loads.time)
 
 
 def go_back(
@@ -133,24 +164,28 @@ def go_back(
     last, past = history.steps[-1], history.steps[better.index]
     state, kept = system.state, snapshot(system)
     damage = state.alpha.x.array.copy()
-    state.alpha.x.array[:] = history.damage_before(better.index)
-    state.T.x.array[:] = temperature(problem, system, past.loads.time)
+    state.T.x.array[:], heat = _temperature(system, history, better.index)
+    state.alpha.x.array[:], origin = history.before(better.index)
+    history.returns[better.index] += 1
     try:
         outcome, healing = settle(problem, system, past.loads, watch, damage=damage)
+        advance = Advance(
+            outcome=outcome,
+            healing=healing,
+            work=past.work,
+            released=past.loaded - outcome.energies.total,
+            imbalance=past.imbalance,
+            returned=Return(
+                index=len(history.steps) - 1,
+                time=last.loads.time,
+                before=past.total,
+                found=better.found,
+                number=history.returns[better.index],
+            ),
+            heat=heat,
+            origin=origin if system.cooling.feels_cracks else None,
+        )
+        return agree(problem, system, past.loads, advance, watch)
     except SolveError:
         restore(system, kept)
         raise
-    returned = Return(
-        index=len(history.steps) - 1,
-        time=last.loads.time,
-        before=past.total,
-        found=better.found,
-    )
-    return Advance(
-        outcome=outcome,
-        healing=healing,
-        work=past.work,
-        released=past.loaded - outcome.energies.total,
-        imbalance=past.imbalance,
-        returned=returned,
-    )

@@ -23,6 +23,7 @@ from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
 RISE_ALLOWED = 1e-7
 HEALING_ALLOWED = 1e-12
 BALANCE_ALLOWED = 1e-5
+HEAT_ALLOWED = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +52,7 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
         with its status and the reason.
     """
     observers = observers or Observers()
-    history = History(system.state.alpha.x.array) if problem.backtracking else None
+    history = History(system.state) if problem.backtracking else None
     try:
         yield from _visit(problem, system, observers, history)
     finally:
@@ -98,7 +99,7 @@ def _visit(
             walk.onward(time, ran)
         start, index, better = end, index + 1, None
         if history:
-            history.keep(end, advance, system.state.alpha.x.array)
+            history.keep(end, advance, system.state)
             better = _look_back(problem, system, history, index - 1)
         time = walk.next()
         if history and better:
@@ -176,6 +177,7 @@ def _accepted(
         seconds=seconds,
         returned=advance.returned,
         stability=stability,
+        heat=advance.heat,
     )
 
 
@@ -221,6 +223,9 @@ def audit(advance: Advance, stability: Stability | None = None) -> Audit:
         f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
         f"the first-order residual is {outcome.residual:.1e}": not outcome.converged,
     }
+    if advance.heat and advance.heat.imbalance > HEAT_ALLOWED:
+        lost = advance.heat.imbalance
+        checks[f"the heat that entered is not what was stored, by {lost:.1e} of it"] = True
     if stability and stability.failure:
         checks[f"its second order was not found: {stability.failure}"] = True
     return Audit(

@@ -10,7 +10,8 @@ from staffa.cut import FlatCrack
 from staffa.domain import Domain
 from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
-from staffa.loads.closed_form import Face, Load
+from staffa.heat.body import Conduction
+from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
@@ -112,13 +113,14 @@ class Measuring:
 class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
+    load: where the temperature comes from, a closed form or the heat equation.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
     None where nothing diffuses. backtracking, second_order: None for none.
     """
 
     domain: Domain
     material: Material
-    load: Load
+    load: Load | Conduction
     schedule: Schedule
     sides: tuple[SideSupport, ...] = ()
     section: Section | None = None
@@ -134,6 +136,7 @@ class Problem:
 
 def coarser(problem: Problem) -> Problem | None:
     """The same on cells twice as long, as tough; None if that is of no use for a first guess.
+    Its temperature is brought from the finer one.
 
     A crack dissipates about Gc (1 + h/(4 c_w ell)) on cells of edge h: Gc makes up for it. In 3-D
     the guess saved 3 sweeps of 10 but no time, and costs memory (docs/performance.md). Collective.
@@ -148,4 +151,4 @@ def coarser(problem: Problem) -> Problem | None:
     body = domain.coarser()
     factor = partial(discrete_toughness_factor, material.law, ell=material.ell)
     Gc = material.Gc * factor(h=domain.h) / factor(h=body.h)
-    return replace(problem, domain=body, material=replace(material, Gc=Gc))
+    return replace(problem, domain=body, material=replace(material, Gc=Gc), load=NoLoad())

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, restore, snapshot
+from staffa.evolution.advance import Advance, agree, restore, snapshot
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
@@ -14,7 +14,7 @@ from staffa.fields import owned, read_vector, write_vector
 from staffa.minimize.alternate import equilibrium
 from staffa.minimize.newton import search
 from staffa.minimize.stability import Mode, SecondVariation
-from staffa.records import Outcome, Stability
+from staffa.records import Stability
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none.
 BALANCED = 1e-2
@@ -70,10 +70,11 @@ def _escapes(
         gained = advance.outcome.energies.total - outcome.energies.total
         advance = replace(
             advance,
-            outcome=_both(advance.outcome, outcome),
+            outcome=advance.outcome.then(outcome),
             healing=max(advance.healing, healing),
             released=advance.released + gained,
         )
+        advance = agree(problem, system, loads, advance)
         if not outcome.converged:
             yield advance, found
             return
@@ -145,13 +146,3 @@ def leave(system: System, mode: Mode) -> bool:
     if not taken:
         taken, _ = search(lambda t: energy_at(-t), before)
     return taken > 0
-
-
-def _both(first: Outcome, second: Outcome) -> Outcome:
-    """One minimization and another that went on from it."""
-    return replace(
-        second,
-        sweeps=first.sweeps + second.sweeps,
-        largest_rise=max(first.largest_rise, second.largest_rise),
-        effort=first.effort + second.effort,
-    )

@@ -8,7 +8,7 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
-from staffa.fields import corners, owned, read_vector, vertices, write_vector
+from staffa.fields import corners, owned, read_vector, write_vector
 from staffa.minimize.alternate import Sweep, alternate, equilibrium
 from staffa.minimize.bounded import unbalanced
 from staffa.parallel import max_over_ranks
@@ -27,12 +27,6 @@ class Loads:
 
     time: float
     values: np.ndarray
-
-
-def temperature(problem: Problem, system: System, time: float) -> np.ndarray:
-    """The load's temperature change (K) at the vertices, ghosts included, shape (n_local,)."""
-    x = vertices(system.state.T.function_space).T
-    return problem.load.temperature(x, time)
 
 
 def raise_bounds(rule: Irreversibility, system: System) -> None:
@@ -105,7 +99,7 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), Effort()
     try:
-        gain, effort = _coarse_gain(coarser, alpha, loads.time)
+        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time)
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
@@ -119,7 +113,9 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
     return effort + Effort(refused=1)
 
 
-def _coarse_gain(coarser: Coarser, alpha: np.ndarray, time: float) -> tuple[np.ndarray, Effort]:
+def _coarse_gain(
+    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float
+) -> tuple[np.ndarray, Effort]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
     A crack is a layer of broken cells. The damage between its vertices, twice as far apart here,
@@ -132,7 +128,7 @@ def _coarse_gain(coarser: Coarser, alpha: np.ndarray, time: float) -> tuple[np.n
     broken = np.flatnonzero(coarser.middles(alpha)[:own] >= BROKEN)
     start[corners(system.spaces.alpha, broken)] = 1.0
     state.alpha.x.array[:] = start
-    state.T.x.array[:] = temperature(problem, system, time)
+    state.T.x.array[:] = coarser.down(T)
     system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)

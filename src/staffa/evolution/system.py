@@ -8,6 +8,7 @@ from dolfinx import fem
 
 from staffa.cut import broken
 from staffa.energy import Energy, Rock
+from staffa.evolution.cooling import Cooling, cooling
 from staffa.evolution.problem import Material, Problem, coarser
 from staffa.fields import (
     Bounds,
@@ -58,6 +59,7 @@ class System:
     bounds: Bounds
     energy: Energy
     supports: Supports
+    cooling: Cooling
     alternation: Alternation
     coarser: Coarser | None
 
@@ -65,6 +67,7 @@ class System:
         """Free the PETSc objects."""
         if self.coarser:
             self.coarser.system.destroy()
+        self.cooling.destroy()
         parts = self.alternation
         parts.elastic.destroy()
         for solver in parts.bounded:
@@ -83,6 +86,8 @@ def build(problem: Problem) -> System:
     spaces = linear_spaces(domain)
     state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
     _start_cracked(problem, state, bounds)
+    cold = cooling(problem.load, domain, spaces)
+    state.T.x.array[:] = cold.start()
     energy = Energy(domain=domain, spaces=spaces, state=state, rock=rock(problem.material, spaces))
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
@@ -93,6 +98,7 @@ def build(problem: Problem) -> System:
         bounds=bounds,
         energy=energy,
         supports=supports,
+        cooling=cold,
         alternation=_alternation(problem, spaces, state, energy, supports),
         coarser=_coarser(problem, spaces),
     )

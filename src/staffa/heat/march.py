@@ -1,0 +1,247 @@
+"""Temperature from one time to another: pure, so that a step can be repeated or taken back.
+
+TR-BDF2 (Bank et al. 1985) as a diagonally implicit Runge-Kutta method of three stages, the first
+of them explicit (Hosea and Shampine, Appl. Numer. Math. 20, 21, 1996): second order, L-stable, one
+matrix for both implicit stages, and an embedded method of third order that tells the error. The
+last stage is the new temperature, so that what enters is known to the last digit: stage by stage,
+with the weights of the method. PETSc's TS has such methods, but keeps a state of its own, and hands
+out neither the stages nor, for them, integrals over a step.
+"""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+from staffa.stack import PETSc
+
+import numpy as np
+from dolfinx import fem
+
+from staffa.domain import Domain
+from staffa.errors import LoadError, SolveError
+from staffa.fields import Spaces, owned
+from staffa.heat.body import Conduction
+from staffa.heat.operators import HeatOperators
+from staffa.options import HEAT, apply, petsc_errors
+from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
+from staffa.records import Heat
+
+GAMMA = 2 - sqrt(2)
+D, W = GAMMA / 2, sqrt(2) / 4
+WEIGHTS = np.array([W, W, D])
+EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
+# A step is as long as its error allows, with some caution, and changes by these factors at most.
+CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
+SHORTEST = 1e-12  # of the interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Tried:
+    """A step tried: the temperature after it, its error over the tolerance, what entered (J)."""
+
+    T: np.ndarray
+    error: float
+    entered: dict[str, float]
+
+
+class HeatEquation:
+    """The heat equation of a body, built once. Owns its PETSc objects. Everything is collective."""
+
+    def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:
+        self.comm = domain.comm
+        self.conduction = conduction
+        self.operators = HeatOperators(domain, spaces, conduction)
+        self.operators.feel(np.zeros_like(fem.Function(spaces.alpha).x.array))
+        self._initial = self.operators.initial()
+        self._stress_free = self.operators.stress_free()
+        self._T = fem.Function(spaces.alpha)
+        self._free = np.ones(len(self._initial))
+        self._free[self.operators.held] = 0.0
+        self._matrix = self.operators.matrix.duplicate()
+        self._matrix.setOption(PETSc.Mat.Option.SPD, True)
+        first = self._matrix.getOwnershipRange()[0]
+        self._rows = (self.operators.held + first).astype(PETSc.IntType)
+        self._diagonal, self._rhs = (self._matrix.createVecRight() for _ in range(2))
+        self._solution = self._rhs.duplicate()
+        self._made_for: tuple[float, np.ndarray] | None = None
+        self._ksp = PETSc.KSP().create(self.comm)
+        self._ksp.setOptionsPrefix("heat_")
+        apply("heat_", HEAT)
+        self._ksp.setOperators(self._matrix)
+        self._ksp.setFromOptions()
+
+    @property
+    def feels_cracks(self) -> bool:
+        """Whether the damage changes the flow of heat."""
+        return self.conduction.cracks is not None
+
+    def start(self) -> np.ndarray:
+        """Temperature change (K) from the stress-free state at t = 0; ghosts included."""
+        return self._with_ghosts(self._initial - self._stress_free)
+
+    def span(self, T: np.ndarray) -> float:
+        """Largest change (K) of a temperature, given as `start` gives it, since t = 0."""
+        mine = T[: len(self._initial)] + self._stress_free - self._initial
+        return max_over_ranks(self.comm, np.abs(mine))
+
+    def advance(
+        self, before: np.ndarray, alpha: np.ndarray, start: float, end: float
+    ) -> tuple[np.ndarray, Heat]:
+        """From the temperature change (K) at one time (s) to that at another, cracks frozen.
+
+        Parameters
+        ----------
+        before, alpha : at the vertices, ghosts included, shape (n_local,).
+
+        Raises
+        ------
+        SolveError
+            A linear solver failed, or the steps became too short.
+        """
+        if self.operators.feel(alpha):
+            self._made_for = None
+        T = before[: len(self._initial)] + self._stress_free
+        began, entered = T, defaultdict[str, float](float)
+        time, length, substeps = start, end - start, 0
+        while time < end:
+            tried = self._try(T, time, length)
+            if tried.error <= 1:
+                T, substeps = tried.T, substeps + 1
+                time = end if length == end - time else time + length
+                for name, amount in tried.entered.items():
+                    entered[name] += amount
+            change = CAUTION * max(tried.error, 1e-9) ** (-1 / 3)
+            length = _fitting(length * min(max(change, LEAST), MOST), end - time)
+            if time < end and not length > SHORTEST * (end - start):
+                raise SolveError(
+                    "the heat equation takes ever shorter steps: something prescribed in it is not "
+                    "smooth; smooth it, or take a larger heat.tolerance"
+                )
+        return self._with_ghosts(T - self._stress_free), self._account(T - began, entered, substeps)
+
+    def _try(self, T: np.ndarray, time: float, length: float) -> _Tried:
+        """One step of the method, of any length (s)."""
+        at, held = self.operators, self.operators.held
+        times = (time, time + GAMMA * length, time + length)
+        prescribed = [at.held_values(t) for t in times]
+        started = T.copy()
+        started[held] = prescribed[0]  # a jump at the start
+        gain, entering = self._rates(started, times[0])
+        rate = gain / at.capacity
+        rate[held] = (prescribed[1] - prescribed[0]) / (GAMMA * length)
+        rates, sides = [rate], [self._by_cause(rate, gain, entering)]
+        for i, weights in ((1, [D]), (2, [W, W])):
+            base = started + length * np.einsum("i,ij", weights, rates)
+            rate = self._stage(base, prescribed[i], times[i], length)
+            rates.append(rate)
+            stage = base + D * length * rate
+            sides.append(self._by_cause(rate, *self._rates(stage, times[i])))
+        new = started + length * np.einsum("i,ij", WEIGHTS, rates)
+        new[held] = prescribed[2]
+        entered = defaultdict[str, float](float)
+        for weight, amounts in zip(WEIGHTS.tolist(), sides, strict=True):
+            for name, amount in amounts.items():
+                entered[name] += length * weight * amount
+        for name, part in at.held_by_side():
+            entries = held[part]
+            entered[name] += float(at.capacity[entries] @ (started - T)[entries])
+        return _Tried(T=new, error=self._error(new, rates, length), entered=entered)
+
+    def _rates(self, T: np.ndarray, t: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Heat that vertices gain in all (W), and from each cause but their neighbors."""
+        exchanges = self.operators.exchanges(t)
+        entering = {e.name: e.inflow - e.coefficient * T for e in exchanges}
+        gained = np.sum(list(entering.values()), axis=0)
+        return gained + self.operators.conducted(T), entering
+
+    def _by_cause(
+        self, rate: np.ndarray, gain: np.ndarray, entering: dict[str, np.ndarray]
+    ) -> dict[str, float]:
+        """Heat that enters the body (W): on held sides, what their vertices gain beyond the rest.
+
+        Of this rank's own vertices.
+        """
+        found = {name: float(part.sum()) for name, part in entering.items()}
+        held = self.operators.held
+        needed = self.operators.capacity[held] * rate[held] - gain[held]
+        for name, part in self.operators.held_by_side():
+            found[name] = found.get(name, 0.0) + float(needed[part].sum())
+        return found
+
+    def _stage(self, base: np.ndarray, held: np.ndarray, t: float, length: float) -> np.ndarray:
+        """The rate (K/s) k with C k = F(base + D length k, t), and as prescribed where held."""
+        at, scale = self.operators, D * length
+        exchanges = at.exchanges(t)
+        self._make(scale, np.sum([e.coefficient for e in exchanges], axis=0))
+        moved = base.copy()
+        moved[at.held] = held
+        gain, _ = self._rates(moved, t)
+        rate = self._solve(gain)
+        rate[at.held] = (held - base[at.held]) / scale
+        return rate
+
+    def _make(self, scale: float, coefficient: np.ndarray) -> None:
+        """Fill the matrix C + scale (coefficient + K), if it is another one than before."""
+        if self._made_for is not None:
+            before, films = self._made_for
+            other = before != scale or not np.array_equal(films, coefficient)
+            if not any_over_ranks(self.comm, other):
+                return
+        at = self.operators
+        at.matrix.copy(self._matrix, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        self._matrix.scale(scale)
+        self._diagonal.array_w[:] = at.capacity + scale * coefficient
+        self._matrix.setDiagonal(self._diagonal, PETSc.InsertMode.ADD_VALUES)
+        self._matrix.zeroRowsColumns(self._rows, diag=float(at.capacity.mean()))
+        self._made_for = (scale, coefficient)
+
+    def _solve(self, gain: np.ndarray) -> np.ndarray:
+        self._rhs.array_w[:] = gain * self._free
+        with petsc_errors("the heat equation was not solved"):
+            self._ksp.solve(self._rhs, self._solution)
+        reason = self._ksp.getConvergedReason()
+        if reason <= 0:
+            raise SolveError(
+                f"the heat equation was not solved: its linear solver ended with reason {reason} "
+                f"of PETSc's KSPConvergedReason; take shorter time steps"
+            )
+        return self._solution.array_r.copy()
+
+    def _error(self, new: np.ndarray, rates: list[np.ndarray], length: float) -> float:
+        """Error of a step over what is allowed, smoothed as Hosea and Shampine do: where the
+        equation is stiff, the embedded method is not of use."""
+        difference = length * np.einsum("i,ij", WEIGHTS - EMBEDDED, rates)
+        error = max_over_ranks(self.comm, np.abs(self._solve(self.operators.capacity * difference)))
+        change = max_over_ranks(self.comm, np.abs(new - self._initial))
+        if not np.isfinite(error + change):
+            raise LoadError("what is prescribed in [heat] gives a temperature that is not finite")
+        return error / (self.conduction.tolerance * change) if error > 0 else 0.0
+
+    def _account(self, change: np.ndarray, entered: dict[str, float], substeps: int) -> Heat:
+        """What was stored and what entered, over all ranks."""
+        names = sorted(entered)
+        mine = [self.operators.capacity @ change, *(entered[name] for name in names)]
+        stored, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()
+        turned_over = max(abs(stored), sum(abs(part) for part in parts))
+        return Heat(
+            stored=stored,
+            entered=dict(zip(names, parts, strict=True)),
+            imbalance=abs(stored - sum(parts)) / turned_over if turned_over else 0.0,
+            substeps=substeps,
+        )
+
+    def _with_ghosts(self, T: np.ndarray) -> np.ndarray:
+        owned(self._T)[:] = T
+        self._T.x.scatter_forward()
+        return self._T.x.array.copy()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in (self._ksp, self._matrix, self._diagonal, self._rhs, self._solution):
+            thing.destroy()
+        self.operators.destroy()
+
+
+def _fitting(length: float, left: float) -> float:
+    """A step of about this length such that no short one is left for the end."""
+    return left / ceil(left / length * (1 - 1e-9)) if 0 < left < 1e3 * length else length

@@ -1,0 +1,196 @@
+"""The heat equation in space: C dT/dt = F(T, t), with every term but conduction at the vertices.
+
+Linear elements with the capacity, the films, fluxes and sources lumped at the vertices: a vertex
+then gains heat only from warmer neighbors or its own surroundings (on cells without obtuse angles
+the matrix of conduction has no positive entry off its diagonal), so that a sudden drop at a side
+makes nothing warmer beside it. A consistent capacity does, by 20 % of the drop.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from dolfinx import mesh as dmesh
+from dolfinx.fem import petsc as fem_petsc
+
+from staffa.domain import Domain
+from staffa.fields import Spaces, owned, vertices
+from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, PointValues, Values
+from staffa.jit import jit_options
+from staffa.parallel import any_over_ranks
+
+# A crack's two faces are where alpha^4 falls from 1 to 0: over each of them its gradient sums to 1,
+# whatever the profile, and diffuse damage hardly counts.
+SHARPNESS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exchange:
+    """Heat that enters at vertices from one cause (W): inflow - coefficient T; owned entries."""
+
+    name: str
+    inflow: np.ndarray
+    coefficient: np.ndarray
+
+
+class HeatOperators:
+    """Capacities, conduction and exchanges of a body; made once. All methods are collective.
+
+    capacity: heat a kelvin at the vertices (J/K), owned entries; held: owned entries whose
+    temperature is prescribed.
+    """
+
+    def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:
+        self.comm = domain.comm
+        self.conduction = conduction
+        self.space = spaces.alpha
+        self._x = vertices(spaces.alpha)[: spaces.alpha.dofmap.index_map.size_local].T
+        self._alpha = fem.Function(spaces.alpha)
+        phi, T = ufl.TestFunction(spaces.alpha), ufl.TrialFunction(spaces.alpha)
+        dx, faces = _measures(domain, conduction)
+
+        def at_middles(factor: PointValues) -> fem.Function:
+            values = fem.Function(spaces.cell)
+            values.x.array[:] = factor(spaces.cell.tabulate_dof_coordinates().T)
+            return values
+
+        k = fem.Constant(domain.mesh, np.array(conduction.k, dtype=float))
+        left = 1.0
+        if isinstance(conduction.cracks, Insulating):
+            residual = fem.Constant(domain.mesh, conduction.cracks.residual)
+            left = (1 - self._alpha) ** 2 + residual
+        flow = left * at_middles(conduction.k_factor) * ufl.dot(k, ufl.grad(T))
+        self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=2))
+        rho_c = fem.Constant(domain.mesh, conduction.rho_c)
+        capacity = rho_c * at_middles(conduction.rho_c_factor)
+        self.capacity = self._lumped(capacity * phi * dx(degree=1))
+        self._volume = self._lumped(phi * dx(degree=1))
+        self._areas = {
+            side.side: self._lumped(phi * faces(number + 1))
+            for number, side in enumerate(conduction.sides)
+        }
+        sharp = self._alpha**SHARPNESS
+        steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
+        self._faces = self._form(steepness * phi * dx(degree=4))
+        self._crack_area = np.zeros(self._x.shape[1])
+        self._held = self._held_entries(domain)
+        self.held = np.concatenate([np.zeros(0, dtype=np.int32), *self._held.values()])
+        self.matrix = fem_petsc.create_matrix(self._conduct)
+        self._felt: np.ndarray | None = None
+        self._in, self._out = (self.matrix.createVecRight() for _ in range(2))
+
+    def _form(self, form: ufl.Form) -> fem.Form:
+        return fem.form(form, jit_options=jit_options(self.comm))
+
+    def _lumped(self, form: ufl.Form | fem.Form) -> np.ndarray:
+        sums = fem.Function(self.space)
+        compiled = form if isinstance(form, fem.Form) else self._form(form)
+        fem.assemble_vector(sums.x.array, compiled)
+        sums.x.scatter_reverse(la.InsertMode.add)
+        return owned(sums).copy()
+
+    def _held_entries(self, domain: Domain) -> dict[str, np.ndarray]:
+        """Owned entries of each held side; a vertex of two of them belongs to the first."""
+        taken = np.zeros(self._x.shape[1], dtype=bool)
+        found = {}
+        for side in self._sides(Held):
+            entries = fem.locate_dofs_topological(
+                self.space, domain.dim - 1, domain.facets(side.side)
+            )
+            entries = entries[entries < len(taken)]
+            found[side.side] = entries[~taken[entries]]
+            taken[entries] = True
+        return found
+
+    def _sides[S: (Held, Inflow, Film)](self, kind: type[S]) -> list[S]:
+        return [side for side in self.conduction.sides if isinstance(side, kind)]
+
+    def feel(self, alpha: np.ndarray) -> bool:
+        """Take on what the damage (ghosts included) does to the flow of heat; True if it did."""
+        cracks, known = self.conduction.cracks, self._felt
+        if known is not None and (cracks is None or self._same(alpha, known)):
+            return False
+        self._felt = alpha.copy()
+        self._alpha.x.array[:] = alpha
+        if isinstance(cracks, Bath):
+            self._crack_area = self._lumped(self._faces)
+            if known is not None:
+                return True
+        self.matrix.zeroEntries()
+        fem_petsc.assemble_matrix(self.matrix, self._conduct)
+        self.matrix.assemble()
+        return True
+
+    def _same(self, alpha: np.ndarray, known: np.ndarray) -> bool:
+        return not any_over_ranks(self.comm, not np.array_equal(alpha, known))
+
+    def initial(self) -> np.ndarray:
+        """The temperature (K) at t = 0, owned entries."""
+        return self._at(lambda x, t: self.conduction.initial(x), 0.0)
+
+    def stress_free(self) -> np.ndarray:
+        """The temperature (K) without thermal strain, owned entries."""
+        given = self.conduction.stress_free or self.conduction.initial
+        return self._at(lambda x, t: given(x), 0.0)
+
+    def held_values(self, t: float) -> np.ndarray:
+        """Prescribed temperatures (K) of the entries `held` at time t."""
+        parts = [self._at(side.T, t, self._held[side.side]) for side in self._sides(Held)]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def held_by_side(self) -> Iterator[tuple[str, slice]]:
+        """Where the entries of each held side stand in `held`."""
+        start = 0
+        for name, entries in self._held.items():
+            yield name, slice(start, start + len(entries))
+            start += len(entries)
+
+    def exchanges(self, t: float) -> list[Exchange]:
+        """What enters from each cause but held sides at time t."""
+        found = []
+        for film in self._sides(Film):
+            area = self._areas[film.side]
+            found.append(self._film(film.side, area, film.h, film.T, t))
+        for inflow in self._sides(Inflow):
+            entering = self._at(inflow.q, t) * self._areas[inflow.side]
+            found.append(Exchange(name=inflow.side, inflow=entering, coefficient=0 * entering))
+        made = self._at(self.conduction.source, t) * self._volume
+        found.append(Exchange(name="source", inflow=made, coefficient=0 * made))
+        cracks = self.conduction.cracks
+        if isinstance(cracks, Bath):
+            found.append(self._film("cracks", self._crack_area, cracks.h, cracks.T, t))
+        return found
+
+    def _film(self, name: str, area: np.ndarray, h: Values, T: Values, t: float) -> Exchange:
+        coefficient = self._at(h, t) * area
+        return Exchange(name=name, inflow=coefficient * self._at(T, t), coefficient=coefficient)
+
+    def _at(self, values: Values, t: float, entries: np.ndarray | None = None) -> np.ndarray:
+        x = self._x if entries is None else self._x[:, entries]
+        return np.broadcast_to(values(x, t), x.shape[1:]).astype(float)
+
+    def conducted(self, T: np.ndarray) -> np.ndarray:
+        """Heat that flows to the vertices from their neighbors (W), owned entries."""
+        self._in.array_w[:] = T
+        self.matrix.mult(self._in, self._out)
+        return -self._out.array_r
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in (self.matrix, self._in, self._out):
+            thing.destroy()
+
+
+def _measures(domain: Domain, conduction: Conduction) -> tuple[ufl.Measure, ufl.Measure]:
+    """Of the volume, and of the sides, numbered from 1 as the conduction lists them."""
+    dim = domain.dim
+    facets = [domain.facets(side.side) for side in conduction.sides]
+    numbers = [np.full(len(f), n + 1, dtype=np.int32) for n, f in enumerate(facets)]
+    entities = np.concatenate([np.zeros(0, dtype=np.int32), *facets])
+    values = np.concatenate([np.zeros(0, dtype=np.int32), *numbers])
+    order = np.argsort(entities, kind="stable")
+    tags = dmesh.meshtags(domain.mesh, dim - 1, entities[order], values[order])
+    dx = ufl.Measure("dx", domain.mesh)
+    return dx, ufl.Measure("ds", domain.mesh, subdomain_data=tags)
