@@ -32,7 +32,6 @@ WEIGHTS = np.array([W, W, D])
 EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
 # A step is as long as its error allows, with some caution, and changes by these factors at most.
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
-SHORTEST = 1e-12  # of the interval
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +111,7 @@ class HeatEquation:
                     entered[name] += amount
             change = CAUTION * max(tried.error, 1e-9) ** (-1 / 3)
             length = _fitting(length * min(max(change, LEAST), MOST), end - time)
-            if time < end and not length > SHORTEST * (end - start):
+            if time < end and not time + length > time:
                 raise SolveError(
                     "the heat equation takes ever shorter steps: something prescribed in it is not "
                     "smooth; smooth it, or take a larger heat.tolerance"

@@ -21,9 +21,9 @@ from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, P
 from staffa.jit import jit_options
 from staffa.parallel import any_over_ranks
 
-# A crack's two faces are where alpha^4 falls from 1 to 0: over each of them its gradient sums to 1,
+# A crack's two faces are where alpha^16 falls from 1 to 0: over each of them its gradient sums to 1,
 # whatever the profile, and diffuse damage hardly counts.
-SHARPNESS = 4
+SHARPNESS = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ class HeatOperators:
         }
         sharp = self._alpha**SHARPNESS
         steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
-        self._faces = self._form(steepness * phi * dx(degree=4))
+        self._faces = self._form(steepness * phi * dx(degree=8))
         self._crack_area = np.zeros(self._x.shape[1])
         self._held = self._held_entries(domain)
         self.held = np.concatenate([np.zeros(0, dtype=np.int32), *self._held.values()])
