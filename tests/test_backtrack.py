@@ -16,7 +16,7 @@ from staffa.evolution.problem import Backtracking, Irreversibility, Problem
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
-from staffa.loads.closed_form import Face, HalfSpace
+from staffa.loads.closed_form import Face, HalfSpace, Load
 from staffa.minimize.alternate import equilibrium
 from staffa.records import kept
 from staffa.supports import SideSupport, at_rest
@@ -48,10 +48,10 @@ def bar(times=None, *, backtracking: Backtracking | None = DEFAULT, **more) -> P
     )
 
 
-def front(backtracking: Backtracking | None = DEFAULT) -> Problem:
+def front(backtracking: Backtracking | None = DEFAULT, *, load: Load | None = None) -> Problem:
     """The bar held at both ends and cooled from one: a load that is not in proportion to time."""
     sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
-    load = HalfSpace(dT=8.0, kappa=1.0, face=Face(axis=0, position=0.0, inward=1))
+    load = load or HalfSpace(dT=8.0, kappa=1.0, face=Face(axis=0, position=0.0, inward=1))
     times = np.linspace(0.05, 0.4, 15) ** 2
     return bar(times, backtracking=backtracking, sides=sides, load=load)
 

@@ -203,8 +203,12 @@ def agree(
 
 
 def snapshot(system: System) -> tuple[np.ndarray, ...]:
-    """A copy of the state and of the damage's lower bound, for `restore`."""
+    """A copy of the state and of the damage's lower bound, for `restore`.
+
+    What comes then depends on these alone, so that it can be repeated to the last bit.
+    """
     state = system.state
+    system.alternation.elastic.forget()
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
     return tuple(field.x.array.copy() for field in fields)
 
@@ -217,3 +221,4 @@ def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
         field.x.array[:] = values
     read_vector(state.u, parts.u)
     read_vector(state.alpha, parts.alpha)
+    parts.elastic.forget()

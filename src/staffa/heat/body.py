@@ -48,7 +48,7 @@ class Film:
 
 @dataclass(frozen=True, kw_only=True)
 class Insulating:
-    """Cracks that hinder heat: conductivity times (1 - alpha)^2 + residual."""
+    """Cracks that hinder heat: in them this fraction of the conductivity is left."""
 
     residual: float
 

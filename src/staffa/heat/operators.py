@@ -21,9 +21,10 @@ from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, P
 from staffa.jit import jit_options
 from staffa.parallel import any_over_ranks
 
-# A crack's two faces are where alpha^16 falls from 1 to 0: over each of them its gradient sums to 1,
-# whatever the profile, and diffuse damage hardly counts.
-SHARPNESS = 16
+# Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack, while
+# alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces its
+# gradient sums to 1, whatever the profile.
+SHARPNESS, QUADRATURE = 16, 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,13 +57,14 @@ class HeatOperators:
             values.x.array[:] = factor(spaces.cell.tabulate_dof_coordinates().T)
             return values
 
+        sharp = self._alpha**SHARPNESS
         k = fem.Constant(domain.mesh, np.array(conduction.k, dtype=float))
-        left = 1.0
+        left, degree = 1.0, 2
         if isinstance(conduction.cracks, Insulating):
             residual = fem.Constant(domain.mesh, conduction.cracks.residual)
-            left = (1 - self._alpha) ** 2 + residual
+            left, degree = 1 - sharp + residual, QUADRATURE
         flow = left * at_middles(conduction.k_factor) * ufl.dot(k, ufl.grad(T))
-        self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=2))
+        self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=degree))
         rho_c = fem.Constant(domain.mesh, conduction.rho_c)
         capacity = rho_c * at_middles(conduction.rho_c_factor)
         self.capacity = self._lumped(capacity * phi * dx(degree=1))
@@ -71,9 +73,8 @@ class HeatOperators:
             side.side: self._lumped(phi * faces(number + 1))
             for number, side in enumerate(conduction.sides)
         }
-        sharp = self._alpha**SHARPNESS
         steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
-        self._faces = self._form(steepness * phi * dx(degree=8))
+        self._faces = self._form(steepness * phi * dx(degree=QUADRATURE))
         self._crack_area = np.zeros(self._x.shape[1])
         self._held = self._held_entries(domain)
         self.held = np.concatenate([np.zeros(0, dtype=np.int32), *self._held.values()])

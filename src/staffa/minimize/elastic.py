@@ -95,6 +95,10 @@ class ElasticSolver:
         """Whether `precondition` is the inverse of the stiffness itself."""
         return self.direct and self._drift == 0
 
+    def forget(self) -> None:
+        """Begin with a new preconditioner: what comes then depends on the problem alone."""
+        self._stale = True
+
     def _vector(self, values: np.ndarray) -> PETSc.Vec:
         vector = self.rhs.duplicate()
         vector.array_w[:] = values[: vector.getLocalSize()]
