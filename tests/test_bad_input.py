@@ -10,6 +10,7 @@ import pytest
 
 from staffa.cases import catalog
 from staffa.cases.reading import LARGEST_FILE, parse_case, read_case
+from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
 
@@ -26,11 +27,14 @@ severity = 10.0
 t = [0.1, 0.2]
 """
 PULLED = ("temperature={}", 'temperature.profile="none"')
+HEATED = ("temperature={}", 'temperature.profile="heat"', "heat.initial=1.0")
+COOLED = (*HEATED, "heat.bottom={T=0.0}")
 SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 # What no user should have to know.
 JARGON = (
     "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
     "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|AdaptiveT|Prescribed|Quantity|namespace|recursion"
+    "|Formula\\b|Geotherm|InTime|Heat[A-Z]|numexpr|Node"
 )
 ENDS, PACE = "start=0.1,stop=0.2", "shortest=0.01,longest=0.1"
 BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
@@ -111,6 +115,11 @@ VALUES = [
     ('temperature.profile="none"', "temperature.severity = 10.0", "leave one of them out"),
     ('temperature.profile="convective"', "temperature.biot is missing", "biot = 10.0"),
     ("temperature.biot=3.0", "temperature.biot = 3", 'temperature.profile = "convective"'),
+    ("heat.initial=1.0", "[heat] has no meaning with temperature.profile", "leave it out"),
+    ("material.k=2.0", "material.k = 2.0 has no meaning", "give kappa, which is k/(rho c)"),
+    ("material.rho=2.0", "material.rho = 2.0 has no meaning", "give kappa"),
+    ("material.c=2.0", "material.c = 2.0 has no meaning", "give kappa"),
+    ("heat=4", "heat = 4", "a line [heat] with its keys below it"),
     # the supports
     ('supports.left="roller"', "supports.left", "Did you mean 'rollers'?"),
     ("supports.left=3", "supports.left = 3", "or a table like { y = {"),
@@ -259,11 +268,150 @@ COMBINED = [
         "leave it out",
     ),
     (("time={tau=[0.1]}", 'output.at=["1 s"]'), 'output.at: "1 s" is a time', "give tau here"),
+    (HEATED, "[heat] heats and cools nothing", 'like bottom = { T = "5 °C" }'),
+    ((*HEATED, "heat.cracks={conductivity=0.1}"), "[heat] heats and cools nothing", "give one"),
+    (HEATED[:2], "[heat] is missing", 'initial = "20 °C" and bottom = { T = "5 °C" }'),
+    ((*HEATED[:2], "heat.bottom={T=0}"), "heat.initial is missing", 'initial = "20 °C"'),
+    ((*PULLED, "supports.left={x=1.0}", "heat.initial=1"), "[heat] has no meaning", "leave it out"),
+    ((*SOLID, *COOLED, "material.k=[1,1]"), "material.k = [1.0, 1.0]", "it needs 3 numbers"),
+    (
+        (*COOLED, 'heat.top={h={formula="x - 0.5"},T=0.0}'),
+        "heat.top.h.formula",
+        "a film coefficient must not be negative, and there it is -0.5",
+    ),
     (
         ('domain.size=["1 m","1 m"]', 'domain.h="0.1 m"', 'damage.ell="0.3 m"', 'time.t=["1 s"]'),
         "material.E is missing",
         'E = "70 GPa"',
     ),
+]
+# The change to a case with the heat equation; what the sentence names; the rule or the way out.
+HEAT = [
+    ("temperature.dT=3.0", "temperature.dT = 3.0 cools nothing", "leave one of them out"),
+    ("temperature.severity=3.0", "temperature.severity = 3.0 cools nothing", "where [heat] says"),
+    ("temperature.biot=3.0", "temperature.biot = 3.0 cools nothing", "leave one of them out"),
+    ("material.kappa=1.0", "material.kappa = 1.0 has no meaning", "give k, rho and c"),
+    # the rock
+    ("material.k=-1.0", "material.k = -1.0", "larger than zero"),
+    ("material.k=[1.0]", "material.k = [1.0]", "it needs 2 numbers"),
+    ("material.k=[1.0,2.0,3.0]", "material.k = [1.0, 2.0, 3.0]", "it needs 2 numbers"),
+    ("material.k=[]", "material.k = []", "it needs 2 numbers"),
+    ("material.k=[1.0,-2.0]", "material.k, entry 2 = -2.0", "larger than zero"),
+    ("material.k={}", "material.k = {}", 'write k like "2.5 W/(m K)" or ["2.5 W/(m K)"'),
+    ('material.k="2 W/m"', "'W/m' does not measure a conductivity", '"2.5 W/(m K)"'),
+    ("material.rho=0", "material.rho = 0", "larger than zero"),
+    ("material.c=-0.5", "material.c = -0.5", "larger than zero"),
+    ("material.conductivity=2.0", "no key 'conductivity'", "it is called 'k' here"),
+    ("material.density=2.0", "no key 'density'", "it is called 'rho' here"),
+    ("material.cp=2.0", "no key 'cp'", "it is called 'c' here"),
+    # the start
+    ("heat.initial=true", "heat.initial = true", 'a text like "20 °C"'),
+    ("heat.initial=[1.0]", "heat.initial = [1.0]", 'write initial like "20 °C" or {'),
+    ("heat.initial={value=1.0}", "heat.initial.gradient is missing", 'gradient = ["0 K/m"'),
+    ("heat.initial={gradient=[0,1]}", "heat.initial.value is missing", 'value = "20 °C"'),
+    ("heat.initial={value=1,gradient=[1]}", "heat.initial.gradient = [1.0]", "2 numbers"),
+    ("heat.initial={value=1,gradient=1}", "heat.initial.gradient = 1", "write gradient like ["),
+    ("heat.initial={t=[0],value=[1]}", "heat.initial has no key 't'", "formula, gradient, value"),
+    ('heat.initial={value=1,formula="x"}', "'value' does not go with", "leave it or them out"),
+    ('heat.initial={formula="t"}', "'t' is not known there", "it may use numbers, pi, x, y, +"),
+    ("heat.stress_free={value=1,gradient=[1]}", "heat.stress_free.gradient", "2 numbers"),
+    ('heat.stress_free={formula="z"}', "heat.stress_free.formula", "'z' is not known there"),
+    ("heat.T0=1.0", "[heat] has no key 'T0'", "it is called 'initial' here"),
+    # the sides
+    ("heat.front={T=0.0}", "heat.front: a 2-D body has no such side", "bottom, left, right, top"),
+    ("heat.botom={T=0.0}", "[heat] has no key 'botom'", "Did you mean 'bottom'?"),
+    ("heat.bottom=3.0", "heat.bottom = 3.0", 'write bottom like { T = "5 °C" } or { flux'),
+    ("heat.bottom={}", "heat.bottom = {} says nothing", "leave it out to insulate the side"),
+    ("heat.bottom={h=2.0}", "heat.bottom = { h = 2.0 } is a film without a bath", "add the bath"),
+    ("heat.bottom={T=0.0,flux=1.0}", "a given flux and a given temperature", "leave out T"),
+    ("heat.bottom={h=2.0,flux=1.0}", "a given flux", "leave out flux, or leave out h"),
+    ("heat.bottom={h=2.0,T=0.0,flux=1.0}", "a given flux", "leave out h and T"),
+    ("heat.bottom={h=0.0,T=0.0}", "heat.bottom.h = 0.0", "larger than zero"),
+    ("heat.bottom={h=-1.0,T=0.0}", "heat.bottom.h = -1.0", "larger than zero"),
+    ("heat.bottom={h=true,T=0.0}", "heat.bottom.h = true", 'a text like "500 W/(m^2 K)"'),
+    ("heat.bottom={T=nan}", "heat.bottom.T = nan", "a finite number"),
+    ('heat.bottom={T="cold"}', 'heat.bottom.T = "cold"', 'write it like "20 °C"'),
+    ('heat.bottom={flux="5 W/m"}', "'W/m' does not measure a heat flux", '"0.06 W/m^2"'),
+    ("heat.bottom={q=1.0}", "heat.bottom has no key 'q'", "it is called 'flux' here"),
+    ("heat.bottom={convection=1.0}", "no key 'convection'", "it is called 'h' here"),
+    ("heat.bottom={T={t=[0,1]}}", "heat.bottom.T.value is missing", 'value = ["20 °C"'),
+    ("heat.bottom={T={value=[0,1]}}", "heat.bottom.T.t is missing", 't = ["0 s", "10 min"]'),
+    ("heat.bottom={T={t=[0,1],value=[0]}}", "t has 2 numbers and value has 1", "as many of each"),
+    ("heat.bottom={T={t=[],value=[]}}", "heat.bottom.T: t has 0 numbers", "at least one"),
+    ("heat.bottom={T={t=[1,0],value=[0,1]}}", "heat.bottom.T.t: 0.0 comes after 1.0", "order"),
+    ("heat.bottom={T={t=[0,0],value=[0,1]}}", "heat.bottom.T.t: 0.0 comes after 0.0", "equal"),
+    ("heat.bottom={T={t=[-1],value=[0]}}", "heat.bottom.T.t, entry 1 = -1", "not be negative"),
+    ("heat.bottom={T={t=[0],value=[nan]}}", "heat.bottom.T.value, entry 1 = nan", "finite"),
+    ("heat.bottom={T={t=[0],value=1.0}}", "heat.bottom.T.value = 1.0", "write value like ["),
+    ("heat.bottom={T={t=[0],u=[1.0]}}", "heat.bottom.T has no key 'u'", "it has formula, t, value"),
+    ("heat.bottom={h={t=[0],value=[-1]},T=0}", "h.value, entry 1 = -1", "not be negative"),
+    ('heat.bottom={T={formula="1",t=[0]}}', "heat.bottom.T: 't' does not go", "leave it or them"),
+    # the source, the bands, the cracks, the errors
+    ("heat.source=true", "heat.source = true", 'a text like "2e-6 W/m^3"'),
+    ("heat.source={t=[0,1],value=[0]}", "heat.source: t has 2 numbers", "as many of each"),
+    ("heat.bands=3", "heat.bands = 3", "write bands like [{ lower"),
+    (f"heat.bands=[{{{BOX}}}]", "heat.bands, entry 1 changes nothing", "give k, a factor"),
+    (f"heat.bands=[{{{BOX},k=-1}}]", "heat.bands, entry 1, k = -1", "larger than zero"),
+    (f"heat.bands=[{{{BOX},capacity=0}}]", "heat.bands, entry 1, capacity = 0", "larger than"),
+    (f"heat.bands=[{{{BOX},factor=2}}]", "no key 'factor'", "it has capacity, k, lower, upper"),
+    ("heat.bands=[{lower=[0,2],upper=[1,3],k=2}]", "heat.bands, entry 1: the box", "move it in"),
+    ("heat.bands=[{lower=[0],upper=[1,3],k=2}]", "heat.bands, entry 1, lower", "2 numbers"),
+    ("heat.cracks=0.1", "heat.cracks = 0.1", "write cracks like { conductivity = 0.001 }"),
+    ("heat.cracks={}", "heat.cracks = {} says nothing", "or leave it out"),
+    ("heat.cracks={conductivity=0.0}", "heat.cracks.conductivity = 0.0", "larger than zero"),
+    ("heat.cracks={conductivity=1.5}", "heat.cracks.conductivity = 1.5", "at most 1"),
+    ('heat.cracks={conductivity="1 m"}', "heat.cracks.conductivity", "without quotes"),
+    ("heat.cracks={conductivity=0.1,T=0.0}", "heat.cracks = {", "leave one of them out"),
+    ("heat.cracks={h=1.0}", "has no temperature of the fluid", 'like T = "5 °C"'),
+    ("heat.cracks={T=1.0}", "has no film between fluid and rock", 'h = "500 W/(m^2 K)"'),
+    ("heat.cracks={flux=1.0}", "heat.cracks has no key 'flux'", "it has T, conductivity, h"),
+    ("heat.tolerance=0.0", "heat.tolerance = 0.0", "larger than zero"),
+    ("heat.tolerance=0.1", "heat.tolerance = 0.1", "less than 0.1"),
+    ("heat.agreement=1.0", "heat.agreement = 1.0", "less than 1"),
+    # units
+    ('heat.bottom={T="5 °C"}', 'heat.bottom.T = "5 °C" has one', "give every number a unit"),
+    ('heat.source={t=["1 s"],value=[1.0]}', 'heat.source.t = "1 s" has one', "a unit, or none"),
+]
+FORMULAS = [
+    ("", "that is no formula", "it may use numbers, pi, t, x, y, + - * / **"),
+    ("1 +", "that is no formula", "and abs, arccos"),
+    ("1; 2", "that is no formula", "it may use"),
+    ("(" * 150, "that is no formula", "it may use"),
+    ("q + 1", "'q' is not known there", "it may use"),
+    ("z", "'z' is not known there", "it may use numbers, pi, t, x, y, +"),
+    ("T", "'T' is not known there", "Did you mean 't'?"),
+    ("sine(x)", "'sine' is not known there", "Did you mean 'sin'?"),
+    ("sum(x)", "'sum' is not known there", "it may use"),
+    ("sin", "'sin' is not known there", "it may use"),
+    ("x(1)", "'x' is not known there", "it may use"),
+    ("__import__('os')", "'__import__' is not known there", "it may use"),
+    ("x.tofile('f')", "more than a formula", "it may use"),
+    ("x.real", "more than a formula", "it may use"),
+    ("x[0]", "more than a formula", "it may use"),
+    ("'a'", "more than a formula", "it may use"),
+    ("1j", "more than a formula", "it may use"),
+    ("[1, 2]", "more than a formula", "it may use"),
+    ("x if y else 1", "more than a formula", "it may use"),
+    ("x > 1 and y > 1", "more than a formula", "it may use"),
+    ("0 < x < 1", "more than a formula", "it may use"),
+    ("lambda: 1", "more than a formula", "it may use"),
+    ("(x := 1)", "more than a formula", "it may use"),
+    ("where(x > 1, 2, y=3)", "more than a formula", "it may use"),
+    ("sin(*x)", "more than a formula", "it may use"),
+    ("1if x else 2", "more than a formula", "it may use"),
+    ("x // 2", "more than a formula", "it may use"),
+    ("9**9**9**9", "its value is not finite", "it must be so everywhere"),
+    ("1/0", "its value is not finite", "it must be so everywhere"),
+    ("1/x", "not finite at t = 0, x = 0, y = 0", "it must be so everywhere"),
+    ("1/t", "not finite at t = 0, x = 0, y = 0", "it must be so everywhere"),
+    ("sqrt(0.15 - t)", "not finite at t = 0.2, x = 0", "it must be so everywhere"),
+    ("log(-1)", "its value is not finite", "it must be so everywhere"),
+    ("x > 0.5", "true or false and no number", "where(x > 1, 5, 2)"),
+    ("sin(x, y)", "it cannot be computed", "what its functions are given"),
+    ("where(x, 1, 2)", "it cannot be computed", "what its functions are given"),
+    ("x + 1 > 1 & y > 2", "more than a formula", "it may use"),
+    ("1" * 400, "at most 200 characters", "heat.bottom.T.formula"),
+    ("x\n+ 1\x00", "that is no formula", "it may use"),
 ]
 # Two settings that meet on an edge, and the component that they contradict each other in.
 CONTRADICTIONS = [
@@ -343,6 +491,76 @@ def test_a_bad_value_is_refused_in_one_sentence(setting, names, way_out):
 @pytest.mark.parametrize(("settings", "names", "way_out"), COMBINED, ids=lambda v: str(v[-1])[:40])
 def test_values_that_do_not_go_together_are_refused_in_one_sentence(settings, names, way_out):
     check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
+
+
+@pytest.mark.parametrize(("setting", "names", "way_out"), HEAT, ids=lambda v: v[:40])
+def test_a_bad_value_of_the_heat_equation_is_refused_in_one_sentence(setting, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(GOOD, [*COOLED, setting])), names, way_out)
+
+
+@pytest.mark.parametrize(("text", "names", "way_out"), FORMULAS, ids=lambda v: ascii(v[:20]))
+def test_a_bad_formula_is_refused_in_one_sentence(text, names, way_out):
+    setting = f"heat.bottom={{T={{formula={inline(text)}}}}}"
+    said = sentence_of(lambda: parse_case(GOOD, [*COOLED, setting]))
+    check_sentence(said, "heat.bottom.T.formula", names, way_out)
+
+
+IN_UNITS = """
+[domain]
+size = ["1 m", "1 m"]
+h = "0.1 m"
+[material]
+E = "1 GPa"
+Gc = "1 J/m^2"
+expansion = "1e-5 1/K"
+k = "2 W/(m K)"
+rho = "2000 kg/m^3"
+c = "800 J/(kg K)"
+[damage]
+ell = "0.3 m"
+[temperature]
+profile = "heat"
+[heat]
+initial = "20 °C"
+bottom = { T = "5 °C" }
+[time]
+t = ["1 s"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "example"),
+    [("k", "2.5 W/(m K)"), ("rho", "2700 kg/m^3"), ("c", "800 J/(kg K)"), ("expansion", "9e-6")],
+)
+def test_with_units_the_heat_equation_has_no_rock_by_default(name, example):
+    lines = [line for line in IN_UNITS.splitlines() if not line.startswith(f"{name} = ")]
+    said = sentence_of(lambda: parse_case("\n".join(lines)))
+    check_sentence(said, f"material.{name} is missing", f'write it like {name} = "{example}')
+
+
+@pytest.mark.parametrize(
+    ("setting", "key"),
+    [
+        ("heat.bottom={T=5.0}", "heat.bottom.T = 5.0"),
+        ("heat.bottom={T=0.0}", "heat.bottom.T = 0.0"),
+        ("heat.initial=0", "heat.initial = 0.0"),
+        ('heat.initial={value="5 °C",gradient=[0,1]}', "heat.initial.gradient = 1.0"),
+        ('heat.bottom={T={t=[5],value=["5 °C"]}}', "heat.bottom.T.t = 5.0"),
+        ("heat.source=3.0", "heat.source = 3.0"),
+        ("material.k=[2.0, 2.0]", "material.k = 2.0"),
+        ('heat.cracks={h=2.0,T="5 °C"}', "heat.cracks.h = 2.0"),
+        ("heat.bands=[{lower=[0,0],upper=[1,1],k=2}]", "heat.bands.upper = 1.0"),
+    ],
+)
+def test_of_a_case_in_units_a_number_without_one_is_refused(setting, key):
+    """A temperature of zero too: 0 K and 0 °C are not the same."""
+    said = sentence_of(lambda: parse_case(IN_UNITS, [setting]))
+    check_sentence(said, f"{key} has no unit but", "give every number a unit, or none")
+
+
+def test_zero_needs_no_unit_but_as_a_temperature():
+    settings = ["heat.top={flux=0}", 'heat.left={T={t=[0,"1 s"],value=["0 °C","1 °C"]}}']
+    assert parse_case(IN_UNITS, settings).heat.top.flux == 0
 
 
 @pytest.mark.parametrize(("settings", "parts"), CONTRADICTIONS, ids=str)

@@ -27,6 +27,11 @@ tau = [0.1, 0.2, 0.4]
 """
 BOX = ("domain.size=[2.0, 1.5, 1.0]",)
 PULLED = ("temperature={}", 'temperature.profile="none"', "time={t=[0.5, 1.0]}")
+HEATED = (
+    'temperature={profile="heat"}',
+    "material={k=[4.0, 2.0], rho=0.25, c=2.0}",
+    "heat={initial=1.0, bottom={T=0.0}}",
+)
 SHAPES = {2: (), 3: BOX}
 FACES = [(dim, face) for dim in SIDES for face in SIDES[dim]]
 
@@ -54,6 +59,9 @@ ARRIVALS = [
     (BOX, "material.state", "solid"),
     (("material.kappa=7.0",), "load.kappa", 7.0),
     ((), "load.dT", 3.0),
+    (HEATED, "load.k", ((4.0, 0.0), (0.0, 2.0))),
+    (HEATED, "load.rho_c", 0.5),
+    (HEATED, "anchor", "top"),
     (("temperature={severity=6.0}",), "load.dT", 6.0),
     (("temperature={severity=6.0}", "material.Gc=4.0"), "load.dT", 12.0),
     ((), "solvers.displacement", "direct"),
@@ -203,6 +211,15 @@ def test_times_follow_from_tau_and_go_back_to_it(face: str, L: float) -> None:
     """tau = 2 sqrt(kappa t)/L."""
     found = built(f'temperature.face="{face}"', "material.kappa=0.25")
     expected = [(tau * L) ** 2 / (4 * 0.25) for tau in (0.1, 0.2, 0.4)]
+    assert found.schedule.times == pytest.approx(expected, rel=1e-12)
+    assert found.tau_of is not None
+    assert [found.tau_of(t) for t in found.schedule.times] == pytest.approx([0.1, 0.2, 0.4])
+
+
+def test_with_the_heat_equation_tau_counts_in_what_the_rock_conducts_across_the_face() -> None:
+    """kappa = k/(rho c) = 2/.5."""
+    found = built(*HEATED)
+    expected = [tau**2 / (4 * 4.0) for tau in (0.1, 0.2, 0.4)]
     assert found.schedule.times == pytest.approx(expected, rel=1e-12)
     assert found.tau_of is not None
     assert [found.tau_of(t) for t in found.schedule.times] == pytest.approx([0.1, 0.2, 0.4])

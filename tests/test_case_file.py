@@ -7,11 +7,12 @@ import pytest
 from pydantic import BaseModel
 
 from staffa.cases import catalog
+from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.rules.units import is_scaled, quantities
-from staffa.cases.writing import to_toml
+from staffa.cases.writing import OPTIONAL, to_toml
 
 SCALED = """
 [domain]
@@ -82,11 +83,59 @@ normal = [1, 0, 0]
 [time]
 t = [0.01]
 """
+HEATED = """
+[domain]
+size = [2.0, 1.0]
+h = 0.02
+[damage]
+ell = 0.06
+[temperature]
+profile = "heat"
+[heat]
+initial = { value = 1.0, gradient = [0.0, -0.5] }
+stress_free = { formula = "1 - x/4" }
+bottom = { h = { t = [0, 0.1], value = [0, 8] }, T = { formula = "where(t < 0.01, 1, 0)" } }
+top = { flux = -0.25 }
+left = { T = 0.0 }
+source = { t = [0.0, 0.1], value = [0.0, -3.0] }
+bands = [{ lower = [0.0, 0.4], upper = [2.0, 0.6], k = 0.5 }]
+cracks = { conductivity = 0.01 }
+tolerance = 1e-3
+[time]
+tau = [0.1, 0.4]
+"""
+HEATED_IN_UNITS = """
+[domain]
+size = ["10 cm", "5 cm", "5 cm"]
+h = "5 mm"
+[material]
+E = "60 GPa"
+Gc = "20 J/m^2"
+expansion = "8e-6 1/K"
+k = ["3 W/(m K)", "3 W/(m K)", "2.5 W/(m K)"]
+rho = "2.7 g/cm^3"
+c = "800 J/(kg K)"
+[damage]
+ell = "15 mm"
+[temperature]
+profile = "heat"
+face = "back"
+[heat]
+initial = "300 °C"
+back = { h = "500 W/(m^2 K)", T = { t = [0, "1 min"], value = ["300 °C", "20 °C"] } }
+front = { flux = { t = [0, "1 min"], value = [0, "1 kW/m^2"] } }
+source = { formula = "100*exp(-t/60)*(z > 0.02)*1.0" }
+cracks = { h = "50 W/(m^2 K)", T = "0 °C" }
+[time]
+t = { start = "1 s", stop = "10 min", steps = 30 }
+"""
 CASES = {name: catalog.text(name) for name in catalog.names()} | {
     "scaled": SCALED,
     "in units": IN_UNITS,
     "pulled in units": PULLED_IN_UNITS,
     "discs": DISCS,
+    "heated": HEATED,
+    "heated in units": HEATED_IN_UNITS,
 }
 NASTY = [
     'a "b" \\ c',
@@ -151,10 +200,10 @@ def test_every_key_has_a_comment_directly_above_it(name):
 def test_every_key_of_every_table_is_explained_and_a_key_without_value_has_an_example():
     lines = to_toml(parse_case(SCALED), explained=True).splitlines()
     for table, field in Case.model_fields.items():
-        model = field.annotation
+        model = OPTIONAL.get(table, field.annotation)
         if not (isinstance(model, type) and issubclass(model, BaseModel)):
             continue
-        start = lines.index(f"[{table}]")
+        start = lines.index(f"# [{table}]" if table in OPTIONAL else f"[{table}]")
         end = next((n for n in range(start + 1, len(lines)) if lines[n].startswith("[")), None)
         for key in model.model_fields:
             found = [x for x in lines[start:end] if x.removeprefix("# ").startswith(f"{key} = ")]
@@ -168,6 +217,23 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
     on = on.replace("# start =", "start =").replace("# end =", "end =")
     case = parse_case(on)
     assert case.toughness.correlation_length == 0.06 and len(case.cracks) == 1
+
+
+def test_a_table_that_is_not_there_is_explained_by_one_that_reads():
+    text = to_toml(parse_case(PULLED_IN_UNITS), explained=True)
+    start, end = text.index("# [heat]"), text.index("# What holds the body")
+    keys = re.findall(r"^# ([a-z_]+ = .*|\[heat\])$", text[start:end], re.MULTILINE)
+    for_3d = ("front", "back", "bands")
+    shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(for_3d)))
+    heat = HeatKeys.model_validate(shown["heat"])
+    assert set(HeatKeys.model_fields) - set(for_3d) == heat.model_fields_set
+    assert heat.bottom.T == 278.15 and heat.tolerance == 1e-4
+
+
+def test_what_the_heat_equation_adds_to_the_rock_is_one_in_a_scaled_case_and_else_absent():
+    heated, cooled = parse_case(HEATED).material, parse_case(SCALED).material
+    assert (heated.k, heated.rho, heated.c, heated.kappa) == (1, 1, 1, None)
+    assert (cooled.k, cooled.rho, cooled.c, cooled.kappa) == (None, None, None, 1)
 
 
 def test_settings_are_put_over_the_file(tmp_path):

@@ -326,3 +326,141 @@ def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
     cells, unknowns = numbers(case), fact(preview(case), "unknowns").split(" ")[0]
     assert 10 < len(case.title) < 70 and cells.times
     assert int(unknowns.replace(",", "")) < 120_000
+
+
+HEATED = """
+[domain]
+size = [2.0, 1.0]
+h = 0.02
+[material]
+nu = 0.2
+[damage]
+ell = 0.06
+[temperature]
+profile = "heat"
+[heat]
+initial = 10.0
+{}
+[time]
+t = [0.000225, 0.04]
+"""
+
+
+def heated(keys: str, *settings: str) -> Preview:
+    return preview(parse_case(HEATED.format(keys), settings))
+
+
+def test_a_face_that_is_held_says_what_the_slab_says_and_that_its_drop_is_the_sides():
+    slab, held = said("time={t=[0.000225,0.04]}", "output.at=[]"), heated("bottom = { T = 0.0 }")
+    known = {name: value for name, value, _ in held.facts}
+    assert (known.pop("k"), known.pop("kappa")) == ("1", "1")
+    assert known.pop("unknowns") == "10,302 + 5,151 + 5,151"
+    assert known == {name: value for name, value, _ in slab.facts if name != "unknowns"}
+    meanings = {name: meaning for name, _, meaning in held.facts}
+    assert meanings["dT"] == "temperature drop, bottom" and held.warnings == ()
+
+
+def test_a_film_says_its_biot_number_and_cools_less_than_its_bath():
+    mild = heated("bottom = { h = 0.5, T = 0.0 }")
+    assert (fact(mild, "Biot number"), fact(mild, "dT"), fact(mild, "will it crack")) == (
+        *("0.5", "10", "no"),
+    )
+    # a half-space behind a film: 10 (1 - exp(b^2) erfc(b)), b = .5 * .2
+    (warning,) = mild.warnings
+    assert warning.startswith("nothing will crack: the face drops by 1.04 at most")
+    strong = heated("bottom = { h = 500.0, T = 0.0 }")
+    assert fact(strong, "will it crack") == "yes" and strong.warnings == ()
+
+
+def test_a_flux_cools_as_it_would_a_half_space():
+    known = heated("bottom = { flux = -40.0 }")
+    assert fact(known, "dT") == "9.027"  # 2 * 40 sqrt(.04/pi)
+    assert fact(known, "will it crack") == "yes" and known.warnings == ()
+
+
+@pytest.mark.parametrize(
+    "keys", ["bottom = { T = 20.0 }", "bottom = { flux = 1.0 }", "source = 3.0"], ids=str
+)
+def test_a_body_that_is_heated_only_may_still_break(keys):
+    known = heated(keys)
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert fact(known, "dT") == "0" and fact(known, "severity") == "0"
+    assert meanings["dT"] == "no side and no fluid is colder than the body was"
+    assert fact(known, "will it crack") == "no new crack" and "ell0" not in meanings
+    assert "heated parts may pull others apart" in meanings["will it crack"]
+    (warning,) = known.warnings
+    assert warning.startswith("cooling starts no new crack: the face drops by 0 at most")
+    at2 = heated(keys, "damage.law=AT2")
+    assert fact(at2, "will it crack") == "cannot be told" and at2.warnings == ()
+
+
+def test_a_body_that_stays_as_it_is_will_not_crack():
+    known = heated("bottom = { T = 10.0 }")
+    assert fact(known, "will it crack") == "no"
+    assert [w[:19] for w in known.warnings] == ["nothing will crack:"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "cause"),
+    [
+        ("bottom = { T = 9.0 }\ntop = { T = 0.0 }", "other places are cooled too"),
+        ("bottom = { T = 9.0 }\nstress_free = 12.0", "the body is strained from the start"),
+        ("bottom = { T = 9.0 }\ntop = { T = 11.0 }", "heated parts may pull others apart"),
+    ],
+)
+def test_what_else_the_heat_equation_does_is_no_promise_that_nothing_cracks(keys, cause):
+    known = heated(keys)
+    assert fact(known, "dT") == "1" and fact(known, "will it crack") == "no new crack"
+    assert any(cause in warning for warning in known.warnings)
+
+
+def test_where_the_face_gets_no_colder_the_coldest_side_counts():
+    known = heated("left = { T = 4.0 }\ntop = { T = 0.0 }")
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert fact(known, "dT") == "10" and meanings["dT"] == "temperature drop, top"
+
+
+def test_a_fluid_in_the_cracks_is_said_to_be_in_all_of_them():
+    known = heated("cracks = { h = 500.0, T = 0.0 }")
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert meanings["dT"] == "how much colder the bath is, cracks"
+    assert any("also in one that it cannot reach" in warning for warning in known.warnings)
+
+
+def test_of_a_face_that_cools_by_and_by_the_first_step_is_not_judged():
+    late = "time.t=[0.01, 0.04]"
+    ramp = "bottom = { T = { t = [0.0, 0.04], value = [10.0, 0.0] } }"
+    assert any("too coarse to see" in w for w in heated("bottom = { T = 0.0 }", late).warnings)
+    assert heated(ramp, late).warnings == () and fact(heated(ramp, late), "dT") == "10"
+
+
+def test_a_heated_case_in_units_says_its_units():
+    text = """
+    [domain]
+    size = ["10 cm", "5 cm"]
+    h = "1 mm"
+    [material]
+    E = "60 GPa"
+    Gc = "20 J/m^2"
+    expansion = "8e-6 1/K"
+    k = ["3 W/(m K)", "2.7 W/(m K)"]
+    rho = "2700 kg/m^3"
+    c = "800 J/(kg K)"
+    [damage]
+    ell = "3 mm"
+    [temperature]
+    profile = "heat"
+    [heat]
+    initial = "300 °C"
+    bottom = { h = "540 W/(m^2 K)", T = "20 °C" }
+    [time]
+    t = ["1 min"]
+    """
+    known = preview(parse_case(text))
+    expected = {
+        "k": "3 2.7 W/(m K)",
+        "kappa": "1.25e-06 m^2/s",  # 2.7/(2700 * 800)
+        "Biot number": "10",  # 540 * .05/2.7
+        "dT": "280 K",
+    }
+    assert {name: fact(known, name) for name in expected} == expected

@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 from staffa.errors import InputError
-from staffa.units import EXAMPLES, SI_UNITS, Quantity, parse
+from staffa.units import EXAMPLES, SI_UNITS, Quantity, Temperature, parse
 
 READ = [
     ("5 mm", "length", 5e-3),
@@ -28,6 +28,23 @@ READ = [
     ("0.5 mm²/s", "diffusivity", 5e-7),
     ("0.5 mm**2/s", "diffusivity", 5e-7),
     ("0 m", "length", 0.0),
+    ("20 °C", "temperature", 293.15),
+    ("20 degC", "temperature", 293.15),
+    ("-5.5degC", "temperature", 267.65),
+    ("0 °C", "temperature", 273.15),
+    ("293 K", "temperature", 293.0),
+    ("68 degF", "temperature", 293.15),
+    ("-1 K", "temperature", -1.0),
+    ("2.5 W/(m K)", "conductivity", 2.5),
+    ("2.5 W/m/K", "conductivity", 2.5),
+    ("2.5 W m^-1 K^-1", "conductivity", 2.5),
+    ("2.7 g/cm^3", "density", 2700.0),
+    ("0.8 kJ/(kg K)", "heat capacity", 800.0),
+    ("60 mW/m^2", "heat flux", 0.06),
+    ("-60 mW/m²", "heat flux", -0.06),
+    ("500 W/(m^2 K)", "film coefficient", 500.0),
+    ("2 uW/m^3", "heat source", 2e-6),
+    ("-30 K/km", "temperature gradient", -0.03),
 ]
 # Each is something else than it seems, or than pint alone would make of it.
 REFUSED = [
@@ -44,6 +61,13 @@ REFUSED = [
     ("5 dB", "length", "does not measure a length"),
     ("20 degC", "temperature difference", "has a zero of its own"),
     ("68 degF", "temperature difference", "has a zero of its own"),
+    ("30 °C/km", "temperature gradient", "is no unit"),
+    ("20 delta_degC", "temperature", "measures a difference"),
+    ("20 C", "temperature", "does not measure a temperature"),
+    ("20 m", "temperature", "does not measure a temperature"),
+    ("20", "temperature", "needs a unit"),
+    ("2 W/(m °C)", "conductivity", "is no unit"),
+    ("2 W/(m^2 K)", "conductivity", "does not measure a conductivity"),
     ("mm", "length", "begins with a number"),
     ("inf m", "length", "begins with a number"),
     ("", "length", "begins with a number"),
@@ -90,3 +114,10 @@ def test_a_quantity_survives_the_way_to_another_rank():
 def test_a_quantity_that_was_read_is_not_read_again():
     read = parse("5 mm", "length")
     assert parse(read, "length") is read and isinstance(read, Quantity)
+
+
+def test_only_a_temperature_has_a_zero_of_its_own():
+    read = {dimension: parse(0.0, dimension) for dimension in SI_UNITS}
+    assert [d for d, q in read.items() if isinstance(q, Temperature)] == ["temperature"]
+    there = pickle.loads(pickle.dumps(parse("20 °C", "temperature")))
+    assert isinstance(there, Temperature) and there == 293.15 and there.given == "20 °C"

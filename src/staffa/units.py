@@ -18,6 +18,14 @@ SI_UNITS = {
     "thermal expansion": "1/K",
     "time": "s",
     "diffusivity": "m**2/s",
+    "temperature": "K",
+    "temperature gradient": "K/m",
+    "conductivity": "W/(m*K)",
+    "density": "kg/m**3",
+    "heat capacity": "J/(kg*K)",
+    "heat flux": "W/m**2",
+    "film coefficient": "W/(m**2*K)",
+    "heat source": "W/m**3",
 }
 EXAMPLES = {
     "length": "5 mm",
@@ -27,8 +35,15 @@ EXAMPLES = {
     "thermal expansion": "9e-6 1/K",
     "time": "2 min",
     "diffusivity": "0.5 mm^2/s",
+    "temperature": "20 °C",
+    "temperature gradient": "0.03 K/m",
+    "conductivity": "2.5 W/(m K)",
+    "density": "2700 kg/m^3",
+    "heat capacity": "800 J/(kg K)",
+    "heat flux": "0.06 W/m^2",
+    "film coefficient": "500 W/(m^2 K)",
+    "heat source": "2e-6 W/m^3",
 }
-
 
 # A number, then a product of units: stricter than pint, which would read "10^-6/K" as ten to the
 # power of something and "1,5 mm" as 15.
@@ -59,6 +74,10 @@ class Quantity(float):
         return float(self), self.given
 
 
+class Temperature(Quantity):
+    """A temperature itself, not a difference: its zero means something else in each unit."""
+
+
 @cache
 def _registry() -> pint.UnitRegistry:
     return pint.UnitRegistry()
@@ -75,12 +94,13 @@ def parse(value: Any, dimension: str) -> Quantity:
     """
     if isinstance(value, Quantity):
         return value
+    quantity = Temperature if dimension == "temperature" else Quantity
     if isinstance(value, str):
-        return Quantity(sensible(_to_si(value, dimension)), value)
+        return quantity(sensible(_to_si(value, dimension)), value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f'a {dimension} is a number, or a text like "{EXAMPLES[dimension]}"')
     number = sensible(value)
-    return Quantity(number, number)
+    return quantity(number, number)
 
 
 def sensible(value: float) -> float:
@@ -112,9 +132,18 @@ def _to_si(text: str, dimension: str) -> float:
     one = _unit(unit, example)
     if not one.is_compatible_with(SI_UNITS[dimension]):
         raise InputError(f"'{unit}' does not measure a {dimension}; {example}")
+    if dimension == "temperature":
+        return _kelvin(float(number), one.units, f"'{unit}' measures a difference; {example}")
     if _registry().Quantity(0.0, one.units).to(SI_UNITS[dimension]).magnitude != 0:
         raise InputError(f"'{unit}' has a zero of its own, and a {dimension} has none; {example}")
     return float(number) * float(one.to(SI_UNITS[dimension]).magnitude)
+
+
+def _kelvin(number: float, unit: pint.Unit, refusal: str) -> float:
+    """A temperature in K, from a unit that may have a zero of its own."""
+    if "delta_" in str(unit):
+        raise InputError(refusal)
+    return float(_registry().Quantity(number, unit).to("K").magnitude)
 
 
 def _unit(unit: str, example: str) -> pint.Quantity:

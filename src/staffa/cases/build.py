@@ -8,6 +8,7 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.cases.heat import conduction
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
@@ -56,7 +57,7 @@ def problem(
     return Problem(
         domain=domain,
         material=material(case, derived, domain.h, damage),
-        load=temperature or load(case, derived),
+        load=temperature or (conduction(case) if case.heat else load(case, derived)),
         schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
         section=_section(case),
@@ -108,7 +109,7 @@ def material(case: Case, derived: Numbers, h: float, law: DamageLaw | None = Non
 def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
     if derived.face is None:
         return None
-    return lambda t: tau_of_time(t, kappa=case.material.kappa, L=derived.L)
+    return lambda t: tau_of_time(t, kappa=derived.kappa, L=derived.L)
 
 
 def pace(case: Case, derived: Numbers) -> Pace | None:
@@ -118,7 +119,7 @@ def pace(case: Case, derived: Numbers) -> Pace | None:
         return None
     clock: dict[str, Any] = {}
     if case.time.tau is not None:
-        scale = {"kappa": float(case.material.kappa), "L": derived.L}
+        scale = {"kappa": derived.kappa, "L": derived.L}
         clock = {
             "clock": partial(tau_of_time, **scale),
             "time_at": partial(time_of_tau, **scale),

@@ -7,12 +7,14 @@ from math import sqrt
 
 import numpy as np
 
+from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline
 from staffa.grid import UNSTRUCTURED, edge
 from staffa.physics.scales import diffusion_length
+from staffa.units import Quantity
 from staffa.unstructured import MISSING
 
 # Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
@@ -27,7 +29,7 @@ def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
     found = [*_of_mesh(case), *_of_rock(case, derived), *_of_memory(memory)]
     if derived.face:
-        found += _of_cooling(case, derived)
+        found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
 
 
@@ -46,6 +48,9 @@ def first_and_last(derived: Numbers) -> tuple[float, float]:
 def peak_drop(case: Case, derived: Numbers) -> float:
     """Largest drop of the cooled face by the end of the run."""
     assert derived.face is not None
+    if case.heat is not None:
+        coldest = strongest(exchanges(case), case.temperature.face)
+        return coldest.reached if coldest else 0.0
     on_face = np.zeros((3, 1))
     on_face[derived.face.axis] = derived.face.position
     _, last = first_and_last(derived)
@@ -61,7 +66,24 @@ def rare_factor(case: Case) -> float:
 def other_causes(case: Case) -> tuple[str, ...]:
     """What may break the body besides nucleation by cooling."""
     given = ("the given cracks may grow",) if case.cracks else ()
-    return (*given, "the moved sides load it too") if is_moved(case) else given
+    moved = ("the moved sides load it too",) if is_moved(case) else ()
+    return (*given, *moved, *_causes_of_heat(case))
+
+
+def _causes_of_heat(case: Case) -> Iterator[str]:
+    """What else the heat equation may do than cool the face."""
+    if case.heat is None:
+        return
+    found = exchanges(case)
+    coldest = strongest(found, case.temperature.face)
+    if case.heat.source is not None or any(e.rise > 0 for e in found):
+        yield "heated parts may pull others apart"
+    if any(e.drop > 0 and e is not coldest for e in found):
+        yield "other places are cooled too"
+    if case.heat.stress_free is not None:
+        yield "the body is strained from the start"
+    if not isinstance(case.heat.initial, Quantity):
+        yield "the initial temperature may even out"
 
 
 def _of_mesh(case: Case) -> Iterator[str]:
@@ -118,10 +140,11 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
                 "more cracks will start on the cooled face between the given ones; to keep to "
                 "these, raise its toughness with toughness.bands"
             )
-        yield from _of_nucleation(case, derived)
+        if derived.ell0 is not None:
+            yield from _of_nucleation(case, derived, derived.ell0)
     _, last = first_and_last(derived)
-    deep = diffusion_length(case.material.kappa, last) / derived.L
-    if deep > 1 / 2 and case.temperature.profile != "slab":
+    deep = diffusion_length(derived.kappa, last) / derived.L
+    if deep > 1 / 2 and case.temperature.profile not in ("slab", "heat"):
         yield (
             f"at the last step the diffusion length is {deep:.2g} of the depth: the far side is "
             f'felt; take temperature.profile = "slab", whose far side is insulated, or end earlier'
@@ -142,25 +165,38 @@ def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, .
     )
 
 
-def _of_nucleation(case: Case, derived: Numbers) -> Iterator[str]:
-    assert derived.ell0 is not None
+def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     time, _ = first_and_last(derived)
-    first, h = diffusion_length(case.material.kappa, time), cell_edge(case)
-    mixed = sqrt(case.damage.ell * derived.ell0)
+    first, h = diffusion_length(derived.kappa, time), cell_edge(case)
+    mixed = sqrt(case.damage.ell * ell0)
+    at_once = case.heat is None or _cools_at_once(case)  # else how deep the cold is says little
     if mixed < h:
         yield (
             f"sqrt(ell ell0) = {mixed:.2g} is below h = {h:.2g}: nucleation is not resolved, so "
             f"that the first cracks' number and time depend on the mesh; later depths and spacings "
             f"do not"
         )
-    elif first > NUCLEATION_DEPTH * mixed:
+    elif at_once and first > NUCLEATION_DEPTH * mixed:
         yield (
             f"the first step is too coarse to see nucleation: its diffusion length {first:.2g} is "
             f"past {NUCLEATION_DEPTH:g} sqrt(ell ell0) = {NUCLEATION_DEPTH * mixed:.2g}; start "
             f"earlier"
         )
-    if first < h / 2:
+    if at_once and first < h / 2:
         yield (
             f"at the first step the diffusion length {first:.2g} is under half a cell: the mesh "
             f"does not see that temperature; start later or take a smaller domain.h"
+        )
+
+
+def _cools_at_once(case: Case) -> bool:
+    coldest = strongest(exchanges(case), case.temperature.face)
+    return coldest is not None and coldest.at_once
+
+
+def _of_heat(case: Case) -> Iterator[str]:
+    if case.heat is not None and case.heat.cracks is not None and case.heat.cracks.h is not None:
+        yield (
+            "heat.cracks: the fluid is in every crack, also in one that it cannot reach; take "
+            "what comes out as the strongest cooling, or leave out heat.cracks to see the least"
         )

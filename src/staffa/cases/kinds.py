@@ -45,14 +45,23 @@ def _not_negative(value: Any) -> Any:
 
 
 POSITIVE = AfterValidator(_positive)
+NOT_NEGATIVE = AfterValidator(_not_negative)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
 Length = Annotated[Position, POSITIVE]
 Modulus = Annotated[InstanceOf[Quantity], _reads("stress"), POSITIVE]
 Toughness = Annotated[InstanceOf[Quantity], _reads("toughness"), POSITIVE]
 Expansion = Annotated[InstanceOf[Quantity], _reads("thermal expansion"), POSITIVE]
 Diffusivity = Annotated[InstanceOf[Quantity], _reads("diffusivity"), POSITIVE]
+Conductivity = Annotated[InstanceOf[Quantity], _reads("conductivity"), POSITIVE]
+Density = Annotated[InstanceOf[Quantity], _reads("density"), POSITIVE]
+HeatCapacity = Annotated[InstanceOf[Quantity], _reads("heat capacity"), POSITIVE]
+Temperature = Annotated[InstanceOf[Quantity], _reads("temperature")]
+TemperatureGradient = Annotated[InstanceOf[Quantity], _reads("temperature gradient")]
+HeatFlux = Annotated[InstanceOf[Quantity], _reads("heat flux")]
+HeatSource = Annotated[InstanceOf[Quantity], _reads("heat source")]
+FilmCoefficient = Annotated[InstanceOf[Quantity], _reads("film coefficient")]
 Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIVE]
-Instant = Annotated[InstanceOf[Quantity], _reads("time"), AfterValidator(_not_negative)]
+Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]
 Integer = Annotated[int, Strict()]
@@ -61,10 +70,13 @@ ONE = Quantity(1.0)
 
 
 def kind(value: Any) -> str:
-    """Which alternative of a key is meant: by how it is written, so that only one can complain."""
+    """Which alternative of a key is meant: by how it is written, so that only one can complain.
+
+    The names of alternatives hold a space, which no key does.
+    """
     if isinstance(value, dict | BaseModel):
-        return "table"
-    return "list" if isinstance(value, list | tuple) else "value"
+        return "a table"
+    return "a list" if isinstance(value, list | tuple) else "a value"
 
 
 class Section(BaseModel):

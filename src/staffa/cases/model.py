@@ -4,12 +4,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
 
+from staffa.cases.boxes import Box
+from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import (
     ONE,
+    Conductivity,
+    Density,
     Diffusivity,
     Drop,
     Expansion,
     Flag,
+    HeatCapacity,
     Instant,
     Integer,
     Length,
@@ -53,6 +58,12 @@ class DomainKeys(Section):
     )
 
 
+Conductivities = Annotated[
+    Annotated[Conductivity, Tag("a value")] | Annotated[tuple[Conductivity, ...], Tag("a list")],
+    Discriminator(kind),
+]
+
+
 class MaterialKeys(Section):
     """The rock."""
 
@@ -63,7 +74,27 @@ class MaterialKeys(Section):
     nu: Annotated[Number, Field(gt=-1, le=0.5)] = Field(default=0.2, description="Poisson's ratio")
     Gc: Toughness = Field(default=ONE, description="toughness, energy per area of crack")
     expansion: Expansion = Field(default=ONE, description="thermal expansion coefficient (linear)")
-    kappa: Diffusivity = Field(default=ONE, description="thermal diffusivity")
+    kappa: Diffusivity | None = Field(
+        default=None,
+        description='thermal diffusivity; with temperature.profile = "heat" it is k/(rho c)',
+        examples=[EXAMPLES["diffusivity"]],
+    )
+    k: Conductivities | None = Field(
+        default=None,
+        description="thermal conductivity, with the heat equation only: one number, or one along "
+        "x, y (2-D) or x, y, z (3-D)",
+        examples=[EXAMPLES["conductivity"], ["2.5 W/(m K)", "2 W/(m K)"]],
+    )
+    rho: Density | None = Field(
+        default=None,
+        description="density, with the heat equation only",
+        examples=[EXAMPLES["density"]],
+    )
+    c: HeatCapacity | None = Field(
+        default=None,
+        description="specific heat capacity, with the heat equation only",
+        examples=[EXAMPLES["heat capacity"]],
+    )
 
 
 class DamageKeys(Section):
@@ -90,11 +121,9 @@ class DamageKeys(Section):
     )
 
 
-class Band(Section):
+class Band(Box):
     """A part of the body whose toughness differs."""
 
-    lower: tuple[Position, ...] = Field(description="lower corner", examples=[[0.0, 0.0]])
-    upper: tuple[Position, ...] = Field(description="upper corner", examples=[[5.0, 0.02]])
     factor: PositiveNumber = Field(description="its toughness over material.Gc", examples=[3.0])
 
 
@@ -118,14 +147,17 @@ class ToughnessKeys(Section):
 
 
 class TemperatureKeys(Section):
-    """The cooling, known in closed form."""
+    """The cooling: known in closed form, or from the heat equation of the table [heat]."""
 
-    profile: Literal["half-space", "slab", "convective", "none"] = Field(
+    profile: Literal["half-space", "slab", "convective", "heat", "none"] = Field(
         default="half-space",
         description="half-space (endlessly deep, its face cold at once); slab (far side "
-        "insulated); convective (a half-space behind a film); none",
+        "insulated); convective (a half-space behind a film); heat (from the heat equation, see "
+        "[heat]); none",
     )
-    face: str = Field(default="bottom", description="the cooled side")
+    face: str = Field(
+        default="bottom", description="the cooled side, from which depths are measured"
+    )
     dT: Drop | None = Field(
         default=None,
         description="temperature drop; give this or severity",
@@ -161,7 +193,7 @@ def _component(axis: str) -> Any:
 
 
 Component = Annotated[
-    Annotated[Position, Tag("value")] | Annotated[History, Tag("table")], Discriminator(kind)
+    Annotated[Position, Tag("a value")] | Annotated[History, Tag("a table")], Discriminator(kind)
 ]
 
 
@@ -174,8 +206,8 @@ class Prescribed(Section):
 
 
 Support = Annotated[
-    Annotated[Literal["free", "rollers", "clamped"], Tag("value")]
-    | Annotated[Prescribed, Tag("table")],
+    Annotated[Literal["free", "rollers", "clamped"], Tag("a value")]
+    | Annotated[Prescribed, Tag("a table")],
     Discriminator(kind),
 ]
 SUPPORT_EXAMPLE = {"y": {"t": [0.0, 1.0], "u": [0.0, 0.1]}}
@@ -229,14 +261,14 @@ class Disc(Section):
 def _shape(value: Any) -> str | None:
     """Which kind of crack is meant, by its keys."""
     if isinstance(value, dict):
-        return "disc" if {"center", "radius", "normal"} & set(value) else "segment"
+        return "a disc" if {"center", "radius", "normal"} & set(value) else "a segment"
     if isinstance(value, Segment | Disc):
-        return "disc" if isinstance(value, Disc) else "segment"
+        return "a disc" if isinstance(value, Disc) else "a segment"
     return None
 
 
 Crack = Annotated[
-    Annotated[Segment, Tag("segment")] | Annotated[Disc, Tag("disc")], Discriminator(_shape)
+    Annotated[Segment, Tag("a segment")] | Annotated[Disc, Tag("a disc")], Discriminator(_shape)
 ]
 
 
@@ -324,6 +356,7 @@ class Case(Section):
     damage: DamageKeys
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()
+    heat: HeatKeys | None = None
     supports: SupportKeys = SupportKeys()
     cracks: tuple[Crack, ...] = Field(
         default=(),

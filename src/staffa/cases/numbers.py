@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from staffa.cases.clock import depth, diffusivity, times_in
+from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.rules import times_given
 from staffa.grid import SIDES, face_position
@@ -19,13 +21,14 @@ class Numbers:
 
     L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
     drop at which damage starts where the bands leave the least toughness, None for a law without
-    threshold; ell0: None without cooling.
+    threshold; ell0: None without cooling; kappa: diffusivity across the cooled face.
     """
 
     state: str
     law: DamageLaw
     face: Face | None
     L: float
+    kappa: float
     dT: float
     severity: float | None
     sigma_c: float
@@ -51,7 +54,7 @@ def numbers(case: Case) -> Numbers:
     m, ell, law = case.material, case.damage.ell, LAWS[case.damage.law]
     state = SOLID if case.dim == 3 else PLANE_STRAIN if m.plane == "strain" else PLANE_STRESS
     face = cooled_face(case)
-    L = case.domain.size[face.axis] if face else case.domain.size[-1]
+    L = depth(case)
     dT, severity = drop(case, L)
     elastic = {"E": m.E, "nu": m.nu, "expansion": m.expansion}
     weakest = m.Gc * least_factor(case)
@@ -59,14 +62,17 @@ def numbers(case: Case) -> Numbers:
         state=state,
         law=law,
         face=face,
-        L=float(L),
+        L=L,
+        kappa=diffusivity(case),
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
-        dT_c=scales.critical_drop(law, **elastic, Gc=weakest, ell=ell, state=state) if dT else None,
+        dT_c=scales.critical_drop(law, **elastic, Gc=weakest, ell=ell, state=state)
+        if face
+        else None,
         ell0=scales.ell0(**elastic, Gc=m.Gc, dT=dT, state=state) if dT else None,
-        times=tuple(times_in(case, L, times_given(case))),
-        requested=tuple(times_in(case, L, np.array(case.output.at, dtype=float))),
+        times=tuple(times_in(case, times_given(case))),
+        requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
     )
 
 
@@ -111,30 +117,28 @@ def _corners(case: Case, name: str) -> list[list[float]]:
 
 
 def drop(case: Case, L: float) -> tuple[float, float | None]:
-    """Temperature drop dT and severity, whichever of them is given."""
+    """Temperature drop dT and severity, whichever of them is given; with the heat equation what
+    its strongest cooling leads to."""
     m, keys = case.material, case.temperature
     if keys.profile == "none":
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
+    if case.heat is not None:
+        coldest = strongest(exchanges(case), keys.face)
+        dT = coldest.drop if coldest else 0.0
+        return dT, scales.severity(dT=dT, **sizes)
     if keys.severity is not None:
         return scales.dT_of_severity(severity=keys.severity, **sizes), keys.severity
     assert keys.dT is not None
     return float(keys.dT), scales.severity(dT=keys.dT, **sizes)
 
 
-def times_in(case: Case, L: float, given: np.ndarray) -> list[float]:
-    """Times, from tau or t as the case counts them."""
-    if case.time.tau is None:
-        return [float(t) for t in given]
-    return [scales.time_of_tau(float(tau), kappa=case.material.kappa, L=L) for tau in given]
-
-
 def load(case: Case, derived: Numbers) -> Load:
-    """The temperature of a case."""
+    """The temperature of a case that is known in closed form."""
     profile, face = case.temperature.profile, derived.face
     if face is None:
         return NoLoad()
-    dT, kappa = derived.dT, float(case.material.kappa)
+    dT, kappa = derived.dT, derived.kappa
     if profile == "slab":
         return Slab(dT=dT, kappa=kappa, face=face, L=derived.L)
     if profile == "convective":

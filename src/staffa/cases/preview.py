@@ -12,6 +12,8 @@ from staffa.cases.cautions import (
     peak_drop,
     rare_factor,
 )
+from staffa.cases.clock import conductivities
+from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.rules import adaptive, is_scaled
@@ -44,7 +46,8 @@ def preview(case: Case) -> Preview:
     derived = numbers(case)
     facts = [*_mesh_facts(case), *_strength_facts(case, derived)]
     if derived.face:
-        facts += _cooling_facts(case, derived) + _length_facts(case, derived)
+        facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
+        facts += _length_facts(case, derived)
     return Preview(
         facts=tuple([*facts, *_cost_facts(case, derived)]),
         warnings=tuple(cautions(case, derived, memory(case))),
@@ -86,12 +89,40 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     return facts
 
 
+def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
+    if case.heat is None:
+        return []
+    k, face = conductivities(case), case.temperature.face
+    along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
+    shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
+    facts = [
+        ("k", f"{shown}{_unit(case, 'W/(m K)')}", f"conductivity{along}"),
+        ("kappa", f"{derived.kappa:.4g}{_unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+    ]
+    for exchange in exchanges(case):
+        if exchange.where == face and exchange.film is not None:
+            biot = f"{exchange.film * derived.L:.3g}"
+            facts.append(("Biot number", biot, "h L/k: well above 1, the film hardly hinders"))
+    return facts
+
+
+def _what_drops(case: Case) -> str:
+    """Whose temperature drop dT is."""
+    if case.heat is None:
+        return "temperature drop of the face"
+    coldest = strongest(exchanges(case), case.temperature.face)
+    if coldest is None:
+        return "no side and no fluid is colder than the body was"
+    what = "temperature drop" if coldest.film is None else "how much colder the bath is"
+    return f"{what}, {coldest.where}"
+
+
 def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
     assert derived.severity is not None
     K = _unit(case, "K")
     facts = [
         ("severity", f"{derived.severity:.4g}", "expansion dT sqrt(E L/Gc); 54 in the paper"),
-        ("dT", f"{derived.dT:.4g}{K}", "temperature drop of the face"),
+        ("dT", f"{derived.dT:.4g}{K}", _what_drops(case)),
     ]
     if derived.dT_c is None:
         return [
@@ -144,16 +175,16 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
 
 
 def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
-    assert derived.ell0 is not None
-    metre, kappa = _unit(case, "m"), case.material.kappa
+    metre, kappa = _unit(case, "m"), derived.kappa
     ell, h = float(case.damage.ell), cell_edge(case)
-    mixed = f"{sqrt(derived.ell0 * ell):.3g}{metre}"
-    facts = [
-        ("ell0", f"{derived.ell0:.3g}{metre}", "Gc over thermal stress squared: unit of spacing")
-    ]
-    if derived.dT_c is not None:
-        apart = f"cracks start about {WAVELENGTH:g} of these apart"
-        facts.append(("sqrt(ell ell0)", mixed, f"{apart}, if dT/dT_c is 3 or more"))
+    facts, ell0 = [], derived.ell0
+    if ell0 is not None:
+        meaning = "Gc over thermal stress squared: unit of spacing"
+        facts.append(("ell0", f"{ell0:.3g}{metre}", meaning))
+    if ell0 is not None and derived.dT_c is not None:
+        mixed, apart = sqrt(ell0 * ell), f"cracks start about {WAVELENGTH:g} of these apart"
+        value = f"{mixed:.3g}{metre}"
+        facts.append(("sqrt(ell ell0)", value, f"{apart}, if dT/dT_c is 3 or more"))
     for which, time in zip(("first", "last"), first_and_last(derived), strict=True):
         length, tau = diffusion_length(kappa, time), tau_of_time(time, kappa=kappa, L=derived.L)
         against = f"{length / h:.2g} h, {length / ell:.2g} ell (tau = {tau:.3g})"
@@ -169,10 +200,13 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     else:
         steps = f"{ceil((keys.stop - keys.start) / keys.longest) + 1} or more"
     unknowns = f"{case.dim * n_vertices:,} + {n_vertices:,}"
+    fields = "displacement and damage"
+    if case.heat is not None:
+        unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
     about = "about " if case.domain.cells == UNSTRUCTURED else ""
     return [
         ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
-        ("unknowns", about + unknowns, "displacement and damage"),
+        ("unknowns", about + unknowns, fields),
         ("steps", steps, "each of tens to hundreds of sweeps where cracks move"),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
     ]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from staffa.cases.boxes import product
 from staffa.cases.model import Case, Disc, Segment
 from staffa.cut import FlatCrack
 from staffa.evolution.problem import PointFunction
@@ -17,14 +18,8 @@ def toughness_factor(case: Case) -> PointFunction:
     noise = _noise(case) if keys.amplitude > 0 else None
 
     def factor(x: np.ndarray) -> np.ndarray:
-        values = np.ones(x.shape[1])
-        if noise is not None:
-            values *= noise(x)
-        for band in keys.bands:
-            bounds = zip(x, band.lower, band.upper, strict=False)
-            inside = np.all([(c >= low) & (c <= high) for c, low, high in bounds], axis=0)
-            values[inside] *= band.factor
-        return values
+        bands = ((band, band.factor) for band in keys.bands)
+        return product(x, bands, start=1.0 if noise is None else noise(x))
 
     return factor
 

@@ -26,7 +26,9 @@ RULES = {
     "string_too_long": "it must have at most {max_length} characters",
 }
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
-ALTERNATIVES = ("table", "adaptive", "value", "list", "segment", "disc")
+ALTERNATIVES = (
+    *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
+)
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {
     "alpha": "expansion",
@@ -40,6 +42,27 @@ OTHER_NAMES = {
     "mesh": "domain",
     "geometry": "domain",
     "boundary": "supports",
+    "conductivity": "k",
+    "lambda": "k",
+    "density": "rho",
+    "heat_capacity": "c",
+    "specific_heat": "c",
+    "cp": "c",
+    "c_p": "c",
+    "rho_c": "capacity",
+    "rho_cp": "capacity",
+    "temperature": "T",
+    "heat_flux": "flux",
+    "q": "flux",
+    "convection": "h",
+    "film": "h",
+    "htc": "h",
+    "residual": "conductivity",
+    "t0": "initial",
+    "t_0": "initial",
+    "reference": "stress_free",
+    "t_ref": "stress_free",
+    "geotherm": "initial",
 }
 
 

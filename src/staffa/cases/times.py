@@ -77,21 +77,21 @@ class AdaptiveTime(Section):
 def _how_times_are_given(value: Any) -> str | None:
     """A list, equal steps, or adaptive ones: by the keys, so that only one of them can complain."""
     if isinstance(value, AdaptiveTau | AdaptiveTime):
-        return "adaptive"
+        return "adaptive steps"
     adaptive = isinstance(value, dict) and {"shortest", "longest", "advance", "growth"} & set(value)
-    return "adaptive" if adaptive else kind(value)
+    return "adaptive steps" if adaptive else kind(value)
 
 
 Taus = Annotated[
-    Annotated[UniformTau, Tag("table")]
-    | Annotated[AdaptiveTau, Tag("adaptive")]
-    | Annotated[tuple[PositiveNumber, ...], Tag("list")],
+    Annotated[UniformTau, Tag("a table")]
+    | Annotated[AdaptiveTau, Tag("adaptive steps")]
+    | Annotated[tuple[PositiveNumber, ...], Tag("a list")],
     Discriminator(_how_times_are_given),
 ]
 Times = Annotated[
-    Annotated[UniformTime, Tag("table")]
-    | Annotated[AdaptiveTime, Tag("adaptive")]
-    | Annotated[tuple[Instant, ...], Tag("list")],
+    Annotated[UniformTime, Tag("a table")]
+    | Annotated[AdaptiveTime, Tag("adaptive steps")]
+    | Annotated[tuple[Instant, ...], Tag("a list")],
     Discriminator(_how_times_are_given),
 ]
 

@@ -7,12 +7,16 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Disc, Segment
 from staffa.units import Quantity
 
 WIDTH = 96
-UNITS = """Numbers are either all scaled (then E = Gc = expansion = kappa = 1 need not be given), or
-all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", "9e-6 1/K", "2 min"."""
+UNITS = """Numbers are either all scaled (then E = Gc = expansion = kappa = k = rho = c = 1 need not
+be given), or all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", "9e-6 1/K", "2 min".
+"""
+# Tables that a case may lack altogether.
+OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys}
 
 
 def inline(value: Any) -> str:
@@ -20,8 +24,8 @@ def inline(value: Any) -> str:
     if isinstance(value, BaseModel):
         value = {name: getattr(value, name) for name in type(value).model_fields}
     if isinstance(value, dict):
-        pairs = (f"{key} = {inline(v)}" for key, v in value.items() if v is not None)
-        return f"{{ {', '.join(pairs)} }}" if value else "{}"
+        pairs = [f"{key} = {inline(v)}" for key, v in value.items() if v is not None]
+        return f"{{ {', '.join(pairs)} }}" if pairs else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(inline(v) for v in value)}]"
     if isinstance(value, bool):
@@ -54,6 +58,8 @@ def to_toml(case: Case, *, explained: bool = False) -> str:
             if explained:
                 lines += _comment(type(table).__doc__ or "")
             lines += [f"[{name}]", *_keys(table, explained, tables=True)]
+        elif name in OPTIONAL:
+            lines += ["", *_absent(name, OPTIONAL[name])] if explained else []
         elif not isinstance(table, str) and (table or explained):
             lines += ["", *_cracks(case, field, explained)]
     return "\n".join(lines).strip() + "\n"
@@ -69,8 +75,22 @@ def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
         if value is not None:
             yield f"{name} = {inline(value)}"
         elif explained:
-            example = field.examples[0] if field.examples else ""
-            yield f"# {name} = {inline(example)}"
+            yield _example(name, field)
+
+
+def _example(name: str, field: FieldInfo) -> str:
+    """A key as a comment, with its default or an example."""
+    given = [*(field.examples or []), *([] if field.is_required() else [field.default])]
+    return f"# {name} = {inline(given[0])}"
+
+
+def _absent(name: str, model: type[BaseModel]) -> Iterator[str]:
+    """A table that the case lacks, as comments."""
+    yield from _comment(model.__doc__ or "")
+    yield f"# [{name}]"
+    for key, field in model.model_fields.items():
+        yield from _comment(field.description or "")
+        yield _example(key, field)
 
 
 def _comment(text: str) -> list[str]:
@@ -86,7 +106,7 @@ def _cracks(case: Case, field: FieldInfo, explained: bool) -> Iterator[str]:
         yield "# [[cracks]]"
         for name, key in shape.model_fields.items():
             yield from _comment(key.description or "")
-            yield f"# {name} = {inline(key.examples[0] if key.examples else '')}"
+            yield _example(name, key)
     for crack in case.cracks:
         yield "[[cracks]]"
         yield from _keys(crack, explained, tables=True)

@@ -16,6 +16,13 @@ from staffa.cases.rules.cooling import (
     film_is_convective,
     measures_are_inside,
 )
+from staffa.cases.rules.heat import (
+    formulas_give_numbers,
+    heat_enters_or_leaves,
+    heat_fits_the_body,
+    heat_has_its_profile,
+    heat_is_complete,
+)
 from staffa.cases.rules.supports import (
     edges_agree,
     is_moved,
@@ -46,6 +53,7 @@ __all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given"]
 RULES = (
     outputs_count_as_times_do,
     units_are_not_mixed,
+    heat_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
     elasticity_is_definite,
@@ -55,10 +63,14 @@ RULES = (
     cracks_are_inside,
     cooling_is_complete,
     film_is_convective,
+    heat_fits_the_body,
+    heat_is_complete,
+    heat_enters_or_leaves,
     measures_are_inside,
     times_increase,
     adaptive_steps_are_possible,
     cooling_has_begun,
+    formulas_give_numbers,
     outputs_are_within,
     section_owns_its_sides,
     section_can_stretch,
@@ -66,6 +78,10 @@ RULES = (
     edges_agree,
     something_happens,
 )
+
+# Numbers of the rock that are 1 where nothing else is said.
+ONES = {"expansion": "1/K", "kappa": "m^2/s"}
+ONES_OF_HEAT = {"expansion": "1/K", "k": "W/(m K)", "rho": "kg/m^3", "c": "J/(kg K)"}
 
 
 def obey(case: Case) -> Case:
@@ -95,10 +111,11 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
         found["toughness"] = {"correlation_length": _times(case.damage.ell, 2)}
     if case.solver.displacement == "auto":
         found["solver"] = {"displacement": "direct" if two else "iterative"}
-    if not is_scaled(case):  # only without cooling can these be left out; then they have no effect
-        for name, unit in (("expansion", "1/K"), ("kappa", "m^2/s")):
-            if name not in keys.model_fields_set:
-                found["material"][name] = Quantity(1.0, f"1 {unit}")
+    ones = ONES_OF_HEAT if case.heat else ONES
+    for name, unit in ones.items():  # in units only those without effect can have been left out
+        if name not in keys.model_fields_set:
+            one = Quantity(1.0) if is_scaled(case) else Quantity(1.0, f"1 {unit}")
+            found["material"][name] = one
     return found
 
 

@@ -1,6 +1,7 @@
 """Rules on the body: its dimension, its stiffness, its mesh, and what is drawn into it."""
 
-from staffa.cases.model import Band, Case, Disc, Segment
+from staffa.cases.boxes import Box
+from staffa.cases.model import Case, Disc, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
 from staffa.grid import SIDES, UNSTRUCTURED, cells_and_vertices
@@ -81,12 +82,13 @@ def mesh_can_be_numbered(case: Case) -> None:
 
 
 def bands_are_inside(case: Case) -> None:
-    """Every band of toughness is a box that meets the body."""
-    for number, band in enumerate(case.toughness.bands, start=1):
-        _band_is_inside(case, band, f"toughness.bands, entry {number}")
+    """Every band is a box that meets the body."""
+    for table, keys in (("toughness", case.toughness), ("heat", case.heat)):
+        for number, band in enumerate(keys.bands if keys else (), start=1):
+            _band_is_inside(case, band, f"{table}.bands, entry {number}")
 
 
-def _band_is_inside(case: Case, band: Band, where: str) -> None:
+def _band_is_inside(case: Case, band: Box, where: str) -> None:
     for name, corner in (("lower", band.lower), ("upper", band.upper)):
         if len(corner) != case.dim:
             raise InputError(

@@ -7,19 +7,20 @@ from staffa.grid import SIDES, face_axis
 
 
 def cooling_is_complete(case: Case) -> None:
-    """A face that exists, and exactly one of dT and severity."""
+    """A face that exists, and exactly one of dT and severity if they make the temperature."""
     keys = case.temperature
     sides = SIDES[case.dim]
     if keys.face not in sides:
         raise InputError(
             f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, sides)}"
         )
-    if keys.profile == "none":
+    if keys.profile in ("none", "heat"):
         for name in ("dT", "severity", "biot"):
             if getattr(keys, name) is not None:
+                elsewhere = ", where [heat] says what does" if keys.profile == "heat" else ""
                 raise InputError(
                     f"temperature.{name} = {inline(getattr(keys, name))} cools nothing with "
-                    f'temperature.profile = "none"; leave one of them out'
+                    f'temperature.profile = "{keys.profile}"{elsewhere}; leave one of them out'
                 )
     elif (keys.dT is None) == (keys.severity is None):
         how = "neither is given" if keys.dT is None else "both are given"
@@ -36,7 +37,7 @@ def film_is_convective(case: Case) -> None:
             "temperature.biot is missing: a convective profile needs the film coefficient times L "
             "over the conductivity; write it like biot = 10.0"
         )
-    if keys.profile not in ("convective", "none") and keys.biot is not None:
+    if keys.profile not in ("convective", "heat", "none") and keys.biot is not None:
         raise InputError(
             f'temperature.biot = {keys.biot:g} has no meaning for profile = "{keys.profile}"; '
             f'leave it out or take temperature.profile = "convective"'

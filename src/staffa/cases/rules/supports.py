@@ -1,10 +1,11 @@
 """Rules on what holds and moves the body."""
 
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
 
 from staffa.cases.model import Case, History, Prescribed
+from staffa.cases.rules.times import table_agrees
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.grid import SIDES, face_axis
@@ -59,23 +60,9 @@ def prescribed_agree(case: Case) -> None:
                 f"{', '.join(names)}, or leave it out"
             )
         for name in names:
-            _table_agrees(f"supports.{side}.{name}", getattr(support, name))
-
-
-def _table_agrees(where: str, table: float | History | None) -> None:
-    if not isinstance(table, History):
-        return
-    if not table.t or len(table.t) != len(table.u):
-        raise InputError(
-            f"{where}: t has {len(table.t)} numbers and u has {len(table.u)}; give as many of "
-            f"each, and at least one"
-        )
-    for before, after in pairwise(table.t):
-        if after <= before:
-            raise InputError(
-                f"{where}.t: {inline(after)} comes after {inline(before)}; put the times in "
-                f"increasing order, no two of them equal"
-            )
+            given = getattr(support, name)
+            if isinstance(given, History):
+                table_agrees(f"supports.{side}.{name}", given.t, given.u, "u")
 
 
 def edges_agree(case: Case) -> None:

@@ -55,10 +55,26 @@ def times_increase(case: Case) -> None:
         return
     if not given:
         raise InputError(f"time.{name} = [] is empty; give at least one time")
-    for before, after in pairwise(given):
+    _increase(f"time.{name}", given)
+
+
+def table_agrees(
+    where: str, t: tuple[float, ...], values: tuple[float, ...], values_key: str
+) -> None:
+    """A table in time has as many values as times, which increase."""
+    if not t or len(t) != len(values):
+        raise InputError(
+            f"{where}: t has {len(t)} numbers and {values_key} has {len(values)}; give as many of "
+            f"each, and at least one"
+        )
+    _increase(f"{where}.t", t)
+
+
+def _increase(where: str, times: tuple[float, ...]) -> None:
+    for before, after in pairwise(times):
         if after <= before:
             raise InputError(
-                f"time.{name}: {inline(after)} comes after {inline(before)}; put the times in "
+                f"{where}: {inline(after)} comes after {inline(before)}; put the times in "
                 f"increasing order, no two of them equal"
             )
 

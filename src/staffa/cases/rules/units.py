@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from staffa.cases.model import Case
 from staffa.errors import InputError
-from staffa.units import EXAMPLES, Quantity
+from staffa.units import EXAMPLES, Quantity, Temperature
 
 
 def quantities(table: BaseModel, path: str = "") -> Iterator[tuple[str, Quantity]]:
@@ -33,10 +33,15 @@ def is_scaled(case: Case) -> bool:
 
 
 def units_are_not_mixed(case: Case) -> None:
-    """All quantities have units, or none has; zero is zero in any unit, and tau has none."""
+    """All quantities have units, or none has; zero is zero in any unit but of temperature, and tau
+    has none."""
     in_tau = case.time.tau is not None
     written = [(key, q) for key, q in quantities(case) if not (in_tau and key == "output.at")]
-    bare = [(key, q) for key, q in written if not q.has_units and float(q) != 0.0]
+    bare = [
+        (key, q)
+        for key, q in written
+        if not q.has_units and (float(q) != 0.0 or isinstance(q, Temperature))
+    ]
     with_units = [(key, q) for key, q in written if q.has_units]
     if bare and with_units:
         (key, value), (other, text) = bare[0], with_units[0]
@@ -51,7 +56,10 @@ def nothing_is_one_by_default(case: Case) -> None:
     if is_scaled(case):
         return
     needed = {"E": "stress", "Gc": "toughness"}
-    if case.temperature.profile != "none":
+    if case.temperature.profile == "heat":
+        needed |= {"expansion": "thermal expansion"}
+        needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}
+    elif case.temperature.profile != "none":
         needed |= {"expansion": "thermal expansion", "kappa": "diffusivity"}
     for name, dimension in needed.items():
         if name not in case.material.model_fields_set:

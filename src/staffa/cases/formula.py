@@ -1,0 +1,136 @@
+"""Formulas that a case file brings along, "293 - 5*t", read as such and as nothing else."""
+
+import ast
+import warnings
+from collections.abc import Callable
+from functools import cache
+from math import pi
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from staffa.errors import InputError, nearest
+
+LONGEST = 200  # characters
+# Those of numexpr that give a number at each point, in each of its versions.
+FUNCTIONS = (
+    *("abs", "arccos", "arcsin", "arctan", "arctan2", "ceil", "cos", "cosh", "exp", "expm1"),
+    *("floor", "log", "log10", "log1p", "sin", "sinh", "sqrt", "tan", "tanh", "where"),
+)
+ALLOWED = (
+    *(ast.Expression, ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Name, ast.Constant),
+    *(ast.Load, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Mod, ast.Pow, ast.UAdd, ast.USub),
+    *(ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.BitAnd, ast.BitOr, ast.Invert),
+)
+# Values at points x, shape (3, n), and a time t: shape (n,).
+Evaluated = Callable[[np.ndarray, float], np.ndarray]
+
+
+def formula(text: str, names: tuple[str, ...]) -> Evaluated:
+    """The function of points and time that a text writes down.
+
+    names: what it may depend on, of t, x, y, z. All in SI, or scaled as the case is.
+
+    Raises
+    ------
+    InputError
+        It is no formula of these. Its value may still be no number: see `trial`.
+    """
+    plain = _plain(text, names)
+
+    def value(x: np.ndarray, t: float) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            found = _numexpr().evaluate(
+                plain, local_dict=known(x, t), global_dict={}, sanitize=True
+            )
+        return np.broadcast_to(found, x.shape[1:])
+
+    return value
+
+
+def trial(value: Evaluated, names: tuple[str, ...], x: np.ndarray, t: float) -> np.ndarray:
+    """The values of a formula of these names, if they can be computed with.
+
+    Raises
+    ------
+    InputError
+        They cannot be computed, are no numbers, or not finite.
+    """
+    try:
+        found = value(x, t)
+    except (ZeroDivisionError, OverflowError):
+        raise InputError("its value is not finite; it must be so everywhere") from None
+    except Exception:  # numexpr raises many kinds where an operation has no meaning
+        raise InputError(
+            "it cannot be computed; check what its functions are given and that comparisons stand "
+            "in parentheses"
+        ) from None
+    if found.dtype != np.float64:
+        raise InputError("it is true or false and no number; write it like where(x > 1, 5, 2)")
+    if not np.all(np.isfinite(found)):
+        at = known(x[:, np.argmin(np.isfinite(found))], t)
+        where = ", ".join(f"{name} = {at[name]:g}" for name in names)
+        raise InputError(f"its value is not finite at {where}; it must be so everywhere")
+    return found
+
+
+def known(x: np.ndarray, t: float) -> dict[str, Any]:
+    """What is known to a formula at points or at one of them, by name."""
+    return {"x": x[0], "y": x[1], "z": x[2], "t": np.float64(t), "pi": pi}
+
+
+def vocabulary(names: tuple[str, ...]) -> str:
+    """What a formula of these names may be made of."""
+    signs = "+ - * / **, < > & |"
+    return f"it may use numbers, pi, {', '.join(names)}, {signs}, and {', '.join(FUNCTIONS)}"
+
+
+def _plain(text: str, names: tuple[str, ...]) -> str:
+    """The formula after a look at each of its parts, with whole numbers as others, so that
+    9**9**9**9 is at once too large and not computed digit by digit."""
+    words = vocabulary(names)
+    try:
+        with warnings.catch_warnings(action="ignore"):  # of what is refused here anyway
+            tree = ast.parse(text.strip(), mode="eval")
+        parts = list(ast.walk(tree))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise InputError(f"that is no formula; {words}") from None
+    called = {id(part.func) for part in parts if isinstance(part, ast.Call)}
+    for part in parts:
+        if isinstance(part, ast.Name):
+            there = FUNCTIONS if id(part) in called else (*names, "pi")
+            if part.id not in there:
+                hint = nearest(part.id, there)
+                raise InputError(
+                    f"'{part.id[:40]}' is not known there; {words}{hint and '.'}{hint}"
+                )
+        elif not _is_plain(part):
+            raise InputError(f"that is more than a formula; {words}")
+    return ast.unparse(_Floats().visit(tree))
+
+
+def _is_plain(part: ast.AST) -> bool:
+    if isinstance(part, ast.Call):
+        return isinstance(part.func, ast.Name) and not part.keywords
+    if isinstance(part, ast.Compare):
+        return len(part.ops) == 1
+    if isinstance(part, ast.Constant):
+        return type(part.value) in (int, float)
+    return isinstance(part, ALLOWED)
+
+
+class _Floats(ast.NodeTransformer):
+    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
+        try:
+            return ast.Constant(float(node.value))  # type: ignore[arg-type]
+        except OverflowError:
+            raise InputError("it holds a number that is too large; shorten it") from None
+
+
+@cache
+def _numexpr() -> ModuleType:
+    import numexpr  # takes a while to load, and few cases need it
+
+    numexpr.set_num_threads(1)  # each rank has one core
+    return numexpr

@@ -1,0 +1,102 @@
+"""Case -> what the heat equation needs to know of the body."""
+
+import numpy as np
+
+from staffa.cases.boxes import product
+from staffa.cases.clock import conductivities, heat_capacity
+from staffa.cases.formula import formula
+from staffa.cases.heat_keys import Formula, Geotherm, HeatBand, HeatKeys, InTime
+from staffa.cases.model import Case
+from staffa.grid import SIDES
+from staffa.heat.body import (
+    Bath,
+    Conduction,
+    Film,
+    Held,
+    Inflow,
+    Insulating,
+    PointValues,
+    Values,
+    everywhere_one,
+    nothing,
+)
+
+
+def conduction(case: Case) -> Conduction:
+    """The heat equation of a case with profile "heat"."""
+    keys, dim = case.heat, case.dim
+    assert keys is not None
+    k = conductivities(case)
+    return Conduction(
+        k=tuple(tuple(k[i] if i == j else 0.0 for j in range(dim)) for i in range(dim)),
+        rho_c=heat_capacity(case),
+        initial=at_start(keys.initial, dim),
+        stress_free=None if keys.stress_free is None else at_start(keys.stress_free, dim),
+        k_factor=_factor(keys.bands, "k"),
+        rho_c_factor=_factor(keys.bands, "capacity"),
+        sides=_sides(keys, dim),
+        source=nothing if keys.source is None else in_time(keys.source, dim),
+        cracks=_cracks(keys, dim),
+        tolerance=keys.tolerance,
+        agreement=keys.agreement,
+    )
+
+
+def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:
+    if not bands:
+        return everywhere_one
+    return lambda x: product(x, ((band, getattr(band, name)) for band in bands))
+
+
+def _sides(keys: HeatKeys, dim: int) -> tuple[Held | Inflow | Film, ...]:
+    found: list[Held | Inflow | Film] = []
+    for side in SIDES[dim]:
+        given = getattr(keys, side)
+        if given is None:
+            continue
+        if given.flux is not None:
+            found.append(Inflow(side=side, q=in_time(given.flux, dim)))
+        elif given.h is not None:
+            h, T = in_time(given.h, dim), in_time(given.T, dim)
+            found.append(Film(side=side, h=h, T=T))
+        else:
+            found.append(Held(side=side, T=in_time(given.T, dim)))
+    return tuple(found)
+
+
+def _cracks(keys: HeatKeys, dim: int) -> Insulating | Bath | None:
+    given = keys.cracks
+    if given is None:
+        return None
+    if given.conductivity is not None:
+        return Insulating(residual=given.conductivity)
+    assert given.h is not None and given.T is not None
+    return Bath(h=in_time(given.h, dim), T=in_time(given.T, dim))
+
+
+def names(dim: int, *, time: bool = True) -> tuple[str, ...]:
+    """What a formula may depend on."""
+    return (*(("t",) if time else ()), *"xyz"[:dim])
+
+
+def in_time(value: float | InTime | Formula, dim: int) -> Values:
+    """A value of the table [heat] as a function of points and time."""
+    if isinstance(value, Formula):
+        return formula(value.formula, names(dim))
+    if isinstance(value, InTime):
+        t, values = np.array(value.t, dtype=float), np.array(value.value, dtype=float)
+        return lambda x, time: float(np.interp(time, t, values))
+    constant = float(value)
+    return lambda x, time: constant
+
+
+def at_start(value: float | Geotherm | Formula, dim: int) -> PointValues:
+    """A temperature of the table [heat] as a function of points alone."""
+    if isinstance(value, Formula):
+        evaluated = formula(value.formula, names(dim, time=False))
+        return lambda x: evaluated(x, 0.0)
+    if isinstance(value, Geotherm):
+        origin, gradient = float(value.value), np.array(value.gradient, dtype=float)
+        return lambda x: origin + gradient @ x[: len(gradient)]
+    constant = float(value)
+    return lambda x: np.full(x.shape[1], constant)

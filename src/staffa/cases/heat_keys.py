@@ -1,0 +1,237 @@
+"""The table [heat]: where a body's heat comes from and goes to, as keys."""
+
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Field, StringConstraints, Tag
+
+from staffa.cases.boxes import Box
+from staffa.cases.formula import LONGEST
+from staffa.cases.kinds import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    FilmCoefficient,
+    HeatFlux,
+    HeatSource,
+    Instant,
+    PositiveNumber,
+    Section,
+    Temperature,
+    TemperatureGradient,
+    kind,
+)
+
+
+class Formula(Section):
+    """A formula in SI units, or scaled as the case is."""
+
+    formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
+        description="of t, x, y and z", examples=["293 - 5*sin(2*pi*t/3600)"]
+    )
+
+
+class InTime(Section):
+    """Values in time, straight between the given times and constant beyond them."""
+
+    t: tuple[Instant, ...] = Field(
+        description="times, increasing; t also in a case that counts in tau",
+        examples=[["0 s", "10 min"]],
+    )
+    value: tuple[float, ...] = Field(description="the value at each of them")
+
+
+def _values(*examples: str) -> Any:
+    return Field(description="the value at each of them", examples=[list(examples)])
+
+
+class TemperatureInTime(InTime):
+    """A temperature in time."""
+
+    value: tuple[Temperature, ...] = _values("20 °C", "5 °C")
+
+
+class FluxInTime(InTime):
+    """A heat flux in time."""
+
+    value: tuple[HeatFlux, ...] = _values("0 W/m^2", "-500 W/m^2")
+
+
+class FilmInTime(InTime):
+    """A film coefficient in time."""
+
+    value: tuple[Annotated[FilmCoefficient, NOT_NEGATIVE], ...] = _values(
+        "0 W/(m^2 K)", "500 W/(m^2 K)"
+    )
+
+
+class SourceInTime(InTime):
+    """A heat source in time."""
+
+    value: tuple[HeatSource, ...] = _values("0 W/m^3", "100 W/m^3")
+
+
+class Geotherm(Section):
+    """A temperature that changes evenly along a direction."""
+
+    value: Temperature = Field(description="temperature at the origin", examples=["20 °C"])
+    gradient: tuple[TemperatureGradient, ...] = Field(
+        description="its change along x, y (2-D) or x, y, z (3-D)",
+        examples=[["0 K/m", "-0.03 K/m"]],
+    )
+
+
+def _is_formula(value: Any) -> bool:
+    return isinstance(value, Formula) or (isinstance(value, dict) and "formula" in value)
+
+
+def _form(value: Any) -> str:
+    return "a formula" if _is_formula(value) else kind(value)
+
+
+TemperatureValue = Annotated[
+    Annotated[Temperature, Tag("a value")]
+    | Annotated[TemperatureInTime, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")],
+    Discriminator(_form),
+]
+FluxValue = Annotated[
+    Annotated[HeatFlux, Tag("a value")]
+    | Annotated[FluxInTime, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")],
+    Discriminator(_form),
+]
+FilmValue = Annotated[
+    Annotated[FilmCoefficient, POSITIVE, Tag("a value")]
+    | Annotated[FilmInTime, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")],
+    Discriminator(_form),
+]
+SourceValue = Annotated[
+    Annotated[HeatSource, Tag("a value")]
+    | Annotated[SourceInTime, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")],
+    Discriminator(_form),
+]
+Start = Annotated[
+    Annotated[Temperature, Tag("a value")]
+    | Annotated[Geotherm, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")],
+    Discriminator(_form),
+]
+
+START_EXAMPLES = [
+    "20 °C",
+    {"value": "20 °C", "gradient": ["0 K/m", "-0.03 K/m"]},
+    {"formula": "293 - 0.03*y"},
+]
+TEMPERATURE_EXAMPLES = ["5 °C", {"t": ["0 s", "10 min"], "value": ["20 °C", "5 °C"]}]
+FILM_EXAMPLES = ["500 W/(m^2 K)", {"formula": "500 + 20*x"}]
+FLUX_EXAMPLES = ["-500 W/m^2", {"formula": "-500*exp(-t/3600)"}]
+SOURCE_EXAMPLES = ["2e-6 W/m^3", {"formula": "100*exp(-t/3600)"}]
+
+
+class HeatSide(Section):
+    """What happens to heat on a side: T alone, flux alone, or h and T."""
+
+    h: FilmValue | None = Field(
+        default=None, description="film coefficient", examples=FILM_EXAMPLES
+    )
+    T: TemperatureValue | None = Field(
+        default=None,
+        description="temperature of the side, or with h of the bath beyond its film",
+        examples=TEMPERATURE_EXAMPLES,
+    )
+    flux: FluxValue | None = Field(
+        default=None,
+        description="heat that enters per area and time, negative where it leaves",
+        examples=FLUX_EXAMPLES,
+    )
+
+
+class HeatCracks(Section):
+    """What cracks do to heat: conductivity alone, or h and T."""
+
+    conductivity: Annotated[PositiveNumber, Field(le=1)] | None = Field(
+        default=None,
+        description="fraction of the conductivity left across a crack",
+        examples=[1e-3],
+    )
+    h: FilmValue | None = Field(
+        default=None,
+        description="film coefficient of each of a crack's two faces",
+        examples=FILM_EXAMPLES,
+    )
+    T: TemperatureValue | None = Field(
+        default=None,
+        description="temperature of the fluid in the cracks",
+        examples=TEMPERATURE_EXAMPLES,
+    )
+
+
+class HeatBand(Box):
+    """A part of the body that conducts or stores heat differently."""
+
+    k: PositiveNumber = Field(
+        default=1.0, description="its conductivity over material.k", examples=[2.0]
+    )
+    capacity: PositiveNumber = Field(
+        default=1.0,
+        description="its heat capacity per volume over material.rho times material.c",
+        examples=[0.5],
+    )
+
+
+def _side(words: str) -> Any:
+    return Field(
+        default=None,
+        description=words,
+        examples=[{"T": "5 °C"}, {"flux": "-500 W/m^2"}, {"h": "500 W/(m^2 K)", "T": "5 °C"}],
+    )
+
+
+class HeatKeys(Section):
+    """The heat equation, for temperature.profile = "heat". A side is held like { T = "5 °C" },
+    takes up heat like { flux = "60 mW/m^2" }, or gives it to a bath through a film like
+    { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. Each of these
+    values may be a table in time { t = [...], value = [...] } or a { formula = "..." } of t, x, y
+    (and z in 3-D) in SI units, or scaled as the case is."""
+
+    initial: Start = Field(
+        description="temperature at t = 0: a value, one with a gradient, or a formula of x, y "
+        "(and z)",
+        examples=START_EXAMPLES,
+    )
+    stress_free: Start | None = Field(
+        default=None,
+        description="temperature without thermal strain, likewise; the initial one if left out",
+        examples=START_EXAMPLES,
+    )
+    left: HeatSide | None = _side("side x = 0")
+    right: HeatSide | None = _side("side x = width")
+    bottom: HeatSide | None = _side("lower side")
+    top: HeatSide | None = _side("upper side")
+    front: HeatSide | None = _side("side y = 0, 3-D only")
+    back: HeatSide | None = _side("side y = depth, 3-D only")
+    source: SourceValue | None = Field(
+        default=None,
+        description="heat made in the body per volume and time",
+        examples=SOURCE_EXAMPLES,
+    )
+    bands: tuple[HeatBand, ...] = Field(
+        default=(),
+        description="boxes with other factors on the conductivity and the heat capacity per volume",
+        examples=[[{"lower": [0.0, 0.0], "upper": [5.0, 0.02], "k": 2.0, "capacity": 0.5}]],
+    )
+    cracks: HeatCracks | None = Field(
+        default=None,
+        description="what cracks do to heat: the fraction of the conductivity left across them, or "
+        "a fluid in them, h and T; nothing if left out",
+        examples=[{"conductivity": 1e-3}, {"h": "500 W/(m^2 K)", "T": "5 °C"}],
+    )
+    tolerance: Annotated[PositiveNumber, Field(lt=0.1)] = Field(
+        default=1e-4,
+        description="largest error of a time step over the largest change of temperature so far",
+    )
+    agreement: Annotated[PositiveNumber, Field(lt=1)] = Field(
+        default=1e-3,
+        description="how well temperature and cracks must agree at a step's end, in that measure",
+    )

@@ -1,0 +1,199 @@
+"""Rules on the table [heat], and on the numbers of the rock that it needs."""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from staffa.cases.clock import times_in
+from staffa.cases.formula import formula, trial
+from staffa.cases.heat import names
+from staffa.cases.heat_keys import Formula, Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
+from staffa.cases.model import Case
+from staffa.cases.rules.times import table_agrees, times_given
+from staffa.cases.sentences import shown
+from staffa.cases.writing import inline
+from staffa.errors import InputError, choices
+from staffa.grid import SIDES
+
+START = ("initial", "stress_free")
+
+
+def heat_has_its_profile(case: Case) -> None:
+    """The table and its numbers of the rock are there exactly with temperature.profile = "heat"."""
+    profile = f'temperature.profile = "{case.temperature.profile}"'
+    if case.temperature.profile != "heat":
+        if case.heat is not None:
+            raise InputError(
+                f"[heat] has no meaning with {profile}; leave it out or take temperature.profile = "
+                f'"heat"'
+            )
+        for name in ("k", "rho", "c"):
+            given = getattr(case.material, name)
+            if given is not None:
+                raise InputError(
+                    f"material.{name} = {inline(given)} has no meaning with {profile}; leave it "
+                    f"out and give kappa, which is k/(rho c)"
+                )
+        return
+    if case.heat is None:
+        raise InputError(
+            f"[heat] is missing: {profile} needs the temperature at the start and what enters or "
+            f'leaves; write it like [heat] with initial = "20 °C" and bottom = {{ T = "5 °C" }} '
+            f"below it"
+        )
+    if case.material.kappa is not None:
+        raise InputError(
+            f"material.kappa = {inline(case.material.kappa)} has no meaning with {profile}, where "
+            f"it is k/(rho c); leave it out and give k, rho and c"
+        )
+
+
+def heat_fits_the_body(case: Case) -> None:
+    """Conductivities, gradients and sides are of the body's dimension."""
+    keys, dim = case.heat, case.dim
+    if keys is None:
+        return
+    k = case.material.k
+    if isinstance(k, tuple):
+        _has_a_number_an_axis(case, "material.k", k)
+    for name in START:
+        if isinstance(given := getattr(keys, name), Geotherm):
+            _has_a_number_an_axis(case, f"heat.{name}.gradient", given.gradient)
+    for side in SIDES[3]:
+        if side not in SIDES[dim] and getattr(keys, side) is not None:
+            raise InputError(
+                f"heat.{side}: a 2-D body has no such side; {choices(side, SIDES[dim])}"
+            )
+
+
+def _has_a_number_an_axis(case: Case, where: str, given: tuple[float, ...]) -> None:
+    if len(given) != case.dim:
+        raise InputError(
+            f"{where} = {inline(given)}: it needs {case.dim} numbers, as domain.size has"
+        )
+
+
+def heat_is_complete(case: Case) -> None:
+    """What is said of a side, of the cracks, of a band and in a table belongs together."""
+    keys = case.heat
+    if keys is None:
+        return
+    for side in SIDES[case.dim]:
+        given = getattr(keys, side)
+        if given is not None:
+            _side_is_complete(f"heat.{side}", given)
+    if keys.cracks is not None:
+        _cracks_are_complete("heat.cracks", keys.cracks)
+    for number, band in enumerate(keys.bands, start=1):
+        if not {"k", "capacity"} & band.model_fields_set:
+            raise InputError(
+                f"heat.bands, entry {number} changes nothing; give k, a factor on material.k, or "
+                f"capacity, one on material.rho times material.c"
+            )
+    for where, value, _ in _values(keys, case.dim):
+        if isinstance(value, InTime):
+            table_agrees(where, value.t, value.value, "value")
+
+
+def _given(table: HeatSide | HeatCracks | None) -> list[str]:
+    fields = type(table).model_fields if table is not None else {}
+    return [name for name in fields if getattr(table, name) is not None]
+
+
+def _side_is_complete(where: str, side: HeatSide) -> None:
+    given, says = _given(side), f"{where} = {shown(side)}"
+    if not given:
+        raise InputError(
+            f"{says} says nothing; give T (held at it), flux (heat that enters), or h and T (a "
+            f"film and the bath beyond it), or leave it out to insulate the side"
+        )
+    if given == ["h"]:
+        raise InputError(
+            f'{says} is a film without a bath; add the bath\'s temperature, like T = "5 °C"'
+        )
+    if "flux" in given and len(given) > 1:
+        raise InputError(
+            f"{says}: a side cannot have a given flux and a given temperature; leave out flux, or "
+            f"leave out {' and '.join(name for name in given if name != 'flux')}"
+        )
+
+
+def _cracks_are_complete(where: str, cracks: HeatCracks) -> None:
+    given, says = _given(cracks), f"{where} = {shown(cracks)}"
+    if not given:
+        raise InputError(
+            f"{says} says nothing; give conductivity (the fraction left across a crack), or h and "
+            f"T (of a fluid in them), or leave it out"
+        )
+    if "conductivity" in given and len(given) > 1:
+        raise InputError(
+            f"{says}: cracks hinder heat (conductivity) or are full of a fluid (h and T); leave "
+            f"one of them out"
+        )
+    if given == ["h"]:
+        raise InputError(f'{says} has no temperature of the fluid; add it, like T = "5 °C"')
+    if given == ["T"]:
+        raise InputError(
+            f"{says} has no film between fluid and rock; add its coefficient, like "
+            f'h = "500 W/(m^2 K)"'
+        )
+
+
+def heat_enters_or_leaves(case: Case) -> None:
+    """A side, a source or a fluid in the cracks is there, without which all stays as it is."""
+    keys = case.heat
+    if keys is None:
+        return
+    sides = any(getattr(keys, side) is not None for side in SIDES[case.dim])
+    bath = keys.cracks is not None and keys.cracks.h is not None
+    if not (sides or bath or keys.source is not None):
+        raise InputError(
+            "[heat] heats and cools nothing: no side is named, and no source and no fluid in the "
+            'cracks; give one of them, like bottom = { T = "5 °C" }'
+        )
+
+
+def _values(keys: HeatKeys, dim: int) -> Iterator[tuple[str, Any, str | None]]:
+    """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
+    for name in (*START, "source"):
+        yield f"heat.{name}", getattr(keys, name), None
+    for side in SIDES[dim]:
+        for name in _given(getattr(keys, side)):
+            yield f"heat.{side}.{name}", getattr(getattr(keys, side), name), side
+    for name in _given(keys.cracks):
+        yield f"heat.cracks.{name}", getattr(keys.cracks, name), None
+
+
+def formulas_give_numbers(case: Case) -> None:
+    """Every formula gives finite numbers where it is tried: at corners, in the middle, at the
+    start, the first and the last time; no film coefficient among them is negative."""
+    if case.heat is None:
+        return
+    times = {0.0, *times_in(case, times_given(case)[[0, -1]])}
+    for where, value, side in _values(case.heat, case.dim):
+        if not isinstance(value, Formula):
+            continue
+        at_start = where.removeprefix("heat.") in START
+        known = names(case.dim, time=not at_start)
+        try:
+            function = formula(value.formula, known)
+            found = [trial(function, known, _places(case, side), t) for t in sorted(times)]
+            if where.endswith(".h") and np.min(found) < 0:
+                raise InputError(
+                    f"a film coefficient must not be negative, and there it is {np.min(found):g}"
+                )
+        except InputError as error:
+            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+
+
+def _places(case: Case, side: str | None) -> np.ndarray:
+    """Corners and middle of the body, or of one of its sides; shape (3, n)."""
+    ends = [[0.0, float(s)] for s in case.domain.size]
+    if side is not None:
+        axis, end = SIDES[case.dim][side]
+        ends[axis] = [ends[axis][max(end, 0)]]
+    corners = np.array(list(product(*ends)))
+    places = np.vstack([corners, corners.mean(axis=0)]).T
+    return np.vstack([places, np.zeros((3 - case.dim, places.shape[1]))])
