@@ -32,7 +32,8 @@ class Slit:
     def _along(self, y: float) -> np.ndarray:
         rows = np.unique(self.x[:, 1].round(9))
         nearest = rows[np.abs(rows - y).argmin()]
-        row = (np.abs(self.x[:, 1] - nearest) < 1e-7) & (self.x[:, 0] > START) & (self.x[:, 0] < END)
+        along, height = self.x.T
+        row = (np.abs(height - nearest) < 1e-7) & (along > START) & (along < END)
         return self.T[row][np.argsort(self.x[row, 0])]
 
 

@@ -21,9 +21,9 @@ from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, P
 from staffa.jit import jit_options
 from staffa.parallel import any_over_ranks
 
-# Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack, while
-# alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces its
-# gradient sums to 1, whatever the profile.
+# Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack,
+# while alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces
+# its gradient sums to 1, whatever the profile.
 SHARPNESS, QUADRATURE = 16, 8
 
 
