@@ -291,7 +291,7 @@ def test_a_pulled_body_with_a_crack_is_said_to_break_sooner_perhaps():
 
 
 def test_a_case_in_units_says_its_units():
-    known = preview(catalog.ready_case("ceramic"))
+    known = preview(catalog.ready_case("ceramic-strip"))
     assert fact(known, "sigma_c").endswith(" Pa") and fact(known, "dT_c").endswith(" K")
     assert fact(known, "ell0") == "1.35e-05 m" and fact(known, "dT/dT_c") == "3.01"
 
@@ -310,6 +310,8 @@ EXPECTED = {
     "array": ["nucleation is not resolved"],
     "two-cracks": ["nucleation is not resolved"],
     "bar": ["the smallest extent is 3 ell"],
+    "glass-slab": ["nucleation is not resolved"],
+    "granite-face": ["nucleation is not resolved"],
 }
 
 
@@ -320,12 +322,16 @@ def test_a_ready_case_warns_of_what_is_known_and_no_more(name):
     assert all(part in sentence for part, sentence in zip(expected, found, strict=True)), found
 
 
+# Says itself that it is for hours on many ranks.
+LARGE = ("ceramic-quench",)
+
+
 @pytest.mark.parametrize("name", catalog.names())
 def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
     case = catalog.ready_case(name)
     cells, unknowns = numbers(case), fact(preview(case), "unknowns").split(" ")[0]
     assert 10 < len(case.title) < 70 and cells.times
-    assert int(unknowns.replace(",", "")) < 120_000
+    assert int(unknowns.replace(",", "")) < (1_100_000 if name in LARGE else 120_000)
 
 
 HEATED = """

@@ -160,7 +160,7 @@ class Heat:
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
     where it left. imbalance: of the two, over the larger of what was stored and what crossed. So
     many substeps of its own, and passes over the step in which the temperature followed the cracks,
-    till both agreed to gap (over the largest change of temperature).
+    till both agreed to gap (over the largest change of temperature). seconds: all of it took.
     """
 
     stored: float = 0.0
@@ -169,6 +169,7 @@ class Heat:
     substeps: int = 0
     passes: int = 0
     gap: float = 0.0
+    seconds: float = field(default=0.0, compare=False)
 
     def then(self, other: "Heat") -> "Heat":
         """This one and the next, one after the other in time."""
@@ -184,6 +185,7 @@ class Heat:
             substeps=self.substeps + other.substeps,
             passes=self.passes + other.passes,
             gap=max(self.gap, other.gap),
+            seconds=self.seconds + other.seconds,
         )
 
 
@@ -193,7 +195,7 @@ class Return:
 
     index, time: the step that it came from. before: total energy kept at the time returned to;
     found: the energy there with the later damage, from which the minimization went on. number: of
-    the returns to this time.
+    the returns to this time; limit: of these, None if there is none.
     """
 
     index: int
@@ -201,6 +203,7 @@ class Return:
     before: float
     found: float
     number: int = 1
+    limit: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

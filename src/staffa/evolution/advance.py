@@ -82,7 +82,7 @@ class Advance:
             work=self.work + loading.work,
             released=self.released + loading.end - outcome.energies.total,
             imbalance=max(self.imbalance, imbalance(loading, outcome)),
-            heat=heat,
+            heat=replace(heat, seconds=heat.seconds + (self.heat.seconds if self.heat else 0.0)),
         )
 
 

@@ -181,6 +181,7 @@ def go_back(
                 before=past.total,
                 found=better.found,
                 number=history.returns[better.index],
+                limit=MOST_RETURNS if system.cooling.feels_cracks else None,
             ),
             heat=heat,
             origin=origin if system.cooling.feels_cracks else None,

@@ -9,8 +9,9 @@ out neither the stages nor, for them, integrals over a step.
 """
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, sqrt
+from time import perf_counter
 
 from staffa.stack import PETSc
 
@@ -97,6 +98,7 @@ class HeatEquation:
         SolveError
             A linear solver failed, or the steps became too short.
         """
+        began_at = perf_counter()
         if self.operators.feel(alpha):
             self._made_for = None
         T = before[: len(self._initial)] + self._stress_free
@@ -116,7 +118,10 @@ class HeatEquation:
                     "the heat equation takes ever shorter steps: something prescribed in it is not "
                     "smooth; smooth it, or take a larger heat.tolerance"
                 )
-        return self._with_ghosts(T - self._stress_free), self._account(T - began, entered, substeps)
+        heat = self._account(T - began, entered, substeps)
+        return self._with_ghosts(T - self._stress_free), replace(
+            heat, seconds=perf_counter() - began_at
+        )
 
     def _try(self, T: np.ndarray, time: float, length: float) -> _Tried:
         """One step of the method, of any length (s)."""

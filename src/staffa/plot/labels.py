@@ -44,6 +44,11 @@ def energy_label(manifest: Manifest) -> str:
     return with_unit("energy", manifest, "J/m" if len(manifest.size) == 2 else "J")
 
 
+def heat_label(manifest: Manifest) -> str:
+    """Label of an axis of heat: per unit thickness in 2-D."""
+    return with_unit("heat since the start", manifest, "J/m" if len(manifest.size) == 2 else "J")
+
+
 def crack_label(manifest: Manifest) -> str:
     """Label of an axis of crack length, in 3-D of crack area."""
     if len(manifest.size) == 2:

@@ -13,6 +13,7 @@ from staffa.io.run_directory import Run, write_aside
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import read_frames
+from staffa.plot.heat import heat_figure
 from staffa.plot.members import counts_figure, growth_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
@@ -131,6 +132,8 @@ def _figures(run: Run) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
     if len(steps) < 2:
         return figures, [*skipped, "curves: they need two steps"]
     figures["energies"] = partial(energies_figure, manifest, steps)
+    if any(step.heat for step in steps):
+        figures["heat"] = partial(heat_figure, manifest, steps)
     if sum(step.measures is not None for step in steps) < 2:
         skipped.append("lengths: fewer than two steps were measured")
     else:

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 from staffa.io.run_directory import Run
-from staffa.records import Effort, Manifest, Step
+from staffa.records import Effort, Heat, Manifest, Step
 from staffa.report.comparison import remaining, run_arrests
 
 
@@ -19,7 +20,14 @@ class Fact:
 
 def summary(run: Run) -> tuple[Fact, ...]:
     """What the run is, how far it came, what it found, and what its audit says."""
-    return (*_case(run.manifest), *_progress(run), *_state(run), *_arrests(run), *_audit(run))
+    return (
+        *_case(run.manifest),
+        *_progress(run),
+        *_state(run),
+        *_heat(run),
+        *_arrests(run),
+        *_audit(run),
+    )
 
 
 def title(run: Run) -> str:
@@ -64,6 +72,9 @@ def _progress(run: Run) -> Iterator[Fact]:
     returns = sum(step.returned is not None for step in every)
     if returns:
         text = f"went back {returns} times, {len(run.superseded)} steps superseded"
+        ended = [s for s in every if s.returned and s.returned.number == s.returned.limit]
+        for step in ended:
+            text += f"; to step {step.index} as often as is allowed where heat feels the cracks"
         yield Fact(name="backtracking", text=text)
 
 
@@ -96,6 +107,22 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures.sections:
         counts = (f"{s.cracks} at {s.height:.3g}" for s in measures.sections)
         yield Fact(name="cracks at depth", text=", ".join(counts))
+
+
+def _heat(run: Run) -> Iterator[Fact]:
+    """What the heat equation did, over all steps that stand."""
+    heats = [step.heat for step in run.steps if step.heat]
+    if not heats:
+        return
+    spent = reduce(Heat.then, heats)
+    unit = "" if run.manifest.scaled else " J/m" if len(run.manifest.size) == 2 else " J"
+    parts = [f"{name} {amount:.4g}" for name, amount in spent.entered.items() if amount]
+    text = f"stored {spent.stored:.4g}{unit}; entered: {', '.join(parts) or 'none'}"
+    yield Fact(name="heat", text=f"{text}; balance {spent.imbalance:.1e}")
+    seconds = sum(step.seconds for step in run.steps)
+    share = f", {spent.seconds / seconds:.1%} of the time" if seconds else ""
+    followed = f", {spent.passes} passes to agree with the cracks" if spent.passes else ""
+    yield Fact(name="heat steps", text=f"{spent.substeps}{share}{followed}")
 
 
 def _arrests(run: Run) -> Iterator[Fact]:
