@@ -12,7 +12,7 @@ from staffa.report.summary import summary, title
 CAPTIONS = {
     "cracks": "The cracks at chosen times.",
     "energies": "Energies of each step.",
-    "heat": "Heat that the body stored since the start, and from where it came (or, negative, went).",
+    "heat": "Heat stored since the start, and from where it came (or, negative, went).",
     "lengths": "Length of the cracks, depth of each tip, and how many cross each depth.",
     "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
     "error as a band, and each member as a thin line.",
