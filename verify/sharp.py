@@ -38,8 +38,13 @@ HALF_SPACE = {
 def half_space_spacing(a: float) -> float:
     """Spacing at which cracks of this length would double, in a half-space at severity 54."""
     ell0 = 54.0**-2
+    return half_space_doubling(a / ell0) * ell0
+
+
+def half_space_doubling(a: float) -> float:
+    """The same for any drop: spacing and length over ell0."""
     lengths = np.log(list(HALF_SPACE.values()))
-    return float(np.exp(np.interp(np.log(a / ell0), lengths, np.log(list(HALF_SPACE)))) * ell0)
+    return float(np.exp(np.interp(np.log(a), lengths, np.log(list(HALF_SPACE)))))
 
 
 def length_at(section: str, spacing: float, tau: float) -> float:
