@@ -48,7 +48,7 @@ PROVOKED = [
     ),
     (('temperature.profile="half-space"', "time.tau=[0.03, 1.1]"), "the far side is felt"),
     (
-        ('material.plane="strain"', "material.nu=0.495", "temperature.severity=6"),
+        ('material.plane="strain"', "material.nu=0.495", "temperature.severity=2.4"),
         "the elements lock",
     ),
     (
@@ -300,6 +300,18 @@ def test_a_pulled_bar_is_said_to_fail_at_its_strain():
     known = preview(catalog.ready_case("bar"))
     assert fact(known, "will it crack") == "at a strain of 0.194"
     assert not [name for name, _, _ in known.facts if "dT" in name]
+
+
+def test_plane_strain_is_said_to_damage_all_that_is_cold_enough() -> None:
+    """sigma_c/(E expansion), as a bar held along the third direction."""
+    strong, weak = (
+        said(f"temperature.severity={drop}", 'material.plane="strain"') for drop in (2.4, 2.6)
+    )
+    sigma_c = float(fact(weak, "sigma_c"))
+    beginning = "in plane strain no crack of the plane"
+    assert sigma_c == pytest.approx(2.5)
+    assert not [w for w in strong.warnings if beginning in w]
+    assert [w for w in weak.warnings if beginning in w and "colder by 2.5 or more" in w]
 
 
 # What the sources of these cases ask for is off, and said to be.

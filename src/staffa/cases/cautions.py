@@ -142,12 +142,24 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
             )
         if derived.ell0 is not None:
             yield from _of_nucleation(case, derived, derived.ell0)
+        yield from _of_plane_strain(case, derived, largest)
     _, last = first_and_last(derived)
     deep = diffusion_length(derived.kappa, last) / derived.L
     if deep > 1 / 2 and case.temperature.profile not in ("slab", "heat"):
         yield (
             f"at the last step the diffusion length is {deep:.2g} of the depth: the far side is "
             f'felt; take temperature.profile = "slab", whose far side is insulated, or end earlier'
+        )
+
+
+def _of_plane_strain(case: Case, derived: Numbers, drop: float) -> Iterator[str]:
+    m = case.material
+    enough = derived.sigma_c / (float(m.E) * float(m.expansion))
+    if derived.dT_c is not None and m.plane == "strain" and drop > enough:
+        yield (
+            f"in plane strain no crack of the plane relieves the stress across it, which alone "
+            f"damages all rock that is colder by {enough:.3g} or more; take material.plane = "
+            f'"stress", a smaller damage.ell (a higher strength), or a 3-D body'
         )
 
 
