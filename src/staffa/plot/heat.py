@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import accumulate
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from staffa.plot.labels import clock, clock_label, heat_label
 from staffa.plot.style import BLACK, GENERATIONS, legend_above, new_figure
@@ -25,5 +26,7 @@ def heat_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
         axes.plot(at, entered, color=color, linestyle="--", label=f"entered: {name}")
     axes.set_xlabel(clock_label(manifest, steps))
     axes.set_ylabel(heat_label(manifest))
+    if not manifest.scaled:
+        axes.yaxis.set_major_formatter(EngFormatter())  # -50 M
     legend_above(axes, min(4, 1 + len(names)))
     return figure
