@@ -366,6 +366,7 @@ HEAT = [
     ("heat.cracks={T=1.0}", "has no film between fluid and rock", 'h = "500 W/(m^2 K)"'),
     ("heat.cracks={flux=1.0}", "heat.cracks has no key 'flux'", "it has T, conductivity, h"),
     ("heat.tolerance=0.0", "heat.tolerance = 0.0", "larger than zero"),
+    ("heat.tolerance=1e-25", "heat.tolerance = 1e-25", "at least 1"),
     ("heat.tolerance=0.1", "heat.tolerance = 0.1", "less than 0.1"),
     ("heat.agreement=1.0", "heat.agreement = 1.0", "less than 1"),
     # units
@@ -404,7 +405,8 @@ FORMULAS = [
     ("1/0", "its value is not finite", "it must be so everywhere"),
     ("1/x", "not finite at t = 0, x = 0, y = 0", "it must be so everywhere"),
     ("1/t", "not finite at t = 0, x = 0, y = 0", "it must be so everywhere"),
-    ("sqrt(0.15 - t)", "not finite at t = 0.2, x = 0", "it must be so everywhere"),
+    ("sqrt(0.15 - t)", "not finite at t = 0.16, x = 0", "it must be so everywhere"),
+    ("1/(x - 0.55)", "not finite at t = 0, x = 0.55", "it must be so everywhere"),
     ("log(-1)", "its value is not finite", "it must be so everywhere"),
     ("x > 0.5", "true or false and no number", "where(x > 1, 5, 2)"),
     ("sin(x, y)", "it cannot be computed", "what its functions are given"),

@@ -8,6 +8,7 @@ from scipy.special import erfcx
 
 from bodies import UNSTRUCTURED, printed_on, rates
 from heated import Heated, broken_layer, still, tensor, turned
+from staffa.errors import InputError, LoadError
 from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Slab
 
@@ -357,6 +358,96 @@ def test_heat_counts_from_the_stress_free_state() -> None:
     assert pytest.approx(-50 - 10 * body.x[1]) == body.T
     body.to(10.0)
     assert pytest.approx(-30 - 10 * body.x[1], abs=1e-3) == body.T
+
+
+def rest_then(**side) -> Heated:
+    """At 300 K, and nothing happens till t = 1."""
+    given = {"T": lambda x, t: 300.0 - 50 * max(0.0, t - 1), **side}
+    kind = Film if "h" in given else Inflow if "q" in given else Held
+    if kind is Inflow:
+        del given["T"]
+    conduction = Conduction(
+        k=tensor(K, K),
+        rho_c=RHO_C,
+        initial=hot,
+        sides=(kind(side="bottom", **given),),
+        kinks=(1.0,),
+    )
+    return Heated((0.2, 0.2), 0.05, conduction)
+
+
+@pytest.mark.parametrize(
+    "side", [{}, {"h": lambda x, t: FILM}, {"q": lambda x, t: -50 * max(0.0, t - 1)}]
+)
+def test_a_body_at_rest_stays_at_rest_and_then_does_not(side) -> None:
+    """Of 300 K, rounding makes a change that is none."""
+    body = rest_then(**side)
+    heat = body.to(1.0)
+    assert np.abs(body.T).max() < 1e-9 and heat.imbalance < 1e-8
+    assert body.to(2.0).stored < 0
+
+
+def test_steps_end_at_kinks_so_that_no_pulse_is_missed() -> None:
+    """A flux that comes and goes within one step of the mechanics: 5 W/m^2 for .19 s, on .2 m."""
+
+    def pulse(x, t):
+        return float(np.interp(t, [1.0, 1.001, 1.19, 1.191], [0.0, 5.0, 5.0, 0.0]))
+
+    side = Inflow(side="bottom", q=pulse)
+    conduction = Conduction(
+        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(side,), kinks=(1.0, 1.001, 1.19, 1.191)
+    )
+    body = Heated((0.2, 0.2), 0.05, conduction)
+    assert body.to(2.0).stored == pytest.approx(5 * 0.19 * 0.2, rel=1e-3)
+
+
+def test_heat_balances_near_a_steady_state_too() -> None:
+    conduction = Conduction(
+        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Held(side="bottom", T=cold),)
+    )
+    body = Heated((0.2, 0.2), 0.02, conduction)
+    for time in (0.1, 1.0, 10.0, 100.0, 1000.0):
+        assert body.to(time).imbalance < 1e-8
+    assert pytest.approx(-DT, abs=1e-6) == body.T
+
+
+@pytest.mark.parametrize("fault", ["not finite", "negative"])
+def test_what_a_formula_gives_inside_the_body_or_later_is_looked_at(fault: str) -> None:
+    def film(x, t):
+        bad = np.nan if fault == "not finite" else -1.0
+        return np.where((np.abs(x[0] - 0.1) < 0.01) & (t > 0.5), bad, 1.0)
+
+    conduction = Conduction(
+        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Film(side="top", h=film, T=cold),)
+    )
+    body = Heated((0.2, 0.2), 0.05, conduction)
+    body.to(0.5)
+    with pytest.raises(LoadError, match=r"heat\.top\.h must be finite and not negative everywhere"):
+        body.to(1.0)
+    with pytest.raises(InputError, match=r"heat\.initial must be finite everywhere"):
+        Heated(
+            (0.2, 0.2),
+            0.05,
+            Conduction(k=tensor(K, K), rho_c=1.0, initial=lambda x: np.sqrt(x[0] - 0.1)),
+        )
+
+
+@pytest.mark.mpi
+def test_a_rank_may_own_no_vertex() -> None:
+    code = """
+import warnings
+warnings.simplefilter("error")
+from test_heat import *
+conduction = Conduction(
+    k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Held(side="bottom", T=cold),)
+)
+body = Heated((1.0, 1.0), 1.0, conduction, comm=MPI.COMM_WORLD)
+heat = body.to(1.0)
+if MPI.COMM_WORLD.rank == 0:
+    print(heat.imbalance, heat.stored)
+"""
+    ((imbalance, stored),) = printed_on(3, code)
+    assert float(imbalance) < 1e-8 and float(stored) == pytest.approx(-DT * RHO_C, rel=0.2)
 
 
 def layer(ell: float, cells_per_ell: int, conduction: Conduction) -> tuple[Heated, float]:

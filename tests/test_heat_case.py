@@ -181,3 +181,12 @@ def test_a_side_held_at_what_the_rock_has_there_neither_cools_nor_heats_it():
     held = 'heat={initial=293.15,bottom={T={formula="293.15 + 1e-11*t"}}}'
     (same,) = exchanges(case(held))
     assert (same.drop, same.rise) == (0.0, 0.0)
+
+
+def test_the_times_of_all_tables_are_kinks() -> None:
+    more = (
+        "heat.source={t=[0.5, 3], value=[0, 1]}",
+        "heat.cracks={h=1.0, T={t=[0, 7], value=[1, 2]}}",
+    )
+    assert conduction(case()).kinks == (1.0, 3.0)
+    assert conduction(case(*more)).kinks == (0.0, 0.5, 1.0, 3.0, 7.0)

@@ -10,7 +10,7 @@ from heated import still, tensor
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
 from staffa.evolution import march as loop
-from staffa.evolution.advance import advance_to, restore, snapshot
+from staffa.evolution.advance import advance_to, agree, restore, snapshot
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads
@@ -187,6 +187,44 @@ def test_forward_back_and_forward_again_is_the_same() -> None:
     for field, values in zip((state.alpha, state.T), first, strict=True):
         assert np.array_equal(field.x.array, values)
     assert again.heat == third.heat
+    system.destroy()
+
+
+def test_the_history_gives_back_what_it_was_given() -> None:
+    """Damage and temperature of each step, and where its heat began, to the last bit."""
+    problem = plate(quenched(9.0, side="bottom", cracks=FEELING["insulating"]))
+    system = build(problem)
+    history, state = backtrack.History(system.state), system.state
+    start, given = Loads(time=0.0, values=system.supports.values(0.0)), []
+    for time in problem.schedule.times[:3]:
+        given.append((state.alpha.x.array.copy(), state.T.x.array.copy(), start.time))
+        end = Loads(time=time, values=system.supports.values(time))
+        history.keep(end, advance_to(problem, system, start, end), state)
+        start = end
+        assert np.array_equal(history.temperature(len(given) - 1), state.T.x.array)
+    for index, (alpha, T, time) in enumerate(given):
+        damage, origin = history.before(index)
+        assert np.array_equal(damage, alpha) and np.array_equal(origin.T, T)
+        assert origin.time == time
+    history.close()
+    system.destroy()
+
+
+def test_a_step_cut_in_two_counts_the_heat_of_both_parts() -> None:
+    """Also when cracks and temperature are made to agree once more."""
+    problem = plate(quenched(9.0, side="bottom", cracks=FEELING["bath"]))
+    system = build(problem)
+    times = (0.0, 0.0008, 0.0016)
+    loads = [Loads(time=t, values=system.supports.values(t)) for t in times]
+    equilibrium(system.alternation, loads[0].values)
+    first = advance_to(problem, system, loads[0], loads[1])
+    both = first.then(advance_to(problem, system, loads[1], loads[2]))
+    system.state.T.x.array[:] += 0.5  # so that it is not agreed
+    again = agree(problem, system, loads[2], both)
+    for advance in (both, again):
+        assert advance.all_heat.stored == pytest.approx(first.heat.stored + advance.heat.stored)
+    assert again.all_heat.substeps >= first.heat.substeps + 1
+    assert again.heat.stored == pytest.approx(both.heat.stored, rel=0.1)
     system.destroy()
 
 

@@ -25,7 +25,18 @@ from staffa.io.run_directory import (
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.plot.cracks import triangulation
 from staffa.plot.frames import chosen
-from staffa.records import Audit, Effort, Energies, Manifest, Measures, Section, Step, Tip
+from staffa.records import (
+    Audit,
+    Effort,
+    Energies,
+    Heat,
+    Manifest,
+    Measures,
+    Return,
+    Section,
+    Step,
+    Tip,
+)
 from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
@@ -250,6 +261,34 @@ def test_unmeasured_steps_have_energies_but_no_lengths(tmp_path):
     drawn = draw(run)
     assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png"]
     assert any(reason.startswith("lengths") for reason in drawn.skipped)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_heat_is_drawn_and_summed_up(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    assert not [fact for fact in summary(run) if fact.name == "heat"]
+    heat = Heat(
+        stored=-2.0, entered={"bottom": -3.0, "source": 1.0}, imbalance=1e-12, substeps=4,
+        passes=2, seconds=0.15,
+    )  # fmt: skip
+    run = rewritten(run, [replace(step, heat=heat) for step in run.steps])
+    assert run.steps[3].heat == heat
+    assert "heat.png" in [p.name for p in draw(run).pictures]
+    text = {fact.name: fact.text for fact in summary(run)}
+    assert text["heat"] == "stored -50; entered: bottom -75, source 25; balance 1.0e-12"
+    assert text["heat steps"] == "100, 10.0% of the time, 50 passes to agree with the cracks"
+
+
+@pytest.mark.usefixtures("coarse")
+def test_returns_that_were_limited_are_said(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    back = Return(index=9, time=1.0, before=2.0, found=1.5, number=3, limit=3)
+    free = replace(back, limit=None)
+    for returned, said in ((back, "as often as is allowed"), (free, "went back 1 times, 0 steps")):
+        steps = [*run.steps[:-1], replace(run.steps[-1], returned=returned)]
+        text = {fact.name: fact.text for fact in summary(replace(run, steps=tuple(steps)))}
+        assert said in text["backtracking"]
+    assert "allowed" not in text["backtracking"]
 
 
 @pytest.mark.usefixtures("coarse")

@@ -8,6 +8,7 @@ One that was run by hand, on more ranks say, into runs/verify/quench is taken as
 
 import json
 import shlex
+from functools import partial
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -39,7 +40,7 @@ def run_strip() -> dict:
     run = read_run(where)
     assert run.finished
     frames, _ = read_frames(run)
-    write_picture(PICTURES / DRAWN[0], cracks_figure(run.manifest, frames))
+    write_picture(PICTURES / DRAWN[0], partial(cracks_figure, run.manifest, frames))
     kept = digest(run)
     KEPT.write_text(json.dumps(kept, indent=1) + "\n")
     return kept

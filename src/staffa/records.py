@@ -158,7 +158,8 @@ class Heat:
     """What the heat equation did in a step; heat in 2-D per unit thickness (J/m), in 3-D whole (J).
 
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
-    where it left. imbalance: of the two, over the larger of what was stored and what crossed. So
+    where it left. imbalance: of the two, over what was stored or crossed, or what the body has
+    stored since the start if that is more. So
     many substeps of its own, and passes over the step in which the temperature followed the cracks,
     till both agreed to gap (over the largest change of temperature). seconds: all of it took.
     """

@@ -51,6 +51,7 @@ NUMBER = r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 FACTOR = r"\(*(?:°?[^\W\d]+|%)(?:(?:\^|\*\*)[+-]?\d)?\)*"
 WRITTEN = re.compile(rf"{NUMBER}(.*)", re.DOTALL)
 UNIT = re.compile(rf"(?:1?\s*/)?\s*{FACTOR}(?:\s*[*/·\s]\s*{FACTOR})*")
+COMPOUND = re.compile(r"[/*·\s]")
 # Beyond these a product of a few quantities leaves the range of a float.
 SMALLEST, LARGEST = 1e-30, 1e30
 
@@ -129,11 +130,16 @@ def _to_si(text: str, dimension: str) -> float:
             f"a {dimension} in quotes needs a unit; {example}, or leave out the quotes if the case "
             f"is scaled"
         )
+    if dimension != "temperature" and COMPOUND.search(unit):  # a degree in them is a difference
+        unit = re.sub("°C|degC", "K", unit)
     one = _unit(unit, example)
     if not one.is_compatible_with(SI_UNITS[dimension]):
         raise InputError(f"'{unit}' does not measure a {dimension}; {example}")
     if dimension == "temperature":
-        return _kelvin(float(number), one.units, f"'{unit}' measures a difference; {example}")
+        kelvin = _kelvin(float(number), one.units, f"'{unit}' measures a difference; {example}")
+        if kelvin < 0:
+            raise InputError("it lies below absolute zero; check its unit")
+        return kelvin
     if _registry().Quantity(0.0, one.units).to(SI_UNITS[dimension]).magnitude != 0:
         raise InputError(f"'{unit}' has a zero of its own, and a {dimension} has none; {example}")
     return float(number) * float(one.to(SI_UNITS[dimension]).magnitude)

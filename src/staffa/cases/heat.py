@@ -37,9 +37,18 @@ def conduction(case: Case) -> Conduction:
         sides=_sides(keys, dim),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
+        kinks=_kinks(keys, dim),
         tolerance=keys.tolerance,
         agreement=keys.agreement,
     )
+
+
+def _kinks(keys: HeatKeys, dim: int) -> tuple[float, ...]:
+    """The times of all tables."""
+    surfaces = [*(getattr(keys, side) for side in SIDES[dim]), keys.cracks]
+    given = [getattr(surface, name, None) for surface in surfaces for name in ("h", "T", "flux")]
+    tables = [value for value in (keys.source, *given) if isinstance(value, InTime)]
+    return tuple(sorted({float(t) for table in tables for t in table.t}))
 
 
 def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:

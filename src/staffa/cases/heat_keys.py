@@ -152,7 +152,7 @@ class HeatCracks(Section):
 
     conductivity: Annotated[PositiveNumber, Field(le=1)] | None = Field(
         default=None,
-        description="fraction of the conductivity left across a crack",
+        description="fraction of the conductivity left in a crack",
         examples=[1e-3],
     )
     h: FilmValue | None = Field(
@@ -227,11 +227,11 @@ class HeatKeys(Section):
         "a fluid in them, h and T; nothing if left out",
         examples=[{"conductivity": 1e-3}, {"h": "500 W/(m^2 K)", "T": "5 °C"}],
     )
-    tolerance: Annotated[PositiveNumber, Field(lt=0.1)] = Field(
+    tolerance: Annotated[PositiveNumber, Field(ge=1e-9, lt=0.1)] = Field(
         default=1e-4,
-        description="largest error of a time step over the largest change of temperature so far",
+        description="largest error of a time step of heat over the largest change of temperature",
     )
-    agreement: Annotated[PositiveNumber, Field(lt=1)] = Field(
+    agreement: Annotated[PositiveNumber, Field(ge=1e-8, lt=1)] = Field(
         default=1e-3,
         description="how well temperature and cracks must agree at a step's end, in that measure",
     )

@@ -8,7 +8,7 @@ import numpy as np
 from staffa.errors import LoadError, SolveError
 from staffa.evolution.loading import Loading, change_loads, put_on
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, descend, settle
+from staffa.evolution.settle import Loads, descend, raise_bounds, settle
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
 from staffa.heat.body import Conduction
@@ -37,8 +37,9 @@ class Advance:
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
     and by the minimization. imbalance: error of the energy balance over the energy. returned: how
-    backtracking came here, if it did. heat: what the heat equation did, if there is one; origin:
-    where it began, if it feels the cracks.
+    backtracking came here, if it did. heat: what the heat equation did, if there is one, in the
+    last part of a step that was cut; earlier: in those before it; origin: where the last part
+    began, if heat feels the cracks.
     """
 
     outcome: Outcome
@@ -48,7 +49,13 @@ class Advance:
     imbalance: float
     returned: Return | None = None
     heat: Heat | None = None
+    earlier: Heat | None = None
     origin: Origin | None = None
+
+    @property
+    def all_heat(self) -> Heat | None:
+        """Of all parts of a step that was cut."""
+        return _together(self.earlier, self.heat)
 
     def after(self, tried: Effort) -> "Advance":
         """The same, with what was tried before it on record."""
@@ -69,7 +76,8 @@ class Advance:
             work=self.work + other.work,
             released=self.released + other.released,
             imbalance=max(self.imbalance, other.imbalance),
-            heat=self.heat.then(other.heat) if self.heat and other.heat else None,
+            heat=other.heat,
+            earlier=_together(self.all_heat, other.earlier),
             origin=other.origin,
         )
 
@@ -84,6 +92,11 @@ class Advance:
             imbalance=max(self.imbalance, imbalance(loading, outcome)),
             heat=replace(heat, seconds=heat.seconds + (self.heat.seconds if self.heat else 0.0)),
         )
+
+
+def _together(one: Heat | None, other: Heat | None) -> Heat | None:
+    """One after the other, where both are there."""
+    return one.then(other) if one and other else one or other
 
 
 def advance_to(
@@ -172,6 +185,9 @@ def agree(
     """Where cracks change the flow of heat: repeat the step's heat with the cracks that it led to,
     and minimize again, until the temperature no longer changes. Collective.
 
+    Cracks that a pass has made stay, as in time they would: otherwise cracks and temperatures come
+    and go by turns, each the other's cause. They only grow then, and that ends.
+
     Raises
     ------
     SolveError
@@ -180,13 +196,15 @@ def agree(
     rule, origin, state = problem.load, advance.origin, system.state
     if not isinstance(rule, Conduction) or origin is None:
         return advance
-    passes, gap = 0, np.inf
+    passes, gap, spent = 0, np.inf, 0.0
     while advance.outcome.converged:
         T, heat = system.cooling.advance(origin.T, state.alpha.x.array, origin.time, end.time)
         n_owned = len(owned(state.T))
         apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
         gap = apart / (system.cooling.span(T) or 1.0)
+        assert heat is not None
         if gap <= rule.agreement:
+            spent = heat.seconds
             break
         if passes == rule.passes:
             raise SolveError(
@@ -194,12 +212,15 @@ def agree(
                 f"temperature's change after {passes} passes; take shorter time steps, or a larger "
                 f"heat.agreement"
             )
-        assert heat is not None
+        raise_bounds(problem.irreversibility, system)
         loading = put_on(problem, system, T, end.values, end)
         outcome, healing = descend(problem, system, end, watch)
         advance, passes = advance.again(outcome, healing, loading, heat), passes + 1
     assert advance.heat is not None
-    return replace(advance, heat=replace(advance.heat, passes=passes, gap=gap))
+    kept = advance.heat
+    return replace(
+        advance, heat=replace(kept, passes=passes, gap=gap, seconds=kept.seconds + spent)
+    )
 
 
 def snapshot(system: System) -> tuple[np.ndarray, ...]:

@@ -74,7 +74,7 @@ class History:
                 loaded=total + advance.released,
                 work=advance.work,
                 imbalance=advance.imbalance,
-                heat=advance.heat,
+                heat=advance.all_heat,
             )
         )
         self._write(len(self.steps), state)

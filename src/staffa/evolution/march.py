@@ -177,7 +177,7 @@ def _accepted(
         seconds=seconds,
         returned=advance.returned,
         stability=stability,
-        heat=advance.heat,
+        heat=advance.all_heat,
     )
 
 
@@ -223,8 +223,9 @@ def audit(advance: Advance, stability: Stability | None = None) -> Audit:
         f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
         f"the first-order residual is {outcome.residual:.1e}": not outcome.converged,
     }
-    if advance.heat and advance.heat.imbalance > HEAT_ALLOWED:
-        lost = advance.heat.imbalance
+    heat = advance.all_heat
+    if heat and heat.imbalance > HEAT_ALLOWED:
+        lost = heat.imbalance
         checks[f"the heat that entered is not what was stored, by {lost:.1e} of it"] = True
     if stability and stability.failure:
         checks[f"its second order was not found: {stability.failure}"] = True

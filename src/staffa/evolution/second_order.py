@@ -75,7 +75,7 @@ def _escapes(
             released=advance.released + gained,
         )
         advance = agree(problem, system, loads, advance)
-        if not outcome.converged:
+        if not advance.outcome.converged:
             yield advance, found
             return
 

@@ -72,9 +72,11 @@ class Conduction:
     strain, the initial one if None. source: heat made a volume and time (W/m^3). cracks: how they
     change the flow of heat; None for not at all.
 
-    tolerance: largest error of a time step of its own, over the largest change of temperature so
-    far. agreement: how well the temperature and the cracks that change it must agree at the end of
-    a step, in the same measure; after so many passes at most.
+    kinks: times (s), increasing, at which something prescribed changes its course: steps end there.
+    tolerance: largest error of a time step of its own, over the largest change of temperature since
+    t = 0 that there was at the start of the advance or in it. agreement: how well the temperature
+    and the cracks that change it must agree at the end of a step, in the same measure; after so
+    many passes at most.
     """
 
     k: tuple[tuple[float, ...], ...]
@@ -86,6 +88,7 @@ class Conduction:
     sides: tuple[Held | Inflow | Film, ...] = ()
     source: Values = nothing
     cracks: Insulating | Bath | None = None
+    kinks: tuple[float, ...] = ()
     tolerance: float = 1e-4
     agreement: float = 1e-3
-    passes: int = 20
+    passes: int = 50

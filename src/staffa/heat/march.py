@@ -19,7 +19,7 @@ import numpy as np
 from dolfinx import fem
 
 from staffa.domain import Domain
-from staffa.errors import LoadError, SolveError
+from staffa.errors import SolveError
 from staffa.fields import Spaces, owned
 from staffa.heat.body import Conduction
 from staffa.heat.operators import HeatOperators
@@ -33,6 +33,8 @@ WEIGHTS = np.array([W, W, D])
 EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
 # A step is as long as its error allows, with some caution, and changes by these factors at most.
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
+# A change of a temperature by less than this part of it is none: rounding makes such.
+UNCHANGED = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +65,7 @@ class HeatEquation:
         self._rows = (self.operators.held + first).astype(PETSc.IntType)
         self._diagonal, self._rhs = (self._matrix.createVecRight() for _ in range(2))
         self._solution = self._rhs.duplicate()
+        self._pivot = max_over_ranks(self.comm, self.operators.capacity)
         self._made_for: tuple[float, np.ndarray] | None = None
         self._ksp = PETSc.KSP().create(self.comm)
         self._ksp.setOptionsPrefix("heat_")
@@ -102,13 +105,31 @@ class HeatEquation:
         if self.operators.feel(alpha):
             self._made_for = None
         T = before[: len(self._initial)] + self._stress_free
-        began, entered = T, defaultdict[str, float](float)
-        time, length, substeps = start, end - start, 0
+        began, entered, substeps = T, defaultdict[str, float](float), 0
+        largest, time = self._change(T), start
+        for stop in (*(t for t in self.conduction.kinks if start < t < end), end):
+            T, largest, steps = self._march(T, time, stop, largest, entered)
+            time, substeps = stop, substeps + steps
+        heat = self._account(T, T - began, entered, substeps)
+        return self._with_ghosts(T - self._stress_free), replace(
+            heat, seconds=perf_counter() - began_at
+        )
+
+    def _march(
+        self, T: np.ndarray, time: float, end: float, largest: float, entered: dict[str, float]
+    ) -> tuple[np.ndarray, float, int]:
+        """Steps of the method from a time to another, nothing between them having a kink.
+
+        largest: change of temperature (K) so far. The temperature, that change, and how many steps;
+        what entered is added.
+        """
+        length, substeps = end - time, 0
         while time < end:
-            tried = self._try(T, time, length)
+            tried = self._try(T, time, length, largest)
             if tried.error <= 1:
                 T, substeps = tried.T, substeps + 1
                 time = end if length == end - time else time + length
+                largest = max(largest, self._change(T))
                 for name, amount in tried.entered.items():
                     entered[name] += amount
             change = CAUTION * max(tried.error, 1e-9) ** (-1 / 3)
@@ -118,13 +139,15 @@ class HeatEquation:
                     "the heat equation takes ever shorter steps: something prescribed in it is not "
                     "smooth; smooth it, or take a larger heat.tolerance"
                 )
-        heat = self._account(T - began, entered, substeps)
-        return self._with_ghosts(T - self._stress_free), replace(
-            heat, seconds=perf_counter() - began_at
-        )
+        return T, largest, substeps
 
-    def _try(self, T: np.ndarray, time: float, length: float) -> _Tried:
-        """One step of the method, of any length (s)."""
+    def _change(self, T: np.ndarray) -> float:
+        """Largest change (K) since t = 0, or what rounding makes of none."""
+        changed = max_over_ranks(self.comm, np.abs(T - self._initial))
+        return max(changed, UNCHANGED * max_over_ranks(self.comm, np.abs(T)))
+
+    def _try(self, T: np.ndarray, time: float, length: float, largest: float = 0.0) -> _Tried:
+        """One step of the method, of any length (s); largest: change of temperature before (K)."""
         at, held = self.operators, self.operators.held
         times = (time, time + GAMMA * length, time + length)
         prescribed = [at.held_values(t) for t in times]
@@ -149,12 +172,12 @@ class HeatEquation:
         for name, part in at.held_by_side():
             entries = held[part]
             entered[name] += float(at.capacity[entries] @ (started - T)[entries])
-        return _Tried(T=new, error=self._error(new, rates, length), entered=entered)
+        return _Tried(T=new, error=self._error(new, rates, length, largest), entered=entered)
 
     def _rates(self, T: np.ndarray, t: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Heat that vertices gain in all (W), and from each cause but their neighbors."""
         exchanges = self.operators.exchanges(t)
-        entering = {e.name: e.inflow - e.coefficient * T for e in exchanges}
+        entering = {e.name: e.entering(T) for e in exchanges}
         gained = np.sum(list(entering.values()), axis=0)
         return gained + self.operators.conducted(T), entering
 
@@ -196,7 +219,7 @@ class HeatEquation:
         self._matrix.scale(scale)
         self._diagonal.array_w[:] = at.capacity + scale * coefficient
         self._matrix.setDiagonal(self._diagonal, PETSc.InsertMode.ADD_VALUES)
-        self._matrix.zeroRowsColumns(self._rows, diag=float(at.capacity.mean()))
+        self._matrix.zeroRowsColumns(self._rows, diag=self._pivot)
         self._made_for = (scale, coefficient)
 
     def _solve(self, gain: np.ndarray) -> np.ndarray:
@@ -211,26 +234,37 @@ class HeatEquation:
             )
         return self._solution.array_r.copy()
 
-    def _error(self, new: np.ndarray, rates: list[np.ndarray], length: float) -> float:
+    def _error(
+        self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
+    ) -> float:
         """Error of a step over what is allowed, smoothed as Hosea and Shampine do: where the
         equation is stiff, the embedded method is not of use."""
         difference = length * np.einsum("i,ij", WEIGHTS - EMBEDDED, rates)
         error = max_over_ranks(self.comm, np.abs(self._solve(self.operators.capacity * difference)))
-        change = max_over_ranks(self.comm, np.abs(new - self._initial))
-        if not np.isfinite(error + change):
-            raise LoadError("what is prescribed in [heat] gives a temperature that is not finite")
-        return error / (self.conduction.tolerance * change) if error > 0 else 0.0
+        allowed = self.conduction.tolerance * max(largest, self._change(new))
+        return error / allowed if allowed > 0 else 0.0
 
-    def _account(self, change: np.ndarray, entered: dict[str, float], substeps: int) -> Heat:
-        """What was stored and what entered, over all ranks."""
-        names = sorted(entered)
-        mine = [self.operators.capacity @ change, *(entered[name] for name in names)]
-        stored, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()
-        turned_over = max(abs(stored), sum(abs(part) for part in parts))
+    def _account(
+        self, T: np.ndarray, change: np.ndarray, entered: dict[str, float], substeps: int
+    ) -> Heat:
+        """What was stored and what entered, over all ranks.
+
+        Their difference is held against what crossed, or what the body has stored since t = 0 if
+        that is more: near a steady state next to nothing crosses.
+        """
+        names, capacity = sorted(entered), self.operators.capacity
+        mine = [
+            capacity @ change,
+            capacity @ np.abs(T - self._initial),
+            capacity @ np.abs(T),
+            *(entered[name] for name in names),
+        ]
+        stored, since, content, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()
+        scale = max(abs(stored), sum(map(abs, parts)), since, UNCHANGED * content)
         return Heat(
             stored=stored,
             entered=dict(zip(names, parts, strict=True)),
-            imbalance=abs(stored - sum(parts)) / turned_over if turned_over else 0.0,
+            imbalance=abs(stored - sum(parts)) / scale if scale else 0.0,
             substeps=substeps,
         )
 

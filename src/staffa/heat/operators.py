@@ -16,10 +16,11 @@ from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc as fem_petsc
 
 from staffa.domain import Domain
+from staffa.errors import InputError, LoadError
 from staffa.fields import Spaces, owned, vertices
 from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, PointValues, Values
 from staffa.jit import jit_options
-from staffa.parallel import any_over_ranks
+from staffa.parallel import any_over_ranks, max_over_ranks
 
 # Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack,
 # while alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces
@@ -29,11 +30,17 @@ SHARPNESS, QUADRATURE = 16, 8
 
 @dataclass(frozen=True, kw_only=True)
 class Exchange:
-    """Heat that enters at vertices from one cause (W): inflow - coefficient T; owned entries."""
+    """Heat that enters at vertices from one cause (W): given, or coefficient (bath - T); owned
+    entries."""
 
     name: str
-    inflow: np.ndarray
+    given: np.ndarray
     coefficient: np.ndarray
+    bath: np.ndarray
+
+    def entering(self, T: np.ndarray) -> np.ndarray:
+        """What enters at these temperatures (K)."""
+        return self.given + self.coefficient * (self.bath - T)
 
 
 class HeatOperators:
@@ -79,6 +86,7 @@ class HeatOperators:
         self._held = self._held_entries(domain)
         self.held = np.concatenate([np.zeros(0, dtype=np.int32), *self._held.values()])
         self.matrix = fem_petsc.create_matrix(self._conduct)
+        self._level = max_over_ranks(self.comm, self.initial())
         self._felt: np.ndarray | None = None
         self._in, self._out = (self.matrix.createVecRight() for _ in range(2))
 
@@ -129,16 +137,25 @@ class HeatOperators:
 
     def initial(self) -> np.ndarray:
         """The temperature (K) at t = 0, owned entries."""
-        return self._at(lambda x, t: self.conduction.initial(x), 0.0)
+        return self._at_start("initial", self.conduction.initial)
 
     def stress_free(self) -> np.ndarray:
         """The temperature (K) without thermal strain, owned entries."""
-        given = self.conduction.stress_free or self.conduction.initial
-        return self._at(lambda x, t: given(x), 0.0)
+        given = self.conduction.stress_free
+        return self.initial() if given is None else self._at_start("stress_free", given)
+
+    def _at_start(self, name: str, given: PointValues) -> np.ndarray:
+        try:
+            return self._at(name, lambda x, t: given(x), 0.0)
+        except LoadError as error:
+            raise InputError(str(error)) from None
 
     def held_values(self, t: float) -> np.ndarray:
         """Prescribed temperatures (K) of the entries `held` at time t."""
-        parts = [self._at(side.T, t, self._held[side.side]) for side in self._sides(Held)]
+        parts = [
+            self._at(f"{side.side}.T", side.T, t, self._held[side.side])
+            for side in self._sides(Held)
+        ]
         return np.concatenate([np.zeros(0), *parts])
 
     def held_by_side(self) -> Iterator[tuple[str, slice]]:
@@ -155,26 +172,53 @@ class HeatOperators:
             area = self._areas[film.side]
             found.append(self._film(film.side, area, film.h, film.T, t))
         for inflow in self._sides(Inflow):
-            entering = self._at(inflow.q, t) * self._areas[inflow.side]
-            found.append(Exchange(name=inflow.side, inflow=entering, coefficient=0 * entering))
-        made = self._at(self.conduction.source, t) * self._volume
-        found.append(Exchange(name="source", inflow=made, coefficient=0 * made))
+            area = self._areas[inflow.side]
+            where, entering = np.flatnonzero(area), np.zeros_like(area)
+            entering[where] = self._at(f"{inflow.side}.flux", inflow.q, t, where) * area[where]
+            found.append(_given(inflow.side, entering))
+        made = self._at("source", self.conduction.source, t) * self._volume
+        found.append(_given("source", made))
         cracks = self.conduction.cracks
         if isinstance(cracks, Bath):
             found.append(self._film("cracks", self._crack_area, cracks.h, cracks.T, t))
         return found
 
     def _film(self, name: str, area: np.ndarray, h: Values, T: Values, t: float) -> Exchange:
-        coefficient = self._at(h, t) * area
-        return Exchange(name=name, inflow=coefficient * self._at(T, t), coefficient=coefficient)
+        where = np.flatnonzero(area)
+        coefficient, bath = np.zeros_like(area), np.zeros_like(area)
+        coefficient[where] = self._at(f"{name}.h", h, t, where, least=0.0) * area[where]
+        bath[where] = self._at(f"{name}.T", T, t, where)
+        return Exchange(name=name, given=0 * area, coefficient=coefficient, bath=bath)
 
-    def _at(self, values: Values, t: float, entries: np.ndarray | None = None) -> np.ndarray:
+    def _at(
+        self,
+        name: str,
+        values: Values,
+        t: float,
+        entries: np.ndarray | None = None,
+        least: float = -np.inf,
+    ) -> np.ndarray:
+        """Prescribed values at owned entries, by default all of them.
+
+        Raises
+        ------
+        LoadError
+            One of them is not finite, or less than it may be.
+        """
         x = self._x if entries is None else self._x[:, entries]
-        return np.broadcast_to(values(x, t), x.shape[1:]).astype(float)
+        with np.errstate(all="ignore"):  # what is not finite is said below
+            found = np.broadcast_to(values(x, t), x.shape[1:]).astype(float)
+        if any_over_ranks(self.comm, not np.all(np.isfinite(found) & (found >= least))):
+            rule = "finite" if least < 0 else "finite and not negative"
+            raise LoadError(
+                f"heat.{name} must be {rule} everywhere, and is not at time {t:.6g}; mend its "
+                f"formula"
+            )
+        return found
 
     def conducted(self, T: np.ndarray) -> np.ndarray:
         """Heat that flows to the vertices from their neighbors (W), owned entries."""
-        self._in.array_w[:] = T
+        self._in.array_w[:] = T - self._level  # of an even temperature exactly nothing flows
         self.matrix.mult(self._in, self._out)
         return -self._out.array_r
 
@@ -182,6 +226,10 @@ class HeatOperators:
         """Free the PETSc objects."""
         for thing in (self.matrix, self._in, self._out):
             thing.destroy()
+
+
+def _given(name: str, heat: np.ndarray) -> Exchange:
+    return Exchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
 
 
 def _measures(domain: Domain, conduction: Conduction) -> tuple[ufl.Measure, ufl.Measure]:

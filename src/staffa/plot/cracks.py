@@ -80,6 +80,7 @@ def draw_panel(
         )
     width, height = manifest.size[:2]
     axes.set_xlim(0, width)
+    axes.locator_params(axis="x", nbins=5)
     axes.set_ylim(0, height)
     for side in axes.spines.values():
         side.set_visible(True)

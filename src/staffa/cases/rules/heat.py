@@ -1,7 +1,6 @@
 """Rules on the table [heat], and on the numbers of the rock that it needs."""
 
 from collections.abc import Iterator
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,14 @@ from staffa.cases.heat import names
 from staffa.cases.heat_keys import Formula, Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
 from staffa.cases.model import Case
 from staffa.cases.rules.times import table_agrees, times_given
+from staffa.cases.rules.units import is_scaled
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
 from staffa.grid import SIDES
 
 START = ("initial", "stress_free")
+TRIED = 21  # places along each axis, and times, at which a formula is tried
 
 
 def heat_has_its_profile(case: Case) -> None:
@@ -167,11 +168,13 @@ def _values(keys: HeatKeys, dim: int) -> Iterator[tuple[str, Any, str | None]]:
 
 
 def formulas_give_numbers(case: Case) -> None:
-    """Every formula gives finite numbers where it is tried: at corners, in the middle, at the
-    start, the first and the last time; no film coefficient among them is negative."""
+    """Every formula gives finite numbers where it is tried, at places and times that leave no gap
+    larger than a twentieth of the body or of the run; no film coefficient among them is negative,
+    and no temperature below absolute zero."""
     if case.heat is None:
         return
-    times = {0.0, *times_in(case, times_given(case)[[0, -1]])}
+    visited = times_in(case, times_given(case)[[0, -1]])
+    times = {*np.linspace(0.0, visited[-1], TRIED).tolist(), *visited}
     for where, value, side in _values(case.heat, case.dim):
         if not isinstance(value, Formula):
             continue
@@ -180,6 +183,11 @@ def formulas_give_numbers(case: Case) -> None:
         try:
             function = formula(value.formula, known)
             found = [trial(function, known, _places(case, side), t) for t in sorted(times)]
+            coldest = float(np.min(found))
+            if (where.endswith(".T") or at_start) and coldest < 0 and not is_scaled(case):
+                raise InputError(
+                    f"it gives K, and {coldest:g} lies below absolute zero; write 293.15 for 20 °C"
+                )
             if where.endswith(".h") and np.min(found) < 0:
                 raise InputError(
                     f"a film coefficient must not be negative, and there it is {np.min(found):g}"
@@ -189,11 +197,10 @@ def formulas_give_numbers(case: Case) -> None:
 
 
 def _places(case: Case, side: str | None) -> np.ndarray:
-    """Corners and middle of the body, or of one of its sides; shape (3, n)."""
-    ends = [[0.0, float(s)] for s in case.domain.size]
+    """Places in the body, or on one of its sides, ends included; shape (3, n)."""
+    along = [np.linspace(0.0, float(s), TRIED) for s in case.domain.size]
     if side is not None:
         axis, end = SIDES[case.dim][side]
-        ends[axis] = [ends[axis][max(end, 0)]]
-    corners = np.array(list(product(*ends)))
-    places = np.vstack([corners, corners.mean(axis=0)]).T
+        along[axis] = along[axis][[-1 if end > 0 else 0]]
+    places = np.array([x.ravel() for x in np.meshgrid(*along)])
     return np.vstack([places, np.zeros((3 - case.dim, places.shape[1]))])
