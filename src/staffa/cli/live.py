@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, sleep
 
 from staffa.stack import MPI
 
@@ -36,6 +36,10 @@ def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) ->
             print_pictures(read_run(directory))
 
 
+# Seconds that mpiexec is left to pass on a traceback: an abort at once can lose it.
+FORWARDED = 0.5
+
+
 @contextmanager
 def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
     """Within it, an error that only one rank meets ends all ranks, after its traceback."""
@@ -49,6 +53,7 @@ def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
         traceback.print_exc()
         sys.stderr.flush()
         if comm.size > 1:
+            sleep(FORWARDED)
             comm.Abort(1)
         raise SystemExit(1) from None
 
