@@ -15,7 +15,7 @@ export PYTHONNOUSERSITE = 1
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make test    run every test"
-	@echo "make check   format, lint, types and the fast tests, in under a minute"
+	@echo "make check   format, lint, types and the fast tests, in about a minute"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes an hour"
 	@echo "make format  rewrite the code in the house format"

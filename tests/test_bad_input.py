@@ -707,6 +707,7 @@ def place(tmp_path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "part"), COMMANDS, ids=lambda v: str(v)[:40])
 def test_the_command_says_it_once_and_leaves_no_trace(place, arguments, part):
     before = files_in(place)
@@ -718,6 +719,7 @@ def test_the_command_says_it_once_and_leaves_no_trace(place, arguments, part):
     assert files_in(place) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stub", "parts"),
     [

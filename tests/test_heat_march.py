@@ -121,6 +121,7 @@ def test_an_insulating_crack_keeps_what_is_behind_it_warm() -> None:
     assert cooled(None) < -0.25 and cooled(Insulating(residual=1e-6)) > -0.01
 
 
+@pytest.mark.slow
 def test_cracks_that_run_ahead_of_the_cold_are_an_error_that_says_so() -> None:
     load = quenched(9.0, side="bottom", cracks=FEELING["bath"], agreement=1e-9, passes=1)
     problem = plate(load, times=(0.002, 0.004))
@@ -132,6 +133,7 @@ def feeling_front(residual: float = 0.05) -> Problem:
     return front(load=quenched(8.0, cracks=Insulating(residual=residual)))
 
 
+@pytest.mark.slow
 def test_earlier_energies_are_compared_at_the_temperatures_that_the_cracks_would_give() -> None:
     """Against a system of its own, whose heat is led there from the step before."""
     steps = run(feeling_front())
@@ -155,6 +157,7 @@ def test_earlier_energies_are_compared_at_the_temperatures_that_the_cracks_would
     system.destroy()
 
 
+@pytest.mark.slow
 def test_returns_to_a_time_are_limited_where_cracks_are_felt(monkeypatch) -> None:
     """Even if each look back finds something better."""
     found = []

@@ -388,6 +388,7 @@ def test_cells_become_triangles_that_cover_the_body_once(kind):
     assert twice.sum() / 2 == pytest.approx(2.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("face", ["top", "left", "right"])
 def test_any_side_can_be_the_cooled_one(tmp_path, face):
     run = drawn_run(tmp_path / "run", face=face)

@@ -45,6 +45,7 @@ def plate(
     return replace(body((1.0, 0.5), h, **fields), solvers=solvers)
 
 
+@pytest.mark.slow
 def test_nucleation_takes_fewer_sweeps_and_ends_within_a_thousandth() -> None:
     (alone,), (guided,) = run(plate("none", h=0.008)), run(plate(h=0.008))
     assert alone.effort.guesses == 0 and guided.effort.guesses == 1
@@ -91,6 +92,7 @@ def notched(guess: str = "coarser", pull: float = 1.5, **solvers: str) -> Proble
     return replace(problem, sides=sides, solvers=choice)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pull", [1.2, 1.5, 1.8])
 def test_a_plate_that_has_a_crack_breaks_at_the_same_cost(pull: float) -> None:
     alone, guided = run(notched("none", pull))[-1], run(notched("coarser", pull))[-1]
@@ -127,6 +129,7 @@ def test_a_guess_heals_nothing(monkeypatch) -> None:
     assert all(step.audit.healing <= 1e-12 for step in steps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("acceleration", ["newton", "none"])
 def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monkeypatch) -> None:
     guessed, real = [], module.descend
@@ -185,6 +188,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     system.destroy()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["breaks everything", "not finite", "fails"])
 def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) -> None:
     def bad(coarser, alpha, *loads):
