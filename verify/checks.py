@@ -31,9 +31,9 @@ CHECKS = {
     ),
     "heat-slab": Check(
         title="The paper's slab by the heat equation",
-        text="The ready case `slab` from tau = 0.06 on, where sqrt(kappa t) is 3 h. From "
-        "tau = 0.02 on, where the temperature at half a cell is off by one percent and nucleation "
-        "is not resolved, the two take different ways early and differ by 1.5 % in energy later.",
+        text="The ready case `slab` from tau = 0.06 on, where sqrt(kappa t) is 3 h. At its own "
+        "first time, tau = 0.02, sqrt(kappa t) is h and nucleation is not resolved: from there the "
+        "two need not take the same way.",
         measure=slab,
     ),
     "quench": Check(

@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
 
 
-def heat() -> list[Figure]:
+def heat() -> Found:
     """Errors, orders, overshoot."""
     import test_heat as tests
 
@@ -36,7 +36,24 @@ def heat() -> list[Figure]:
     ):
         what = f"warmer than at the start after a quench, over dT, {len(size)}-D, {cells}"
         figures.append(_figure(what, "nothing is", 0.0, tests.warming(size, cells), 0.01))
-    return figures
+    rows = [
+        "Where the mesh does not resolve what is asked of it:",
+        "",
+        "| | over dT |",
+        "| --- | --- |",
+    ]
+    for cells_long in (1, 2, 3):
+        error = tests.worst_error("half-space", "quadrilateral", since=cells_long * 0.02)
+        rows.append(
+            f"| error of the half-space from sqrt(kappa t) = {cells_long} h on | {error:.2%} |"
+        )
+    for ratio in (4, 10):
+        for cells in ("quadrilateral", "triangle"):
+            warmer = tests.warming((0.2, 0.2), cells, 1.0, ratio)
+            rows.append(
+                f"| warmer after a quench, {cells}, conductivities 1 to {ratio} | {warmer:.2%} |"
+            )
+    return Found(figures=figures, text="\n".join(rows))
 
 
 def _figure(what: str, source: str, expected: float, measured: float, tolerance: float) -> Figure:

@@ -7,14 +7,13 @@ One that was run by hand, on more ranks say, into runs/verify/quench is taken as
 """
 
 import json
-import shlex
 from functools import partial
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from figures import Figure, Found
-from runs import ROOT, staffa
+from runs import ROOT, as_typed, staffa
 from sharp import SHARP, half_space_doubling
 
 from staffa.io.run_directory import Run, read_run
@@ -49,12 +48,10 @@ def run_strip() -> dict:
 def digest(run: Run) -> dict:
     """What is kept of the run; depths are those of sharp tips (m)."""
     m = run.manifest
-    ranks = f"mpiexec -n {m.ranks} " if m.ranks > 1 else ""
-    set_by = " ".join(f"--set {shlex.quote(s)}" for s in SETTINGS)
     followed = tracks(run.steps, axis=1, reach=m.tip_reach or 0.0)
     heats = [step.heat for step in run.steps if step.heat]
     return {
-        "command": f"{ranks}staffa run {CASE} {set_by}",
+        "command": as_typed(run, CASE, SETTINGS),
         "commit": m.commit,
         "date": m.created[:10],
         "seconds": round(sum(step.seconds for step in run.steps)),

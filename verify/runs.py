@@ -1,5 +1,6 @@
 """Runs from the command line, as a user starts them, kept in runs/verify."""
 
+import shlex
 import shutil
 import subprocess
 import sys
@@ -16,6 +17,12 @@ def staffa(case: Path, where: Path, settings: Sequence[str]) -> None:
     """Run a case as from the command line, into a folder that is new."""
     command = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
     subprocess.run([*command, "--quiet", *(f"--set={s}" for s in settings)], check=True)
+
+
+def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
+    """The command that made a run."""
+    ranks = f"mpiexec -n {run.manifest.ranks} " if run.manifest.ranks > 1 else ""
+    return f"{ranks}staffa run {case} {' '.join(f'--set {shlex.quote(s)}' for s in settings)}"
 
 
 def ready_case(name: str, folder: str, *settings: str) -> Run:

@@ -9,7 +9,6 @@ verify/slabs. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
 """
 
 import json
-import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from figures import Figure, Found
-from runs import ROOT, staffa
+from runs import ROOT, as_typed, staffa
 from scipy.stats import ks_2samp
 from sharp import SHARP, array_growth, first_doubling, half_space_spacing, length_at
 
@@ -82,14 +81,12 @@ def digest(name: str, run: Run) -> dict:
     assert beyond is not None and run.finished
     found = arrests(steps, axis=1, ell=m.ell, reach=beyond)
     followed = tracks(steps, axis=1, reach=beyond)
-    ranks = f"mpiexec -n {m.ranks} " if m.ranks > 1 else ""
-    set_by = " ".join(f"--set {shlex.quote(s)}" for s in settings(name))
     start = found.nucleation
     assert start is not None
     last = steps[-1].measures
     assert last is not None
     return {
-        "command": f"{ranks}staffa run verify/slab.toml {set_by}",
+        "command": as_typed(run, "verify/slab.toml", settings(name)),
         "commit": m.commit,
         "date": m.created[:10],
         "unknowns": m.unknowns,

@@ -99,8 +99,8 @@ ON_THE_CONE = {
 
 # Capacity and conduction over steps that end while heat still diffuses: the capacity on the
 # diagonal keeps the condition number at 8 kappa dt/h^2 or so, and CG scaled by the diagonal takes
-# tens of iterations. On the slab of 50k vertices over 18 steps: 2.4 s, with multigrid 8.3 s, with a
-# factorization 6.4 s. Tight, since what enters is held against what is stored.
+# tens of iterations; multigrid and a factorization took longer on the slab. Tight, since what
+# enters is held against what is stored.
 HEAT = {
     "ksp_type": "cg",
     "ksp_rtol": "1e-11",

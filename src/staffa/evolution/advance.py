@@ -11,7 +11,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, descend, raise_bounds, settle
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
-from staffa.heat.body import Conduction
+from staffa.heat.march import HeatEquation
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import max_over_ranks
 from staffa.records import Effort, Heat, Outcome, Return
@@ -193,16 +193,16 @@ def agree(
     SolveError
         They do not agree after so many passes: in too long a step cracks run ahead of the cold.
     """
-    rule, origin, state = problem.load, advance.origin, system.state
-    if not isinstance(rule, Conduction) or origin is None:
+    equation, origin, state = system.cooling, advance.origin, system.state
+    if not isinstance(equation, HeatEquation) or origin is None:
         return advance
+    rule = equation.conduction
     passes, gap, spent = 0, np.inf, 0.0
     while advance.outcome.converged:
-        T, heat = system.cooling.advance(origin.T, state.alpha.x.array, origin.time, end.time)
+        T, heat = equation.advance(origin.T, state.alpha.x.array, origin.time, end.time)
         n_owned = len(owned(state.T))
         apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
-        gap = apart / (system.cooling.span(T) or 1.0)
-        assert heat is not None
+        gap = apart / (equation.span(T) or 1.0)
         if gap <= rule.agreement:
             spent = heat.seconds
             break

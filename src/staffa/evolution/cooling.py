@@ -32,10 +32,6 @@ class Cooling(Protocol):
         """The temperature change at a later time (s), and what the heat equation did; pure."""
         ...
 
-    def span(self, T: np.ndarray) -> float:
-        """Largest change (K) of a temperature since t = 0."""
-        ...
-
     def destroy(self) -> None:
         """Free the PETSc objects."""
         ...
@@ -58,10 +54,6 @@ class ClosedForm:
     ) -> tuple[np.ndarray, None]:
         """See `Cooling`."""
         return self._load.temperature(self._x, end), None
-
-    def span(self, T: np.ndarray) -> float:
-        """See `Cooling`; of this rank."""
-        return float(np.abs(T).max(initial=0.0))
 
     def destroy(self) -> None:
         """Nothing to free."""

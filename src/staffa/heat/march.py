@@ -22,7 +22,7 @@ from staffa.domain import Domain
 from staffa.errors import SolveError
 from staffa.fields import Spaces, owned
 from staffa.heat.body import Conduction
-from staffa.heat.operators import HeatOperators
+from staffa.heat.operators import Exchange, HeatOperators
 from staffa.options import HEAT, apply, petsc_errors
 from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.records import Heat
@@ -54,8 +54,7 @@ class HeatEquation:
         self.conduction = conduction
         self.operators = HeatOperators(domain, spaces, conduction)
         self.operators.feel(np.zeros_like(fem.Function(spaces.alpha).x.array))
-        self._initial = self.operators.initial()
-        self._stress_free = self.operators.stress_free()
+        self._initial, self._stress_free = self.operators.initial, self.operators.stress_free
         self._T = fem.Function(spaces.alpha)
         self._free = np.ones(len(self._initial))
         self._free[self.operators.held] = 0.0
@@ -153,16 +152,17 @@ class HeatEquation:
         prescribed = [at.held_values(t) for t in times]
         started = T.copy()
         started[held] = prescribed[0]  # a jump at the start
-        gain, entering = self._rates(started, times[0])
+        gain, entering = self._rates(started, at.exchanges(times[0]))
         rate = gain / at.capacity
         rate[held] = (prescribed[1] - prescribed[0]) / (GAMMA * length)
         rates, sides = [rate], [self._by_cause(rate, gain, entering)]
         for i, weights in ((1, [D]), (2, [W, W])):
             base = started + length * np.einsum("i,ij", weights, rates)
-            rate = self._stage(base, prescribed[i], times[i], length)
+            exchanges = at.exchanges(times[i])
+            rate = self._stage(base, prescribed[i], exchanges, length)
             rates.append(rate)
             stage = base + D * length * rate
-            sides.append(self._by_cause(rate, *self._rates(stage, times[i])))
+            sides.append(self._by_cause(rate, *self._rates(stage, exchanges)))
         new = started + length * np.einsum("i,ij", WEIGHTS, rates)
         new[held] = prescribed[2]
         entered = defaultdict[str, float](float)
@@ -174,9 +174,10 @@ class HeatEquation:
             entered[name] += float(at.capacity[entries] @ (started - T)[entries])
         return _Tried(T=new, error=self._error(new, rates, length, largest), entered=entered)
 
-    def _rates(self, T: np.ndarray, t: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def _rates(
+        self, T: np.ndarray, exchanges: list[Exchange]
+    ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Heat that vertices gain in all (W), and from each cause but their neighbors."""
-        exchanges = self.operators.exchanges(t)
         entering = {e.name: e.entering(T) for e in exchanges}
         gained = np.sum(list(entering.values()), axis=0)
         return gained + self.operators.conducted(T), entering
@@ -195,14 +196,15 @@ class HeatEquation:
             found[name] = found.get(name, 0.0) + float(needed[part].sum())
         return found
 
-    def _stage(self, base: np.ndarray, held: np.ndarray, t: float, length: float) -> np.ndarray:
-        """The rate (K/s) k with C k = F(base + D length k, t), and as prescribed where held."""
+    def _stage(
+        self, base: np.ndarray, held: np.ndarray, exchanges: list[Exchange], length: float
+    ) -> np.ndarray:
+        """The rate (K/s) k with C k = F(base + D length k), and as prescribed where held."""
         at, scale = self.operators, D * length
-        exchanges = at.exchanges(t)
         self._make(scale, np.sum([e.coefficient for e in exchanges], axis=0))
         moved = base.copy()
         moved[at.held] = held
-        gain, _ = self._rates(moved, t)
+        gain, _ = self._rates(moved, exchanges)
         rate = self._solve(gain)
         rate[at.held] = (held - base[at.held]) / scale
         return rate

@@ -3,7 +3,7 @@
 Linear elements with the capacity, the films, fluxes and sources lumped at the vertices: a vertex
 then gains heat only from warmer neighbors or its own surroundings (on cells without obtuse angles
 the matrix of conduction has no positive entry off its diagonal), so that a sudden drop at a side
-makes nothing warmer beside it. A consistent capacity does, by 20 % of the drop.
+makes nothing warmer beside it, as it would with a consistent capacity.
 """
 
 from collections.abc import Iterator
@@ -46,8 +46,8 @@ class Exchange:
 class HeatOperators:
     """Capacities, conduction and exchanges of a body; made once. All methods are collective.
 
-    capacity: heat a kelvin at the vertices (J/K), owned entries; held: owned entries whose
-    temperature is prescribed.
+    Of owned entries: capacity, heat a kelvin at the vertices (J/K); initial, the temperature (K) at
+    t = 0; stress_free, the one without thermal strain; held, the entries that are prescribed.
     """
 
     def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:
@@ -80,13 +80,17 @@ class HeatOperators:
             side.side: self._lumped(phi * faces(number + 1))
             for number, side in enumerate(conduction.sides)
         }
-        steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
-        self._faces = self._form(steepness * phi * dx(degree=QUADRATURE))
+        if isinstance(conduction.cracks, Bath):
+            steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
+            self._faces = self._form(steepness * phi * dx(degree=QUADRATURE))
         self._crack_area = np.zeros(self._x.shape[1])
         self._held = self._held_entries(domain)
         self.held = np.concatenate([np.zeros(0, dtype=np.int32), *self._held.values()])
         self.matrix = fem_petsc.create_matrix(self._conduct)
-        self._level = max_over_ranks(self.comm, self.initial())
+        given = conduction.stress_free
+        self.initial = self._at_start("initial", conduction.initial)
+        self.stress_free = self._at_start("stress_free", given) if given else self.initial
+        self._level = max_over_ranks(self.comm, self.initial)
         self._felt: np.ndarray | None = None
         self._in, self._out = (self.matrix.createVecRight() for _ in range(2))
 
@@ -134,15 +138,6 @@ class HeatOperators:
 
     def _same(self, alpha: np.ndarray, known: np.ndarray) -> bool:
         return not any_over_ranks(self.comm, not np.array_equal(alpha, known))
-
-    def initial(self) -> np.ndarray:
-        """The temperature (K) at t = 0, owned entries."""
-        return self._at_start("initial", self.conduction.initial)
-
-    def stress_free(self) -> np.ndarray:
-        """The temperature (K) without thermal strain, owned entries."""
-        given = self.conduction.stress_free
-        return self.initial() if given is None else self._at_start("stress_free", given)
 
     def _at_start(self, name: str, given: PointValues) -> np.ndarray:
         try:
