@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from staffa.stack import MPI
 
@@ -25,15 +25,18 @@ CELLS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Domain:
-    """A mesh, the facets of each named boundary (local indices), and its nominal cell size.
+    """A mesh, its named boundaries and regions (local facets and cells), its nominal cell size.
 
-    size: extent along each axis (m), the lower corner at the origin. h: cell edge (m).
+    regions: the cells of each named region, ghosts included; no cell is in two, and one that is in
+    none belongs to the rest. size: extent along each axis (m), the lower corner at the origin. h:
+    cell edge (m).
     identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
     same body with cells twice as long, boundaries and all; None where that cannot be done.
     """
 
     mesh: dmesh.Mesh
     boundaries: Mapping[str, np.ndarray]
+    regions: Mapping[str, np.ndarray] = field(default_factory=dict)
     size: tuple[float, ...]
     h: float
     identity: str
@@ -61,8 +64,31 @@ class Domain:
             raise InputError(f"domain has no boundary '{name}'; {choices(name, self.boundaries)}")
         return self.boundaries[name]
 
+    def cells(self, region: str) -> np.ndarray:
+        """Local cells of a named region, ghosts included.
 
-def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> Domain:
+        Raises
+        ------
+        InputError
+            There is no region of that name.
+        """
+        if region not in self.regions:
+            raise InputError(f"domain has no region '{region}'; {choices(region, self.regions)}")
+        return self.regions[region]
+
+
+# Whether points, shape (3, n), lie in a part of the body: shape (n,).
+Part = Callable[[np.ndarray], np.ndarray]
+
+
+def block(
+    comm: MPI.Comm,
+    *,
+    size: tuple[float, ...],
+    h: float,
+    cells: str,
+    parts: Mapping[str, Part] | None = None,
+) -> Domain:
     """A rectangle or a box with its lower corner at the origin, meshed with cells of edge <= h.
 
     Triangles are four to a square, so that no diagonal direction is preferred; unstructured cells
@@ -73,6 +99,7 @@ def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> D
     size : extent along each axis (m), two or three numbers.
     cells : "quadrilateral" or "triangle" in 2-D, "hexahedron" or "tetrahedron" in 3-D, or
         "unstructured" for triangles or tetrahedra made by Gmsh.
+    parts : the named regions: a cell whose middle is in several belongs to the last of them.
 
     Raises
     ------
@@ -84,10 +111,11 @@ def block(comm: MPI.Comm, *, size: tuple[float, ...], h: float, cells: str) -> D
     return Domain(
         mesh=mesh,
         boundaries=_sides(mesh, size),
+        regions=_regions(mesh, parts or {}),
         size=size,
         h=edge(size, h, cells),
         identity=hashlib.sha256(description).hexdigest()[:16],
-        coarser=_coarser(comm, size, h, cells),
+        coarser=_coarser(comm, size, h, cells, parts or {}),
     )
 
 
@@ -127,7 +155,7 @@ def _unstructured(
 
 
 def _coarser(
-    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
+    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str, parts: Mapping[str, Part]
 ) -> Callable[[], Domain] | None:
     if cells == UNSTRUCTURED:
         useless = 2 * h > min(size) * (1 + 1e-9)
@@ -135,7 +163,7 @@ def _coarser(
         useless = divisions(size, 2 * h) == divisions(size, h)  # a cell along each axis
     if useless:
         return None
-    return lambda: block(comm, size=size, h=2 * h, cells=cells)
+    return lambda: block(comm, size=size, h=2 * h, cells=cells, parts=parts)
 
 
 def _sides(mesh: dmesh.Mesh, size: tuple[float, ...]) -> dict[str, np.ndarray]:
@@ -149,6 +177,24 @@ def _sides(mesh: dmesh.Mesh, size: tuple[float, ...]) -> dict[str, np.ndarray]:
         )
 
     return {name: on_side(name, axis) for name, (axis, _) in SIDES[len(size)].items()}
+
+
+def _regions(mesh: dmesh.Mesh, parts: Mapping[str, Part]) -> dict[str, np.ndarray]:
+    if not parts:
+        return {}
+    x = middles(mesh)
+    number = np.full(x.shape[1], -1)
+    for k, inside in enumerate(parts.values()):
+        number[inside(x)] = k
+    return {name: np.flatnonzero(number == k).astype(np.int32) for k, name in enumerate(parts)}
+
+
+def middles(mesh: dmesh.Mesh) -> np.ndarray:
+    """The middle of each cell (m), ghosts included, shape (3, n)."""
+    dim = mesh.topology.dim
+    cells = mesh.topology.index_map(dim)
+    every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
+    return dmesh.compute_midpoints(mesh, dim, every).T
 
 
 def cell_count(domain: Domain) -> int:

@@ -1,6 +1,6 @@
 """Everything that defines a run, as objects: what a case file becomes, and a script can write."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -13,6 +13,7 @@ from staffa.evolution.schedule import Schedule
 from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
+from staffa.physics.elasticity import Elasticity
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
 
@@ -23,6 +24,8 @@ GUESSES = ("coarser", "none")
 
 # Values at points: shape (3, n) -> (n,).
 PointFunction = Callable[[np.ndarray], np.ndarray]
+# A number of the rock: one for all of it, or one at each point.
+Property = float | PointFunction
 
 
 def ones(x: np.ndarray) -> np.ndarray:
@@ -39,18 +42,24 @@ def nowhere(x: np.ndarray) -> np.ndarray:
 class Material:
     """Numbers of the rock: E, Gc, expansion, ell (SI or scaled), nu; its laws; its heterogeneity.
 
-    toughness: factor on Gc at points, a function of position alone. cracked: True at the points
+    expansion: also a symmetric tensor, shape (3, 3), along x, y, z. elasticity: another than the
+    isotropic one of E and nu, which then are what scales are told in. toughness: factor on Gc at
+    points, a function of position alone. roughness: symmetric A, shape (3, 3), of the term
+    ell grad alpha . A grad alpha: a straight crack of unit normal n costs Gc sqrt(n . A n); None:
+    the identity. cracked: True at the points
     of cracks that are there from the start; cracks: those that break every cell they cut, which any
     mesh can carry.
     """
 
-    E: float
-    nu: float
+    E: Property
+    nu: Property
     Gc: float
-    expansion: float
+    expansion: Property | np.ndarray
     ell: float
     law: DamageLaw
     state: str
+    elasticity: Elasticity | None = None
+    roughness: np.ndarray | None = None
     residual_stiffness: float = 1e-6
     toughness: PointFunction = ones
     cracked: PointFunction = nowhere
@@ -113,6 +122,8 @@ class Measuring:
 class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
+    regions: the rock of the domain's regions that differs from `material`; ell, the laws, the plane
+    state and what is cracked are the body's, those of `material`.
     load: where the temperature comes from, a closed form or the heat equation.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
     None where nothing diffuses. backtracking, second_order: None for none.
@@ -120,6 +131,7 @@ class Problem:
 
     domain: Domain
     material: Material
+    regions: Mapping[str, Material] = field(default_factory=dict)
     load: Load | Conduction
     schedule: Schedule
     sides: tuple[SideSupport, ...] = ()
