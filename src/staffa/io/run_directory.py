@@ -147,9 +147,11 @@ def read_run(path: Path) -> Run:
 def _read_manifest(path: Path) -> Manifest:
     file = path / MANIFEST
     try:
-        record = dict(json.loads(file.read_text(encoding="utf-8")))
-    except (ValueError, TypeError) as error:
+        record = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
         raise StaffaError(f"{file} is damaged: {error}") from None
+    if not isinstance(record, dict):
+        raise StaffaError(f"{file} is damaged: it holds no names with values")
     if record.get("format") != FORMAT:
         raise InputError(
             f"{path} has format {record.get('format')}, this staffa reads {FORMAT}; use the "

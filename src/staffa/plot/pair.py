@@ -87,6 +87,8 @@ def fields_figure(
             axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left", pad=3)
         if across == 3:
             _draw_difference(line[2], manifests[0], both[0], gap)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(with_unit("y", manifests[0], "m"))
     for axes, manifest in zip(grid[-1], (*manifests, manifests[0]), strict=False):
         axes.set_xlabel(with_unit("x", manifest, "m"))
     first = [both[0] for both in frames]

@@ -9,7 +9,8 @@ from staffa.report.pair import Pair
 from staffa.report.readings import Reading, readings
 from staffa.report.summary import Fact
 
-CLOSE = 0.01  # energies that differ by less than 1 % count as the same
+CLOSE = 0.01  # energies that differ by less agree; the second digit of a mesh is worth no more
+ROUND_OFF = 1e-12  # parts of the whole below this are the order in which ranks add up
 Steps = tuple[Step, Step]
 
 
@@ -32,7 +33,9 @@ def agreement(pair: Pair) -> Iterator[Fact]:
 
 
 def percent(part: float) -> str:
-    """A part of the whole to two digits."""
+    """A part of the whole to two digits, 0 for round-off."""
+    if part < ROUND_OFF:
+        return "0 %"
     return f"{100 * part:.2g} %" if part < 1 else f"{100 * part:.0f} %"
 
 
@@ -71,8 +74,8 @@ def _energies_agree(pair: Pair, shared: Sequence[Steps]) -> Fact:
     apart = gaps(pair, shared, readings(pair)["total energy"])
     beyond, most = np.flatnonzero(apart > CLOSE), int(apart.argmax())
     largest = f"at most {percent(apart[most])} apart, {_when(pair, shared[most])}"
-    if not apart.any():
-        text = "the same at all common times"
+    if apart[most] < ROUND_OFF:
+        text = "the same, to round-off, at all common times"
     elif not beyond.size:
         text = f"within {percent(CLOSE)} at all common times: {largest}"
     else:
@@ -128,7 +131,9 @@ def _as_deep(pair: Pair, shared: Sequence[Steps], deepest: Reading) -> Iterator[
     ell = pair.first.run.manifest.ell / pair.first.length
     unit = f" {pair.length_unit}" if pair.length_unit else ""
     text = f"at most {most:.3g}{unit} apart ({most / ell:.2g} ell), {_when(pair, steps)}"
-    yield Fact(name="deepest crack", text=text if most else "as deep at all common times")
+    if most < ROUND_OFF * ell:
+        text = "as deep at all common times"
+    yield Fact(name="deepest crack", text=text)
 
 
 def _when(pair: Pair, steps: Steps) -> str:

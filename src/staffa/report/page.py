@@ -72,7 +72,7 @@ def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> s
         _plain("Results", results(pair)),
         _plain("At common times", common_times(pair)),
         *_pictures(pictures, skipped),
-        *(pieces.case_text(side.run.case, f"{side.name}/case.toml") for side in pair.sides),
+        *(pieces.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
         *(pieces.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
     ]
     return pieces.document(pair_title(pair), parts)

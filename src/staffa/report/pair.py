@@ -123,7 +123,11 @@ def caveats(pair: Pair) -> Iterator[str]:
             f"and numbers of cracks are each its own, and only depths and times are compared."
         )
     elif not pair.alike:
-        sizes = (" x ".join(f"{x:g}" for x in side.run.manifest.size) for side in pair.sides)
+        unit = f" {pair.length_unit}" if pair.length_unit else ""
+        sizes = (
+            " x ".join(f"{x / side.length:g}" for x in side.run.manifest.size) + unit
+            for side in pair.sides
+        )
         yield (
             f"The bodies differ in size ({', '.join(sizes)}): energies, lengths and numbers of "
             f"cracks are those of each whole body, and their differences are left out."

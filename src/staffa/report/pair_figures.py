@@ -51,7 +51,8 @@ def _panels(pair: Pair, names: tuple[str, ...]) -> list[Panel]:
     for reading in (found[name] for name in names if name in found):
         first, second = (_curve(pair, side, reading) for side in pair.sides)
         if first[0] and second[0]:
-            label, counts = named(reading), reading.name == "cracks"
+            counts = reading.name == "cracks"
+            label = named(reading) if counts or reading.unit else f"{reading.name} (scaled)"
             panels.append(Panel(label=label, curves=(first, second), counts=counts))
     return panels
 

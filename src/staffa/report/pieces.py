@@ -116,10 +116,10 @@ def figure(picture: Path, caption: str) -> str:
     )
 
 
-def case_text(text: str, name: str = "case.toml") -> str:
+def case_text(text: str, heading: str = "Case") -> str:
     """The case file, folded."""
     return (
-        f"<h2>Case</h2><details><summary>{escape(name)}</summary>"
+        f"<h2>{escape(heading)}</h2><details><summary>case.toml</summary>"
         f"<pre>{escape(text)}</pre></details>"
     )
 

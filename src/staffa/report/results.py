@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from staffa.records import Step
-from staffa.report.agreement import gaps, percent
+from staffa.report.agreement import ROUND_OFF, gaps, percent
 from staffa.report.comparison import ABSENT, Table, run_arrests
 from staffa.report.ensemble import number
 from staffa.report.pair import Pair, Side, caveats
@@ -28,8 +28,9 @@ def results(pair: Pair) -> Table:
         header=("at the end", *pair.names, "difference"),
         rows=(*rows, *_crossing(pair, last), *_generations(pair)),
         notes=(
-            "Difference: the second run against the first. Spacing: the mean along the face, of "
-            "all cracks. Generations and depths are defined as by `staffa show`.",
+            "Difference: the second run against the first. First crack: the first step with a tip. "
+            "Spacing: the mean along the face, of all cracks. Generations and depths are those of "
+            "`staffa show`.",
             *caveats(pair),
         ),
     )
@@ -145,7 +146,7 @@ def difference(a: float | None, b: float | None) -> str:
     """The second number against the first: of counts as such, of others in percent."""
     if a is None or b is None:
         return ABSENT
-    if a == b:
+    if abs(b - a) <= ROUND_OFF * abs(a):
         return "0"
     if isinstance(a, int) and isinstance(b, int):
         return f"{b - a:+d}"
