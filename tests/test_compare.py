@@ -95,8 +95,9 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def slab(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A drawn run whose case can be read."""
-    return run_at(tmp_path_factory.mktemp("slab") / "run").path
+    """A drawn run that kept its fields twice: pictures of many panels take long."""
+    kept = tuple(i in (16, 24) for i in range(len(TAUS)))
+    return run_at(tmp_path_factory.mktemp("slab") / "run", requested=kept).path
 
 
 @pytest.fixture
@@ -212,15 +213,15 @@ def test_the_same_number_in_another_unit_is_no_difference(pair) -> None:
 
 def test_facts_of_the_runs_that_differ_are_listed(tmp_path) -> None:
     run_at(tmp_path / "a")
-    run_at(tmp_path / "b", n=8, ranks=3, mesh="other", tip_reach=0.05, adaptive=True)
+    run_at(tmp_path / "b", n=8, ranks=3, mesh="other", tip_reach=0.06, adaptive=True)
     pair = read_pair(tmp_path / "a", tmp_path / "b")
     assert manifest_differences(pair).rows == (
         ("ranks", "2", "3"),
         ("adaptive", "no", "yes"),
         ("mesh", "0123456789abcdef", "other"),
-        ("tip reach", ABSENT, "0.05"),
+        ("tip reach", ABSENT, "0.06"),
     )
-    assert told(pair)["deepest crack"].startswith(f"at most 0.05 apart ({0.05 / ELL:.2g} ell)")
+    assert told(pair)["deepest crack"].startswith("at most 0.06 apart (1.5 ell)")
 
 
 def in_units(path: Path) -> Run:
@@ -380,13 +381,14 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
 
 @pytest.mark.usefixtures("coarse")
 def test_a_page_is_written_over_an_earlier_one_and_touches_nothing_else(pair, tmp_path) -> None:
+    changed(pair.second.run, lambda step: replace(stiffer(step), fields=None))
     runs = [files_in(side.run.path) for side in pair.sides]
     out = tmp_path / "out"
-    draw_pair(pair, out)
+    out.mkdir()
+    (out / "report.html").write_text("earlier")
     (out / "tips.csv").write_text("mine")
-    changed(pair.second.run, stiffer)
-    runs[1] = files_in(pair.second.run.path)
-    assert "4.8 %" in draw_pair(again(pair), place_of(pair, out)).page.read_text(encoding="utf-8")
+    drawn = draw_pair(again(pair), place_of(pair, out))
+    assert "4.8 %" in drawn.page.read_text(encoding="utf-8")
     assert (out / "tips.csv").read_text() == "mine"
     assert [files_in(side.run.path) for side in pair.sides] == runs
 
@@ -404,6 +406,7 @@ def test_lost_fields_are_left_out_with_the_name_of_the_run(pair, tmp_path) -> No
     assert any("no time whose fields" in reason for reason in drawn.skipped)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("coarse")
 def test_long_bodies_are_drawn_in_one_column(tmp_path) -> None:
     for name in ("a", "b"):
@@ -415,7 +418,7 @@ def test_long_bodies_are_drawn_in_one_column(tmp_path) -> None:
 @pytest.mark.slow
 def test_bodies_in_three_dimensions_are_rendered_side_by_side(tmp_path) -> None:
     for name in ("a", "b"):
-        run_at(tmp_path / name, BOX)
+        run_at(tmp_path / name, BOX, n=10, requested=(False,) * 24 + (True,))
     drawn = draw_pair(read_pair(tmp_path / "a", tmp_path / "b"), tmp_path / "out")
     assert drawn.pictures[0].stem == "cracks-of-both", drawn.skipped
     assert_shows_something(drawn.pictures[0])
@@ -430,7 +433,9 @@ def refused(one: Path, other: Path) -> str:
 
 def test_the_same_run_by_two_names_is_refused(pair, tmp_path) -> None:
     here = pair.first.run.path
-    check_sentence(refused(here, here / ".." / "a"), "are the same run", "name two different ones")
+    (tmp_path / "link").symlink_to(here)
+    for same in (here, tmp_path / "link"):
+        check_sentence(refused(here, same), "are the same run", "name two different ones")
 
 
 def test_what_is_no_run_is_refused(pair, tmp_path) -> None:
@@ -508,8 +513,9 @@ def test_the_command_prints_the_tables_and_says_where_the_page_is(pair, tmp_path
 @pytest.mark.slow
 def test_the_command_refuses_in_one_sentence_and_writes_nothing(pair, tmp_path) -> None:
     before = files_in(tmp_path)
-    for arguments in (("a", "a"), ("a", "none"), ("a", "b", "--out", "b")):
-        done = staffa(tmp_path, "compare", *arguments)
-        assert done.returncode == 2 and done.stdout == "", done
-        assert done.stderr.count("\n") == 1 and done.stderr.startswith("staffa: "), done.stderr
+    done = staffa(tmp_path, "compare", "a", "b", "--out", "b")
+    assert done.returncode == 2 and done.stdout == "", done
+    assert (
+        done.stderr == "staffa: --out b holds a run already; choose another folder or remove it\n"
+    )
     assert files_in(tmp_path) == before
