@@ -302,6 +302,8 @@ def test_two_dimensions_are_compared_with_three_in_depths_and_times(tmp_path) ->
     run_at(tmp_path / "solid", BOX, n=4)
     pair = read_pair(tmp_path / "flat", tmp_path / "solid")
     assert "flat is 2-D and solid is 3-D" in " ".join(caveats(pair))
+    assert common_times(pair).header == ("tau", "cracks", "spacing", "deepest crack")
+    assert not any("energy" in row[0] for row in results(pair).rows)
     assert cells(results(pair), "first crack, tau") == ("0.06", "0.06", "0")
     assert cells(results(pair), "deepest crack")[2] == "0"
     drawn = draw_pair(pair, tmp_path / "out")
@@ -339,6 +341,9 @@ def test_fields_of_one_mesh_are_compared_in_whatever_order_its_points_come(pair)
     found = damage_difference(one, other)
     assert found is not None
     assert found == pytest.approx(0.1 * one.grid.points[:, 0])
+    smaller = with_points(other, 0.01 * other.grid.points)
+    assert damage_difference(one, smaller) is None
+    assert damage_difference(one, smaller, 100.0) == pytest.approx(found)
 
 
 def test_fields_of_two_meshes_are_not_subtracted(pair) -> None:
@@ -445,16 +450,18 @@ def test_what_is_no_run_is_refused(pair, tmp_path) -> None:
     (tmp_path / "e").mkdir()
     here.rename(tmp_path / "e" / "seed-7")
     said = refused(pair.second.run.path, tmp_path / "e")
-    check_sentence(said, "e is an ensemble", "name one of its runs")
+    check_sentence(said, "e is an ensemble", "name one of its runs", "e/seed-7")
 
 
 def test_a_run_that_is_not_finished_is_refused(pair) -> None:
     run = pair.second.run
     rewritten(run, list(run.steps[:7]))
     said = refused(pair.first.run.path, run.path)
-    check_sentence(said, "b holds a run that is not finished (7 of 25 times)", "let it end")
-    rewritten(run, [*run.steps[:-1], replace(run.steps[-1], status="not converged")])
-    check_sentence(refused(run.path, pair.first.run.path), "is not finished")
+    check_sentence(said, "b is not finished (7 of 25 steps; still going on", "let it end")
+    bad = replace(run.steps[-1], status="not converged", reason="out of sweeps")
+    rewritten(run, [*run.steps[:-1], bad])
+    said = refused(run.path, pair.first.run.path)
+    check_sentence(said, "is not finished (not converged at step 24", "out of sweeps")
 
 
 @pytest.mark.parametrize(

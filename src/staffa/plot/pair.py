@@ -60,6 +60,7 @@ def _draw_curves(axes: Axes, panel: Panel) -> None:
         axes.plot(
             *curve, color=BLACK if alone else color, linewidth=WIDTHS[-1] if alone else width,
             drawstyle="steps-post" if panel.counts else "default",
+            marker="o" if len(curve[0]) == 1 else "",
         )  # fmt: skip
     axes.set_ylabel(panel.label)
     axes.set_ylim(bottom=0)
@@ -70,9 +71,13 @@ def fields_figure(
     names: Sequence[str],
     manifests: Sequence[Manifest],
     frames: Sequence[tuple[Frame, Frame]],
+    ratio: float = 1.0,
 ) -> Figure:
-    """Damage of both 2-D bodies at each time, and where the points agree the difference."""
-    apart = [difference(*both) for both in frames]
+    """Damage of both 2-D bodies at each time, and where the points agree the difference.
+
+    ratio: see `difference`.
+    """
+    apart = [difference(*both, ratio) for both in frames]
     across = 3 if any(d is not None for d in apart) else 2
     width, height = manifests[0].size
     columns = 1 if width > LONG * height else across
@@ -101,13 +106,13 @@ def fields_figure(
     return figure
 
 
-def difference(one: Frame, other: Frame) -> np.ndarray | None:
+def difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
     """Damage of the second minus that of the first at the points of the first, shape (n,).
 
     None if these are not the points of both; a mesh has its points in another order on another
-    number of ranks.
+    number of ranks. ratio: the unit of length of the first over that of the second.
     """
-    a, b = one.grid.points, other.grid.points
+    a, b = one.grid.points, ratio * other.grid.points
     if a.shape != b.shape:
         return None
     near = 1e-6 * float(np.ptp(a, axis=0).max())  # far below any edge, far above rounding

@@ -119,8 +119,8 @@ def caveats(pair: Pair) -> Iterator[str]:
         yield f"{bare} is scaled and {dressed} has units: lengths are over L{told}, times in tau."
     if pair.dim is None:
         yield (
-            f"{one} is {pair.first.dim}-D and {other} is {pair.second.dim}-D: energies, lengths "
-            f"and numbers of cracks are each its own, and only depths and times are compared."
+            f"{one} is {pair.first.dim}-D and {other} is {pair.second.dim}-D: depths and times are "
+            f"compared, energies and lengths are not."
         )
     elif not pair.alike:
         unit = f" {pair.length_unit}" if pair.length_unit else ""

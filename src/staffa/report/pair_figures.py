@@ -29,7 +29,8 @@ def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:
         panels = _panels(pair, ENERGIES)
         if pair.alike:
             at, apart = gap_between_steps(pair)
-            panels.append(Panel(label="apart (%)", curves=((at.tolist(), (100 * apart).tolist()),)))
+            curve = at.tolist(), (100 * apart).tolist()
+            panels.append(Panel(label="apart (%)", curves=(curve,)))
         figures["energies-of-both"] = _curves(pair, panels)
     growth = _panels(pair, GROWTH if pair.dim else GROWTH[2:])
     if growth:
@@ -69,9 +70,13 @@ def _fields(pair: Pair) -> tuple[Figures, list[str]]:
     frames, skipped = _frames(pair)
     if not frames:
         return {}, [*skipped, "cracks-of-both: there is no time whose fields both runs kept"]
-    draw = fields_figure if pair.dim == 2 else volumes_figure
     manifests = [side.run.manifest for side in pair.sides]
-    return {"cracks-of-both": partial(draw, pair.names, manifests, frames)}, skipped
+    ratio = pair.first.length / pair.second.length
+    if pair.dim == 2:
+        draw = partial(fields_figure, pair.names, manifests, frames, ratio)
+    else:
+        draw = partial(volumes_figure, pair.names, manifests, frames)
+    return {"cracks-of-both": draw}, skipped
 
 
 def _frames(pair: Pair) -> tuple[list[tuple[Frame, Frame]], list[str]]:

@@ -6,9 +6,10 @@ from pathlib import Path
 from staffa.cases.model import Case
 from staffa.cases.reading import parse_case
 from staffa.errors import InputError, StaffaError
-from staffa.io.ensemble_directory import is_ensemble
+from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free
 from staffa.report.pair import Pair, Side
+from staffa.report.summary import summary
 
 
 def read_pair(one: Path, other: Path) -> Pair:
@@ -51,7 +52,8 @@ def place_of(pair: Pair, asked: Path | None) -> Path:
 
 def _finished(path: Path) -> Run:
     if is_ensemble(path):
-        raise InputError(f"{path} is an ensemble; name one of its runs, like {path}/seed-0")
+        one = next(iter(members(path).values()))
+        raise InputError(f"{path} is an ensemble; name one of its runs, like {one}")
     if not (path / MANIFEST).is_file():
         raise InputError(
             f"{path} is no run directory: it has no {MANIFEST}; name a folder that `staffa run` "
@@ -62,9 +64,9 @@ def _finished(path: Path) -> Run:
     except StaffaError as error:
         raise InputError(f"{error}; name another run, or run the case again") from None
     if not run.finished:
+        status = next(fact.text for fact in summary(run) if fact.name == "status")
         raise InputError(
-            f"{path} holds a run that is not finished ({len(run.steps)} of "
-            f"{len(run.manifest.times)} times); let it end, or run the case again"
+            f"the run in {path} is not finished ({status}); let it end, or run the case again"
         )
     return run
 

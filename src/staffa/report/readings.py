@@ -26,8 +26,8 @@ class Reading:
 
 
 def readings(pair: Pair) -> dict[str, Reading]:
-    """All of them, by name."""
-    length, energy = pair.length_unit, pair.energy_unit if pair.dim else ""
+    """All of them, by name; energies and lengths only of bodies of one dimension."""
+    length, energy = pair.length_unit, pair.energy_unit
     plane = pair.dim == 2
     size = length if plane or not length else f"{length}²"
     crack = "crack length" if plane else "crack area"
@@ -41,7 +41,8 @@ def readings(pair: Pair) -> dict[str, Reading]:
         Reading(name="surface energy", unit=energy, value=_surface),
         Reading(name="total energy", unit=energy, value=_total),
     )
-    return {reading.name: reading for reading in found}
+    kept = found if pair.dim else [r for r in found if not r.whole or r.name == "cracks"]
+    return {reading.name: reading for reading in kept}
 
 
 def named(reading: Reading) -> str:

@@ -12,7 +12,7 @@ from staffa.report.pair import Pair, Side, caveats
 from staffa.report.readings import named, readings
 
 MOST = 8  # rows of the table of common times
-LENGTH = {2: "crack length", 3: "crack area", None: ""}
+TOLD = ("cracks", "spacing", "deepest crack", "crack length", "crack area", "total energy")
 Row = tuple[str, str, str, str]
 
 
@@ -42,11 +42,10 @@ def common_times(pair: Pair) -> Table:
     if len(shared) > MOST:
         shared = [shared[i] for i in np.linspace(0, len(shared) - 1, MOST).round().astype(int)]
     read = readings(pair)
-    names = ("cracks", "spacing", "deepest crack", *(n for n in read if n == LENGTH[pair.dim]))
     shown = [
         read[name]
-        for name in (*names, "total energy")
-        if any(read[name].of(pair, steps) != (None, None) for steps in shared)
+        for name in TOLD
+        if name in read and any(read[name].of(pair, steps) != (None, None) for steps in shared)
     ]
     apart = ("apart",) if pair.alike else ()
     rows = []
@@ -79,7 +78,7 @@ def _onset(pair: Pair) -> Iterator[Row]:
     last = [pair.at(side.run.steps[-1]) for side in pair.sides]
     yield _row(pair, f"last {_clock(pair)}", (last[0], last[1]))
     first = [_first_crack(pair, side) for side in pair.sides]
-    if any(first):
+    if first != [None, None]:
         yield _row(pair, f"first crack, {_clock(pair)}", (first[0], first[1]))
 
 
