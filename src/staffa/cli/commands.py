@@ -31,7 +31,9 @@ CaseName = Annotated[str, typer.Argument(help="name of a ready case", show_defau
 Folder = Annotated[
     Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
 ]
-RunFolder = Annotated[Path, typer.Argument(help="directory of a finished run", show_default=False)]
+RunFolder = Annotated[
+    Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only")]
 
 
