@@ -48,23 +48,21 @@ class IsotropicRock:
 @dataclass(frozen=True, kw_only=True)
 class AnisotropicRock:
     """A stiffness C (Pa) and its inverse, one a cell, in Voigt's order; of plane stress that of the
-    plane, 3 x 3, whose free strain across is minimized out. swelling: the change of volume that a
-    stress along each Voigt component brings about, over it (1/Pa); K: Reuss's bulk modulus; slack:
-    see `physics.split.Strained`, None but in plane stress.
+    plane, 3 x 3. swelling: the change of volume that a
+    stress along each Voigt component brings about, over it (1/Pa); K: Reuss's bulk modulus.
     """
 
     C: fem.Function
     S: fem.Function
     swelling: fem.Function
     K: fem.Function
-    slack: fem.Function | None
 
     def strained(self, e: ufl.core.expr.Expr) -> Strained:
         """See `IsotropicRock`."""
         strain = _voigt(e, 2)
         stress = ufl.dot(self.C, strain)
-        volume = ufl.dot(self.swelling, stress)
-        return Strained(psi=ufl.dot(strain, stress) / 2, volume=volume, K=self.K, slack=self.slack)
+        volume = ufl.dot(self.swelling, stress)  # with the free strain across, in plane stress
+        return Strained(psi=ufl.dot(strain, stress) / 2, volume=volume, K=self.K)
 
     def strain_of(self, stress: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
         """See `IsotropicRock`."""
@@ -96,10 +94,8 @@ def reduced(C: np.ndarray, state: str) -> dict[str, np.ndarray]:
     if state != PLANE_STRESS:
         return {"C": C, "S": S, "swelling": swelling, "K": K}
     plane = np.ix_(range(len(S)), IN_PLANE, IN_PLANE)
-    S, swelling = S[plane], swelling[:, IN_PLANE]
-    Q = np.linalg.inv(S)
-    slack = K * np.einsum("ni,nij,nj->n", swelling, Q, swelling)
-    return {"C": Q, "S": S, "swelling": swelling, "K": K, "slack": slack}
+    S = S[plane]
+    return {"C": np.linalg.inv(S), "S": S, "swelling": swelling[:, IN_PLANE], "K": K}
 
 
 def embedded(e: ufl.core.expr.Expr, across: ufl.core.expr.Expr) -> ufl.core.expr.Expr:

@@ -110,8 +110,7 @@ def _elasticity(places: Places) -> IsotropicRock | AnisotropicRock:
             f'take "volumetric-deviatoric" or "none"'
         )
     numbers = reduced(places.values(_stiffness), material.state)
-    fields = {name: places.field(values, name) for name, values in numbers.items()}
-    return AnisotropicRock(**{"slack": None, **fields})
+    return AnisotropicRock(**{name: places.field(v, name) for name, v in numbers.items()})
 
 
 def _stiffness(material: Material, x: np.ndarray) -> np.ndarray:

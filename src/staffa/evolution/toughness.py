@@ -12,6 +12,7 @@ from staffa.evolution.rock import Places, rock
 from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
 from staffa.grid import UNSTRUCTURED
+from staffa.physics.material import SOLID
 
 # Half width of the strip in ell: AT1's profile ends at 2, AT2's has fallen to exp(-8) = 3e-4.
 REACH = 8
@@ -37,9 +38,14 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     layer = broken(spaces.alpha, middle, h=h)
     bounds.lower.x.array[layer] = 1.0
     state.alpha.x.array[layer] = 1.0
-    law, state_name = material.law, material.state
     uniform = Material(
-        E=1.0, nu=0.0, Gc=1.0, expansion=0.0, ell=material.ell, law=law, state=state_name
+        E=1.0,
+        nu=0.0,
+        Gc=1.0,
+        expansion=0.0,
+        ell=material.ell,
+        law=material.law,
+        state=material.state if dim == 2 else SOLID,
     )
     rock_of_strip = rock(Places(strip, uniform, {}))
     energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock_of_strip)

@@ -2,8 +2,8 @@
 
 A split turns an elastic strain and the fraction g of the stiffness that damage has left into an
 energy density, psi(e, g), convex in e and psi(e, 1) the undamaged one. In plane stress the strain
-across the plane is free: it has been minimized out for this very g, so that sigma_zz = 0 in a
-damaged point too.
+across the plane is that of undamaged rock, where sigma_zz = 0: a crack's layer is held by what lies
+beside it. Were it free, a crack pressed shut would be squeezed out and carry nothing.
 """
 
 from dataclasses import dataclass
@@ -27,16 +27,14 @@ class Principal:
 class Strained:
     """An elastic strain as a split sees it; everything float, numpy or UFL.
 
-    psi: undamaged energy density. volume: change of volume of the undamaged rock, with the free
-    strain across the plane in plane stress. K: bulk modulus, K/2 volume^2 is the least energy of a
-    change of volume. slack: in plane stress, the part of K that the free strain across the plane
-    gives up, 1 - slack is left; else None. principal: of isotropic rock alone.
+    psi: undamaged energy density. volume: change of volume, the strain across the plane included.
+    K: bulk modulus, K/2 volume^2 is the least energy of a change of volume. principal: of isotropic
+    rock alone.
     """
 
     psi: Any
     volume: Any
     K: Any
-    slack: Any | None = None
     principal: Principal | None = None
 
 
@@ -96,13 +94,9 @@ class StarConvex:
         self.gamma, self.name = gamma, name
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`. In plane stress g psi + g k K <volume>_-^2/(2 (g + k (1 - slack)))
-        with k = (1 - g) (1 + gamma): the inverse of g C + k K 1 x 1, by Sherman and Morrison."""
-        k = (1 - g) * (1 + self.gamma)
-        compaction = e.K / 2 * negative(e.volume) ** 2
-        if e.slack is not None:
-            compaction = g / (g + k * (1 - e.slack)) * compaction
-        return g * e.psi + k * compaction
+        """See `EnergySplit`."""
+        kept = (1 + self.gamma) * e.K / 2 * negative(e.volume) ** 2
+        return g * e.psi + (1 - g) * kept
 
 
 class Spectral:
@@ -114,18 +108,16 @@ class Spectral:
     name, isotropic = "spectral", True
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`. The strain across the plane has the sign opposite to the others' sum:
-        pulled, lambda works with g and the strain across the plane without; pressed, vice versa."""
+        """See `EnergySplit`."""
         assert e.principal is not None
         lambda_, mu = lame(e.principal.E, e.principal.nu, SOLID)
         strains = e.principal.strains
+        if len(strains) == 2:
+            strains = (*strains, across(strains, e.principal.nu))
         total = sum(strains)
-        pulled, pressed = g * lambda_ / 2, lambda_ / 2
-        if e.slack is not None:
-            pulled = pulled * 2 * mu / (g * lambda_ + 2 * mu)
-            pressed = pressed * 2 * g * mu / (lambda_ + 2 * g * mu)
-        sums = pulled * positive(total) ** 2 + pressed * negative(total) ** 2
-        return sums + mu * sum(g * positive(x) ** 2 + negative(x) ** 2 for x in strains)
+        pulled, pressed = positive(total) ** 2, negative(total) ** 2
+        squares = sum(g * positive(x) ** 2 + negative(x) ** 2 for x in strains)
+        return lambda_ / 2 * (g * pulled + pressed) + mu * squares
 
 
 class NoTension:
@@ -140,7 +132,7 @@ class NoTension:
     name, isotropic = "no-tension", True
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`. In plane stress the strain across the plane is free for both parts."""
+        """See `EnergySplit`. In plane stress of the plane's energy and the plane's cracks."""
         assert e.principal is not None
         E, nu = e.principal.E, e.principal.nu
         least, *others = reversed(e.principal.strains)
@@ -179,14 +171,17 @@ def isotropic_strain(
     """
     plane_stress = len(principal) == 2
     lambda_, mu = lame(E, nu, PLANE_STRESS if plane_stress else SOLID)
-    share = (1 - 2 * nu) / (1 - nu)
     return Strained(
         psi=energy_density(total, square, lambda_, mu),
-        volume=share * total if plane_stress else total,
+        volume=total + across(principal, nu) if plane_stress else total,
         K=E / (3 * (1 - 2 * nu)),
-        slack=2 / 3 * share if plane_stress else None,
         principal=Principal(E=E, nu=nu, strains=principal),
     )
+
+
+def across(principal: tuple[Any, ...], nu: Any) -> Any:
+    """The strain across the plane of undamaged rock in plane stress."""
+    return -nu / (1 - nu) * sum(principal)
 
 
 def of_principal(principal: tuple[Any, ...], *, E: Any, nu: Any) -> Strained:
