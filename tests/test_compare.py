@@ -162,6 +162,21 @@ def test_small_differences_are_within_a_percent(pair) -> None:
     assert told(again(pair))["total energy"].startswith("within 1 % at all common times: at most 0")
 
 
+def test_the_energy_of_loads_is_shown_where_there_are_any(pair) -> None:
+    assert not any("loads" in row[0] for row in results(pair).rows)
+
+    def loaded(step: Step) -> Step:
+        return replace(step, energies=replace(step.energies, loads=-20.0))
+
+    for run, more in ((pair.first.run, loaded), (pair.second.run, lambda s: loaded(stiffer(s)))):
+        changed(run, more)
+    other = again(pair)
+    assert cells(results(other), "energy of loads") == ("-20", "-20", "0")
+    # At tau = .02 there are no cracks: 1.02 elastic, of which a twentieth more, and -20.
+    row = common_times(other).rows[0]
+    assert row[-1] == f"{100 * 0.051 / 18.98:.2g} %" and row[-2] == "-18.98 / -18.93"
+
+
 def test_times_of_one_run_alone_are_left_to_the_curves(pair) -> None:
     run = pair.second.run
     rewritten(run, [s for s in run.steps if s.index % 3 == 0])

@@ -63,7 +63,8 @@ def _draw_curves(axes: Axes, panel: Panel) -> None:
             marker="o" if len(curve[0]) == 1 else "",
         )  # fmt: skip
     axes.set_ylabel(panel.label)
-    axes.set_ylim(bottom=0)
+    if all(value >= 0 for _, values in panel.curves for value in values):
+        axes.set_ylim(bottom=0)
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=panel.counts))
 
 

@@ -14,7 +14,7 @@ from staffa.report.pair import Pair, Side
 from staffa.report.readings import Reading, named, readings
 
 Figures = dict[str, Callable[[], Figure]]
-ENERGIES = ("total energy", "elastic energy", "surface energy")
+ENERGIES = ("total energy", "elastic energy", "surface energy", "energy of loads")
 GROWTH = ("crack length", "crack area", "deepest crack", "cracks")
 
 

@@ -39,6 +39,7 @@ def readings(pair: Pair) -> dict[str, Reading]:
         Reading(name=f"{crack}, by geometry", unit=size, value=_by_geometry),
         Reading(name="elastic energy", unit=energy, value=_elastic),
         Reading(name="surface energy", unit=energy, value=_surface),
+        Reading(name="energy of loads", unit=energy, value=_loads),
         Reading(name="total energy", unit=energy, value=_total),
     )
     kept = found if pair.dim else [r for r in found if not r.whole or r.name == "cracks"]
@@ -89,6 +90,10 @@ def _elastic(side: Side, step: Step) -> float:
 
 def _surface(side: Side, step: Step) -> float:
     return step.energies.surface / side.energy
+
+
+def _loads(side: Side, step: Step) -> float | None:
+    return step.energies.loads / side.energy or None
 
 
 def _total(side: Side, step: Step) -> float:
