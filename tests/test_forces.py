@@ -1,5 +1,7 @@
 """Prestress, weight, tractions, pressure in pores and in cracks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
