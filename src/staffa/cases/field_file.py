@@ -1,6 +1,8 @@
 """Fields in files on meshes of their own: read once, and evaluated at any points."""
 
 import hashlib
+import warnings
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -75,13 +77,11 @@ def _mesh(path: Path) -> Any:
         raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
     import pyvista
 
-    try:
+    mesh, quiet = None, pyvista.vtk_verbosity("off")  # it would print what is said below
+    with quiet, warnings.catch_warnings(action="ignore"), suppress(Exception):
         mesh = pyvista.read(path).cast_to_unstructured_grid()
-    except Exception:  # its readers raise many kinds
+    if mesh is None or mesh.n_cells == 0:
         raise InputError(
-            f"{path} is no file with a mesh that can be read; write it as .vtu, with ParaView or "
-            f"meshio"
-        ) from None
-    if mesh.n_cells == 0:
-        raise InputError(f"{path} holds no cells, between whose corners to interpolate")
+            f"{path} holds no mesh that can be read; write it with ParaView or meshio, as .vtu"
+        )
     return mesh

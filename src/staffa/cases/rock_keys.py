@@ -164,8 +164,9 @@ class MaterialKeys(RockKeys):
 
 
 class RegionKeys(RockKeys):
-    """A part of the body whose rock differs, named after [regions. - with the keys of [material];
-    what is left out is as there. Of boxes that overlap the last one counts, cell by cell."""
+    """A part of the body whose rock differs, by a name of its own: a box, and keys of [material].
+    What is left out is as there: the elasticity as a whole, but E and nu singly if no other key of
+    it is given, and the directions as a whole. Where boxes overlap, the last one counts."""
 
     lower: tuple[Position, ...] | None = Field(
         default=None, description="lower corner of its box", examples=[[0.0, 0.0]]

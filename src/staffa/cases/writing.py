@@ -98,13 +98,18 @@ def _absent(name: str, model: type[BaseModel]) -> Iterator[str]:
 
 
 def _regions(regions: dict[str, RegionKeys], explained: bool) -> Iterator[str]:
-    """The tables [regions.NAME], or one as comments."""
+    """The tables [regions.NAME], or one as comments; their other keys are those of [material]."""
+    if explained:
+        yield from ["", *_comment(RegionKeys.__doc__ or "")]
     if explained and not regions:
-        yield from ["", *_absent("regions.NAME", RegionKeys)]
+        yield "# [regions.NAME]"
+        for key in ("lower", "upper", "E"):
+            field = RegionKeys.model_fields[key]
+            yield from [*_comment(field.description or ""), _example(key, field)]
     for name, region in regions.items():
         bare = re.fullmatch(r"[A-Za-z0-9_-]+", name)
         yield from ["", f"[regions.{name if bare else inline(name)}]"]
-        yield from _keys(region, explained, tables=True)
+        yield from _keys(region, False, tables=True)
 
 
 def _comment(text: str) -> list[str]:

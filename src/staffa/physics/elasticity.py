@@ -17,6 +17,8 @@ Property = float | PointFunction
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 # Part of the largest entry by which a stiffness may miss symmetry, as written numbers do.
 ROUND_OFF = 1e-9
+# Determinant of a compliance with ones on its diagonal that is zero but for rounding.
+SINGULAR = 1e-14
 
 
 class Elasticity(Protocol):
@@ -132,7 +134,8 @@ def compliance(
 
 def inverse(S: np.ndarray) -> np.ndarray:
     """The stiffness of a compliance, symmetric to the last digit; where it has none, NaN."""
-    singular = ~(np.abs(np.linalg.det(S / np.abs(S).max(axis=(1, 2), keepdims=True))) > 0)
+    scale = np.sqrt(np.abs(np.diagonal(S, axis1=1, axis2=2)))
+    singular = ~(np.abs(np.linalg.det(S / (scale[:, :, None] * scale[:, None, :]))) > SINGULAR)
     C = np.linalg.inv(np.where(singular[:, None, None], np.eye(6), S))
     C[singular] = np.nan
     return (C + C.swapaxes(1, 2)) / 2
@@ -168,7 +171,7 @@ def checked(C: np.ndarray) -> np.ndarray:
         One of them is not: a strain would cost nothing, or release energy.
     """
     uneven = np.abs(C - C.swapaxes(1, 2)).max(axis=0, initial=0.0)
-    if not uneven.max() <= ROUND_OFF * np.abs(C).max(initial=0.0):
+    if uneven.max() > ROUND_OFF * np.abs(C).max(initial=0.0):
         i, j = np.unravel_index(np.argmax(uneven), (6, 6))
         raise InputError(
             f"the stiffness is not symmetric: its entries {i + 1},{j + 1} and {j + 1},{i + 1} "
