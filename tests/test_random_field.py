@@ -87,8 +87,8 @@ def test_the_correlation_falls_with_the_lengths_along_their_directions(angle: fl
 
 def test_in_3d_the_lengths_lie_along_the_axes() -> None:
     axes = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    lengths, x = (0.4, 0.2, 0.1), apart(8, 1.1, dim=3)
-    fields = [field(lengths=lengths, axes=axes, seed=seed) for seed in SEEDS]
+    lengths, x = (0.4, 0.2, 0.1), apart(13, 1.1, dim=3)
+    fields = [field(lengths=lengths, axes=axes, seed=seed) for seed in SEEDS[:2]]
     here = np.array([f(x) for f in fields])
     for along, length in zip(axes, lengths, strict=True):
         there = np.array([f(x + length * along[:, None]) for f in fields])
