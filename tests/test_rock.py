@@ -289,7 +289,8 @@ case = on_root(MPI.COMM_WORLD, lambda: read_case(Path(r"{path}")))
 all_ranks = table(case, MPI.COMM_WORLD)
 if MPI.COMM_WORLD.rank == 0:
     one = table(case, MPI.COMM_SELF)
-    print(one.shape[1], one[-1].sum(), np.ptp(one[2:6], axis=1).min(), np.abs(all_ranks - one).max())
+    least, difference = np.ptp(one[2:6], axis=1).min(), np.abs(all_ranks - one).max()
+    print(one.shape[1], one[-1].sum(), least, difference)
 """
 VARIED = """
 [material]

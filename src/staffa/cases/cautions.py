@@ -70,9 +70,7 @@ def differing(case: Case) -> bool:
     """True if what the rock breaks by differs from place to place, beyond [toughness]."""
     names = ("E", "nu", "G", "E_axis", "nu_axis", "G_axis", "Gc", "expansion")
     found = [item for piece in pieces(case) for item in piece.properties()]
-    return any(
-        varies(value) and where.split(",")[0].rpartition(".")[2] in names for where, value in found
-    )
+    return any(varies(value) and name in names for name, _, value in found)
 
 
 def other_causes(case: Case) -> tuple[str, ...]:
@@ -148,7 +146,7 @@ def _written(case: Case) -> Iterator[tuple[str, Any]]:
     """The values of properties, those that a region takes from the body only once."""
     seen: set[int] = set()
     for piece in pieces(case):
-        for where, value in piece.properties():
+        for _, where, value in piece.properties():
             if id(value) not in seen:
                 yield where, value
             seen.add(id(value))

@@ -49,7 +49,7 @@ def _not_negative(value: Any) -> Any:
 
 def _in_degrees(value: Any) -> Any:
     """An angle as a plain number: it has a unit or none, whatever the case's other numbers have."""
-    return float(parse(value, "angle")) if isinstance(value, str) else value
+    return float(parse(value, "rotation")) if isinstance(value, str) else value
 
 
 POSITIVE = AfterValidator(_positive)

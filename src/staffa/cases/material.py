@@ -13,7 +13,7 @@ from staffa.cases.numbers import Numbers
 from staffa.cases.pieces import Piece, averages, pieces, varies
 from staffa.cases.properties import point_property
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
-from staffa.cases.rock_keys import is_isotropic
+from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.sentences import shown
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
@@ -105,19 +105,26 @@ def check_rock(case: Case, domain: Domain) -> None:
 
 
 def _check(domain: Domain, piece: Piece, x: np.ndarray) -> None:
-    varying = [(where, value) for where, value in piece.properties() if varies(value)]
-    for where, value in varying:
-        ratio = where.split(".")[-1].startswith("nu")
-        least, most = (-1.0, 0.5) if ratio else (0.0, np.inf)
+    varying = [item for item in piece.properties() if varies(item[-1])]
+    for name, where, value in varying:
         found = values(point_property(value, piece.dim), x)
+        least, most, rule = _range(name, piece)
         if any_over_ranks(domain.comm, not np.all((found > least) & (found < most))):
-            rule = "between -1 and 0.5" if ratio else "finite and larger than zero"
             raise InputError(
                 f"{where} = {shown(value)}: it must be {rule} in the middle of every cell, and is "
                 f"not; mend it, take a smaller variation, or a file whose mesh covers the body"
             )
     if varying and not is_isotropic(piece.keys):
         _check_stiffness(domain, piece, x)
+
+
+def _range(name: str, piece: Piece) -> tuple[float, float, str]:
+    """What the values of a property lie between, and how to say it."""
+    if name not in RATIOS:
+        return 0.0, np.inf, "finite and larger than zero"
+    if is_isotropic(piece.keys):
+        return -1.0, 0.5, "between -1 and 0.5"
+    return -np.inf, np.inf, "finite"  # the stiffness tells
 
 
 def _check_stiffness(domain: Domain, piece: Piece, x: np.ndarray) -> None:

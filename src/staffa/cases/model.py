@@ -299,9 +299,6 @@ class SolverKeys(Section):
     )
 
 
-RegionName = Annotated[str, StringConstraints(min_length=1, max_length=60)]
-
-
 class Case(Section):
     """A whole case file."""
 
@@ -310,7 +307,7 @@ class Case(Section):
     )
     domain: DomainKeys
     material: MaterialKeys = MaterialKeys()
-    regions: dict[RegionName, RegionKeys] = Field(
+    regions: dict[str, RegionKeys] = Field(
         default_factory=dict,
         description="parts of the body whose rock differs, each a table [regions.NAME]",
         examples=[{"clay": {"lower": [0.0, 0.5], "upper": [5.0, 0.7], "E": 0.5}}],

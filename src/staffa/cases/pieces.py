@@ -62,8 +62,8 @@ class Piece:
         """The mean of one of its properties."""
         return average(value, self.dim, self.places)
 
-    def properties(self) -> Iterator[tuple[str, Any]]:
-        """Every value of its rock that may vary, with its key."""
+    def properties(self) -> Iterator[tuple[str, str, Any]]:
+        """Every value of its rock that may vary: the name of its key, where it stands, itself."""
         for name in RockKeys.model_fields:
             value = getattr(self.keys, name)
             if name in ("stiffness", "axis", "angle", "axes") or value is None:
@@ -71,7 +71,7 @@ class Piece:
             several = value if isinstance(value, tuple) else (value,)
             for number, one in enumerate(several, start=1):
                 entry = f", entry {number}" if isinstance(value, tuple) else ""
-                yield f"{self.where}.{name}{entry}", one
+                yield name, f"{self.where}.{name}{entry}", one
 
 
 def pieces(case: Case) -> tuple[Piece, ...]:

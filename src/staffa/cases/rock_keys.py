@@ -37,6 +37,7 @@ Ratios = OneOrMore[PropertyValue[Annotated[Number, Field(gt=-1, le=0.5)], Random
 RANDOM_E = {"mean": "70 GPa", "variation": 0.2, "length": "5 mm", "seed": 1}
 # Which keys say how stiff the rock is, and which along what: a region takes each group as a whole.
 ELASTIC = ("E", "nu", "G", "E_axis", "nu_axis", "G_axis", "stiffness")
+RATIOS = ("nu", "nu_axis")
 ORIENTATION = ("axis", "angle", "axes")
 
 

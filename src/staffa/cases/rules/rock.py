@@ -1,6 +1,6 @@
 """Rules on the rock: its regions, which keys of its stiffness go together, axes, values."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, has_directions, pieces, varies
 from staffa.cases.properties import point_property
 from staffa.cases.property_keys import FieldFile, RandomField
-from staffa.cases.rock_keys import ELASTIC, ORIENTATION, RockKeys, is_isotropic
+from staffa.cases.rock_keys import ELASTIC, ORIENTATION, RATIOS, RockKeys, is_isotropic
 from staffa.cases.rules.body import box_is_inside
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
@@ -24,11 +24,17 @@ ORTHOTROPIC = {"E": "E1, E2, E3", "nu": "nu12, nu23, nu13", "G": "G12, G23, G13"
 # A normal field of a larger variation would reach zero at one place in a few million.
 NORMAL = 0.2
 PERPENDICULAR = 1e-6
+LONGEST_NAME = 60
 
 
 def regions_have_boxes(case: Case) -> None:
-    """Every region is a box that meets the body, and says something."""
+    """Every region has a name, is a box that meets the body, and says something."""
     for name, region in case.regions.items():
+        if not (name.strip() and len(name) <= LONGEST_NAME and name.isprintable()):
+            raise InputError(
+                f"[regions.{shown(name, 20)}]: the name of a region has 1 to {LONGEST_NAME} "
+                f"characters that can be printed; write it like [regions.clay]"
+            )
         where = f"regions.{name}"
         if not {*RockKeys.model_fields} & region.model_fields_set:
             raise InputError(
@@ -124,10 +130,9 @@ def _is_orthotropic(case: Case, piece: Piece) -> None:
 def _are_given(piece: Piece, needed: Sequence[str], rule: str) -> None:
     for name in needed:
         if getattr(piece.keys, name) is None:
-            raise InputError(
-                f"{piece.where}.{name} is missing: {rule}; a region with a stiffness of its own "
-                f"gives all of it"
-            )
+            region = piece.where != "material"
+            whole = "; a region with a stiffness of its own gives all of it" if region else ""
+            raise InputError(f"{piece.where}.{name} is missing: {rule}{whole}; add it")
 
 
 def _turning(dim: int) -> str:
@@ -217,9 +222,10 @@ def _counts(case: Case, piece: Piece, name: str) -> tuple[tuple[int, ...], str]:
 
 def random_fields_are_possible(case: Case) -> None:
     """Lengths and directions are of the body's dimension, and no normal field reaches zero."""
-    for where, value in _values(case):
-        if isinstance(value, RandomField):
-            _is_possible(where, value, case.dim)
+    for piece in pieces(case):
+        for _, where, value in piece.properties():
+            if isinstance(value, RandomField):
+                _is_possible(where, value, case.dim)
 
 
 def _is_possible(where: str, value: RandomField, dim: int) -> None:
@@ -243,40 +249,36 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
         )
 
 
-def _values(case: Case) -> Iterator[tuple[str, Any]]:
-    for piece in pieces(case):
-        yield from piece.properties()
-
-
 def properties_have_values(case: Case) -> None:
     """Formulas and files give numbers that a rock can have, wherever they are tried."""
     for piece in pieces(case):
-        for where, value in piece.properties():
+        for name, where, value in piece.properties():
             if isinstance(value, Formula | FieldFile):
-                _has_values(where, value, piece)
+                found = _tried_values(where, value, piece)
+                if name not in RATIOS and found.min() <= 0:
+                    raise InputError(
+                        f"{where} = {shown(value)}: it is {found.min():.4g} somewhere and must be "
+                        f"larger than zero"
+                    )
 
 
-def _has_values(where: str, value: Formula | FieldFile, piece: Piece) -> None:
+def _tried_values(where: str, value: Formula | FieldFile, piece: Piece) -> np.ndarray:
+    """Its values over the box of its piece, if they are finite numbers."""
     places = piece.places()
-    said = f"{where} = {shown(value)}"
     if isinstance(value, Formula):
-        said = f"{where}.formula = {shown(value.formula)}"
         try:
             known = names(piece.dim, time=False)
-            found = trial(formula(value.formula, known), known, places, 0.0)
+            return trial(formula(value.formula, known), known, places, 0.0)
         except InputError as error:
-            raise InputError(f"{said}: {error}") from None
-    else:
-        found = value.field(places)
-        if np.any(lost := np.isnan(found)):
-            at = inline(tuple(float(f"{c:.4g}") for c in places[: piece.dim, np.argmax(lost)]))
-            raise InputError(
-                f"{said}: its mesh does not reach {at}; it must cover all of the body, or of the "
-                f"region"
-            )
-    ratio = where.split(".")[-1].startswith("nu")
-    if not ratio and found.min() <= 0:
-        raise InputError(f"{said}: it is {found.min():g} somewhere and must be larger than zero")
+            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+    found = value.field(places)
+    if np.any(lost := np.isnan(found)):
+        at = inline(tuple(float(f"{c:.4g}") for c in places[: piece.dim, np.argmax(lost)]))
+        raise InputError(
+            f"{where} = {shown(value)}: its mesh does not reach {at}; it must cover all of the "
+            f"body, or of the region"
+        )
+    return found
 
 
 def elasticity_is_definite(case: Case) -> None:
@@ -288,7 +290,7 @@ def elasticity_is_definite(case: Case) -> None:
             _can_be_compressed(case, piece, constrained)
             continue
         try:
-            varying = any(varies(value) for _, value in piece.properties())
+            varying = any(varies(value) for _, _, value in piece.properties())
             places = piece.places() if varying else np.zeros((3, 1))
             checked(elasticity(keys, _tried(piece)).stiffness(places))
         except InputError as error:
@@ -309,7 +311,8 @@ def _can_be_compressed(case: Case, piece: Piece, constrained: bool) -> None:
     least = float(np.min(nu(piece.places()))) if callable(nu) else nu
     said = f"{piece.where}.nu = {shown(given)}"
     if not -1 < least <= largest <= 0.5:
-        raise InputError(f"{said}: it runs from {least:g} to {largest:g}; keep it in -1 to 0.5")
+        beyond = least if least <= -1 else largest
+        raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")
     if largest >= 0.5 and constrained:
         where = "3-D" if case.dim == 3 else "plane strain"
         out = "" if case.dim == 3 else ', or material.plane = "stress"'
