@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from staffa.cases.directions import turned_by, with_axis, with_third
 from staffa.cases.rock_keys import MaterialKeys, RockKeys, is_isotropic
 from staffa.physics.elasticity import (
     Elasticity,
@@ -19,34 +20,10 @@ from staffa.physics.elasticity import (
 def rock_axes(keys: RockKeys) -> np.ndarray:
     """The rock's axes as rows along x, y, z; with `axis` the third is across the bedding."""
     if keys.axis is not None:
-        return _with_axis(keys.axis)
+        return with_axis(keys.axis)
     if keys.angle is not None:
         return turned_by(keys.angle)
     return np.eye(3) if keys.axes is None else with_third(keys.axes)
-
-
-def turned_by(angle: float) -> np.ndarray:
-    """Axes turned about z, from x to y, by an angle in degrees."""
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def with_third(axes: Sequence[Sequence[float]]) -> np.ndarray:
-    """Unit axes from the first two, which are perpendicular and of any length."""
-    first, second = (np.array(a, dtype=float) / np.linalg.norm(a) for a in axes)
-    return np.array([first, second, np.cross(first, second)])
-
-
-def _with_axis(axis: Sequence[float]) -> np.ndarray:
-    """Unit axes of which the third is this one; of a 2-D body the first lies in its plane."""
-    third = np.zeros(3)
-    third[: len(axis)] = axis
-    third /= np.linalg.norm(third)
-    aside = np.zeros(3)
-    aside[2 if len(axis) == 2 else int(np.argmin(np.abs(third)))] = 1.0
-    first = np.cross(third, aside)
-    first /= np.linalg.norm(first)
-    return np.array([first, np.cross(third, first), third])
 
 
 def tensor(keys: RockKeys, given: Sequence[float], third: float | None = None) -> np.ndarray:

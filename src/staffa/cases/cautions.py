@@ -11,7 +11,8 @@ import numpy as np
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
-from staffa.cases.pieces import averages, pieces, varies
+from staffa.cases.pieces import averages, pieces
+from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline

@@ -14,8 +14,9 @@ from pydantic import (
     StringConstraints,
 )
 
-from staffa.cases.formula import LONGEST
+from staffa.cases.formula import LONGEST, formula, names
 from staffa.errors import InputError
+from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
 
@@ -102,3 +103,8 @@ class Formula(Section):
     formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
         description="of x, y and z, and in [heat] of t", examples=["293 - 5*sin(2*pi*t/3600)"]
     )
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values where nothing depends on time."""
+        evaluated = formula(self.formula, names(dim, time=False))
+        return lambda x: evaluated(x, 0.0)

@@ -10,8 +10,8 @@ from staffa.cases.anisotropy import elasticity, roughness, tensor
 from staffa.cases.boxes import inside
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
-from staffa.cases.pieces import Piece, averages, pieces, varies
-from staffa.cases.properties import point_property
+from staffa.cases.pieces import Piece, averages, pieces
+from staffa.cases.properties import point_property, varies
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.sentences import shown

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.anisotropy import elasticity, tensor
-from staffa.cases.kinds import ONE, Formula
+from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
 from staffa.cases.properties import average
-from staffa.cases.property_keys import FieldFile, RandomField
 from staffa.cases.rock_keys import MaterialKeys, RockKeys, is_isotropic, rock_of
 from staffa.physics.elasticity import isotropic_average
 
@@ -115,11 +114,6 @@ def conductivity(piece: Piece) -> np.ndarray:
     if isinstance(k, tuple):
         return tensor(piece.keys, k)[: piece.dim, : piece.dim]
     return piece.average(k) * np.eye(piece.dim)
-
-
-def varies(value: Any) -> bool:
-    """Whether a property differs from place to place."""
-    return isinstance(value, Formula | RandomField | FieldFile)
 
 
 def has_directions(keys: MaterialKeys) -> bool:

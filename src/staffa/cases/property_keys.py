@@ -1,9 +1,15 @@
 """The values that a property of the rock may have, as keys: a number, a formula, a random field,
-or a field in a file."""
+or a field in a file.
+
+Each kind that varies is a table with a method `at_points`, which gives its values as a function of
+points, shape (3, n) -> (n,), in a body of dim dimensions, in SI or scaled as the case is. Another
+kind is another such class, a line in `form`, and one in `PropertyValue`.
+"""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import (
     Discriminator,
     Field,
@@ -15,6 +21,7 @@ from pydantic import (
     model_validator,
 )
 
+from staffa.cases.directions import turned_by, with_third
 from staffa.cases.field_file import MeshField, read_field
 from staffa.cases.kinds import (
     Angle,
@@ -32,7 +39,9 @@ from staffa.cases.kinds import (
     Toughness,
     kind,
 )
+from staffa.cases.random_field import random_factor
 from staffa.errors import InputError
+from staffa.physics.elasticity import PointFunction
 
 FOLDER = "folder"  # of the case file, in the context of its validation
 
@@ -69,6 +78,21 @@ class RandomField(Section):
         description="of the random numbers: with one seed and one length, properties rise and fall "
         "together",
     )
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Values about its mean."""
+        lengths = self.length if isinstance(self.length, tuple) else (self.length,) * dim
+        axes = np.eye(3) if self.axes is None else with_third(self.axes)
+        if self.angle is not None:
+            axes = turned_by(self.angle)
+        factor = random_factor(
+            self.distribution,
+            self.variation,
+            lengths=tuple(float(length) for length in lengths),
+            axes=axes[:dim, :dim],
+            seed=self.seed,
+        )
+        return lambda x: float(self.mean) * factor(x)
 
 
 def _mean(example: str) -> Any:
@@ -145,9 +169,8 @@ class FieldFile(Section):
             raise ValueError(str(error)) from None
         return self
 
-    @property
-    def field(self) -> MeshField:
-        """What the file holds."""
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values, interpolated; NaN where its mesh does not reach."""
         assert self._field is not None
         return self._field
 

@@ -9,9 +9,9 @@ from staffa.cases.anisotropy import elasticity
 from staffa.cases.formula import formula, names, trial
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
-from staffa.cases.pieces import Piece, has_directions, pieces, varies
-from staffa.cases.properties import point_property
-from staffa.cases.property_keys import FieldFile, RandomField
+from staffa.cases.pieces import Piece, has_directions, pieces
+from staffa.cases.properties import point_property, varies
+from staffa.cases.property_keys import RandomField
 from staffa.cases.rock_keys import ELASTIC, ORIENTATION, RATIOS, RockKeys, is_isotropic
 from staffa.cases.rules.body import box_is_inside
 from staffa.cases.sentences import shown
@@ -250,19 +250,20 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
 
 
 def properties_have_values(case: Case) -> None:
-    """Formulas and files give numbers that a rock can have, wherever they are tried."""
+    """What varies has numbers that a rock can have, wherever it is tried."""
     for piece in pieces(case):
         for name, where, value in piece.properties():
-            if isinstance(value, Formula | FieldFile):
-                found = _tried_values(where, value, piece)
-                if name not in RATIOS and found.min() <= 0:
-                    raise InputError(
-                        f"{where} = {shown(value)}: it is {found.min():.4g} somewhere and must be "
-                        f"larger than zero"
-                    )
+            if not varies(value) or isinstance(value, RandomField):
+                continue
+            found = _tried_values(where, value, piece)
+            if name not in RATIOS and found.min() <= 0:
+                raise InputError(
+                    f"{where} = {shown(value)}: it is {found.min():.4g} somewhere and must be "
+                    f"larger than zero"
+                )
 
 
-def _tried_values(where: str, value: Formula | FieldFile, piece: Piece) -> np.ndarray:
+def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
     """Its values over the box of its piece, if they are finite numbers."""
     places = piece.places()
     if isinstance(value, Formula):
@@ -271,8 +272,8 @@ def _tried_values(where: str, value: Formula | FieldFile, piece: Piece) -> np.nd
             return trial(formula(value.formula, known), known, places, 0.0)
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
-    found = value.field(places)
-    if np.any(lost := np.isnan(found)):
+    found: np.ndarray = value.at_points(piece.dim)(places)
+    if np.any(lost := ~np.isfinite(found)):
         at = inline(tuple(float(f"{c:.4g}") for c in places[: piece.dim, np.argmax(lost)]))
         raise InputError(
             f"{where} = {shown(value)}: its mesh does not reach {at}; it must cover all of the "
