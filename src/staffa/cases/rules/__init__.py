@@ -3,6 +3,11 @@
 from typing import Any
 
 from staffa.cases.model import Case
+from staffa.cases.rules.anisotropy import (
+    axes_are_directions,
+    lists_have_a_number_an_axis,
+    stiffness_is_complete,
+)
 from staffa.cases.rules.body import (
     bands_are_inside,
     cracks_are_inside,
@@ -23,13 +28,10 @@ from staffa.cases.rules.heat import (
     heat_is_complete,
 )
 from staffa.cases.rules.rock import (
-    axes_are_directions,
     elasticity_is_definite,
-    lists_have_a_number_an_axis,
     properties_have_values,
     random_fields_are_possible,
     regions_have_boxes,
-    stiffness_is_complete,
 )
 from staffa.cases.rules.supports import (
     edges_agree,
