@@ -9,8 +9,9 @@ from dolfinx import fem
 
 from bodies import body, rates, rock
 from staffa.energy import Energy
+from staffa.evolution.rock import Places
+from staffa.evolution.rock import rock as rock_on
 from staffa.evolution.system import build
-from staffa.evolution.system import rock as rock_on
 from staffa.fields import linear_spaces, owned, vertices, zero_state
 from staffa.physics.damage import AT1, AT2
 
@@ -32,7 +33,7 @@ def arbitrary_energy(name: str, law) -> Energy:
     state.u.x.array[:] = seeded.normal(size=state.u.x.array.size)
     state.alpha.x.array[:] = seeded.uniform(0.1, 0.8, size=state.alpha.x.array.size)
     state.T.x.array[:] = seeded.normal(size=state.T.x.array.size)
-    material = rock_on(problem.material, spaces)
+    material = rock_on(Places(problem.domain, problem.material, {}))
     return Energy(domain=problem.domain, spaces=spaces, state=state, rock=material)
 
 
@@ -125,7 +126,7 @@ def displacement_error(size, h: float, cells: str, state_name: str) -> float:
     problem = body(size, h, cells=cells, material=rock(state=state_name, nu=0.3))
     mesh, spaces = problem.domain.mesh, linear_spaces(problem.domain)
     state = zero_state(problem.domain, spaces)
-    material = rock_on(problem.material, spaces)
+    material = rock_on(Places(problem.domain, problem.material, {}))
     energy = Energy(domain=problem.domain, spaces=spaces, state=state, rock=material)
     x = ufl.SpatialCoordinate(mesh)
     waves = [ufl.sin(2 * x[0] + k) * ufl.cos(1.5 * x[1] - k) for k in range(dim)]

@@ -10,12 +10,22 @@ from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
 from staffa.domain import Domain
+from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
 from staffa.jit import jit_options
+from staffa.loads.forces import Forces
 from staffa.parallel import sum_over_ranks
-from staffa.physics.damage import DamageLaw
-from staffa.physics.material import PLANE_STRESS, energy_density, lame
+from staffa.physics.damage import DamageLaw, is_quadratic
+from staffa.physics.material import PLANE_STRESS
+from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
 from staffa.records import Energies
+from staffa.strain import (
+    VOIGT,
+    AnisotropicRock,
+    Coefficient,
+    IsotropicRock,
+    elastic_strain,
+)
 
 # Exact for the damaged stiffness of simplices; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
 QUADRATURE_DEGREE = 2
@@ -25,58 +35,87 @@ QUADRATURE_DEGREE = 2
 class Rock:
     """Elasticity, toughness and damage of the body.
 
-    E (Pa), nu, expansion (1/K); Gc: toughness (J/m^2) a cell; ell: regularization length (m);
-    residual_stiffness: fraction k_res left in a crack; state: "plane stress", "plane strain", or
-    "solid" in 3-D.
+    expansion (1/K): a number a cell or of all, or a tensor; Gc: toughness (J/m^2) a cell; ell:
+    regularization length (m); roughness: A, see `evolution.problem.Material`, None for the
+    identity; prestress (Pa): without what the pores carry, None for none; residual_stiffness:
+    fraction k_res left in a crack; state: "plane stress", "plane strain", or "solid" in 3-D.
     """
 
-    E: float
-    nu: float
-    expansion: float
+    elasticity: IsotropicRock | AnisotropicRock
+    expansion: Coefficient
     Gc: fem.Function
     ell: float
     law: DamageLaw
     state: str
+    split: EnergySplit = NO_SPLIT
+    roughness: Coefficient | None = None
+    prestress: fem.Function | None = None
     residual_stiffness: float = 1e-6
 
+    @property
+    def plane_stress(self) -> bool:
+        """Whether the strain across the plane is free."""
+        return self.state == PLANE_STRESS
 
-def elastic_density(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """psi(e(u) - e_th(T)), undamaged.
 
-    In plane strain the out-of-plane elastic strain is -expansion T; in plane stress it has been
-    minimized out (see `physics.material.lame`).
-    """
-    strain = ufl.sym(ufl.grad(u))
-    thermal = rock.expansion * T
-    elastic = strain - thermal * ufl.Identity(len(u))
-    trace, square = ufl.tr(elastic), ufl.inner(elastic, elastic)
-    if rock.state != PLANE_STRESS and len(u) == 2:
-        trace, square = trace - thermal, square + thermal**2
-    return energy_density(trace, square, *lame(rock.E, rock.nu, rock.state))
+def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
+    """The elastic strain e(u) - e_th(T) + e_0, e_0 that of the prestress: 2 x 2 in plane stress,
+    else 3 x 3."""
+    scalar = not rock.expansion.ufl_shape
+    thermal = T * (rock.expansion * ufl.Identity(3) if scalar else rock.expansion)
+    elastic = elastic_strain(u, thermal, rock.state)
+    return elastic if rock.prestress is None else elastic + prestrain(rock.prestress, rock)
+
+
+def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
+    """The elastic strain of the prestress, given in Voigt's order."""
+    size = 2 if rock.plane_stress else 3
+    place = {ij: k for k, ij in enumerate(VOIGT)}
+    stress = [[prestress[place[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
+    return rock.elasticity.strain_of(ufl.as_tensor(stress))
 
 
 def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """1/(4 c_w) (w(alpha)/ell + ell |grad alpha|^2): crack length an area, or area a volume."""
+    """1/(4 c_w) (w(alpha)/ell + ell grad alpha . A grad alpha): crack length an area, or area a
+    volume."""
     gradient = ufl.grad(alpha)
+    rough = gradient if rock.roughness is None else ufl.dot(rock.roughness, gradient)
     local = rock.law.w(alpha) / rock.ell
-    return (local + rock.ell * ufl.dot(gradient, gradient)) / (4 * rock.law.c_w)
+    return (local + rock.ell * ufl.dot(gradient, rough)) / (4 * rock.law.c_w)
 
 
 class Energy:
-    """E(u, alpha; T) = int (a(alpha) + k_res) psi(e(u) - e_th(T)) + Gc crack_density(alpha).
+    """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
-    The forms are compiled once; every method evaluates at the state that was given. All methods
-    are collective.
+    e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
+    forms are compiled once; every method evaluates at the state that was given. All methods are
+    collective.
     """
 
-    def __init__(self, *, domain: Domain, spaces: Spaces, state: State, rock: Rock) -> None:
+    def __init__(
+        self,
+        *,
+        domain: Domain,
+        spaces: Spaces,
+        state: State,
+        rock: Rock,
+        external: External | None = None,
+    ) -> None:
         self.comm = domain.comm
-        self.state, self.law = state, rock.law
+        self.state, self.law, self.split = state, rock.law, rock.split
+        self.external = external or External(
+            domain, spaces, Forces(), fem.Constant(domain.mesh, 0.0)
+        )
+        # Whether forces are linear in u, and the energy quadratic in alpha.
+        self.linear = is_quadratic_in_strain(rock.split, plane_stress=rock.plane_stress)
+        self.quadratic = is_quadratic(rock.law) and is_linear_in_g(
+            rock.split, plane_stress=rock.plane_stress
+        )
         u, alpha, T = state.u, state.alpha, state.T
         dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
 
         # Constants, not literals: the compiled forms then serve every set of numbers.
-        numbers = ("E", "nu", "expansion", "ell", "residual_stiffness")
+        numbers = ("ell", "residual_stiffness")
         constants = {
             name: fem.Constant(domain.mesh, float(getattr(rock, name))) for name in numbers
         }
@@ -85,33 +124,43 @@ class Energy:
         stiffness_left = rock.law.a(alpha) + rock.residual_stiffness
         at_rest = fem.Function(spaces.u)
 
-        def elastic_energy(u: fem.Function) -> ufl.Form:
-            return stiffness_left * elastic_density(u, T, rock) * dx
+        def density(e: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+            return rock.split.density(rock.elasticity.strained(e), stiffness_left)
 
-        elastic = elastic_energy(u)
+        def potential(u: fem.Function) -> ufl.Form:
+            """All of the energy that depends on the displacement."""
+            elastic = density(strain(u, T, rock)) * dx
+            loads = self.external.potential(u, alpha, dx)
+            return elastic if loads is None else elastic + loads
+
+        loads = self.external.potential(u, alpha, dx)
         cracks = crack_density(alpha, rock)
         surface = rock.Gc * cracks * dx
-        total = elastic + surface
+        total = potential(u) + surface
 
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
-        residual = ufl.derivative(elastic, u, v)
+        residual = ufl.derivative(potential(u), u, v)
         gradient = ufl.derivative(total, alpha, beta)
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
+        volume = crack_volume(u, alpha) * dx
 
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(fem.form, jit_options=jit_options(domain.comm))
-        self._elastic = form(elastic)
+        self._elastic = form(density(strain(u, T, rock)) * dx)
         self._surface = form(surface)
+        self._loads = None if loads is None else form(loads)
         self._total = form(total)
         self._cracks = form(cracks * dx)
         self._variation = form(variation * length_dx)
-        self._power = form(ufl.derivative(elastic, T, self.direction))
+        self._volume = form(volume)
+        self._widening = form(ufl.derivative(volume, u, v))
+        self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)
         # Not by ufl.replace, whose cache would keep every mesh there ever was.
-        self._load = form(-ufl.derivative(elastic_energy(at_rest), at_rest, v))
+        self._load = form(-ufl.derivative(potential(at_rest), at_rest, v))
         self._stiffness = form(ufl.derivative(residual, u, ufl.TrialFunction(spaces.u)))
         self._gradient = form(gradient)
         self._hessian = form(ufl.derivative(gradient, alpha, ufl.TrialFunction(spaces.alpha)))
@@ -133,14 +182,33 @@ class Energy:
         out.assemble()
 
     def energies(self) -> Energies:
-        """Elastic and surface energy."""
+        """Elastic and surface energy, and minus the work of the loads."""
         return Energies(
-            elastic=self._integral(self._elastic), surface=self._integral(self._surface)
+            elastic=self._integral(self._elastic),
+            surface=self._integral(self._surface),
+            loads=self.loads(),
         )
 
     def total(self) -> float:
-        """Elastic plus surface energy."""
-        return self._integral(self._total)
+        """All of these."""
+        return self._integral(self._total) + self._held_volume()
+
+    def loads(self) -> float:
+        """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""
+        work = 0.0 if self._loads is None else self._integral(self._loads)
+        return work + self._held_volume()
+
+    def _held_volume(self) -> float:
+        """Completes minus the work of a fluid of given volume to p (volume given - volume held)."""
+        return float(self.external.pressure.value) * self.external.volume
+
+    def crack_volume(self) -> float:
+        """The volume that cracks hold open, -int u . grad alpha; an area in 2-D."""
+        return self._integral(self._volume)
+
+    def widening(self, out: PETSc.Vec) -> None:
+        """Derivative of the crack volume in u: the force of a unit of pressure in all cracks."""
+        self._vector(self._widening, self._sums_u, out)
 
     def crack_length(self) -> float:
         """Surface energy over Gc, toughness variations divided out: length in 2-D, area in 3-D."""
@@ -163,7 +231,7 @@ class Energy:
         self._matrix(self._stiffness, out)
 
     def load(self, out: PETSc.Vec) -> None:
-        """Thermal forces: minus the derivative in u at u = 0."""
+        """Forces of cold and loads: minus the derivative in u at u = 0."""
         self._vector(self._load, self._sums_u, out)
 
     def residual(self, out: PETSc.Vec) -> None:

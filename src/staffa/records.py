@@ -7,15 +7,19 @@ from typing import Any
 
 @dataclass(frozen=True, kw_only=True)
 class Energies:
-    """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J)."""
+    """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
+
+    loads: minus the work of external loads.
+    """
 
     elastic: float
     surface: float
+    loads: float = 0.0
 
     @property
     def total(self) -> float:
-        """Elastic plus surface energy."""
-        return self.elastic + self.surface
+        """All of them."""
+        return self.elastic + self.surface + self.loads
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,7 +269,7 @@ class Step:
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
-            energies=Energies(elastic=energies["elastic"], surface=energies["surface"]),
+            energies=Energies(**energies),
             effort=Effort(**effort),
             audit=None if audit is None else _audit(audit),
             measures=None if measures is None else _measures(measures),

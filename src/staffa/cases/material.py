@@ -56,6 +56,7 @@ def _material(piece: Piece, factor: PointFunction, common: partial[Material]) ->
         toughness=_toughness(piece, mean.Gc, factor),
         roughness=roughness(keys),
         expansion=_expansion(piece),
+        rho=0.0 if keys.rho is None else point_property(keys.rho, piece.dim),
     )
 
 

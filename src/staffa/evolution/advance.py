@@ -155,7 +155,7 @@ def _advance(
     feels = system.cooling.feels_cracks
     origin = Origin(time=start.time, T=system.state.T.x.array.copy()) if feels else None
     loading = change_loads(problem, system, start, end)
-    overwhelmed = loading.end > SURGE * loading.start
+    overwhelmed = loading.end - loading.start > (SURGE - 1) * abs(loading.start)
     outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)
     advance = Advance(
         outcome=outcome,
@@ -224,22 +224,25 @@ def agree(
 
 
 def snapshot(system: System) -> tuple[np.ndarray, ...]:
-    """A copy of the state and of the damage's lower bound, for `restore`.
+    """A copy of the state, of the damage's lower bound and of the external loads, for `restore`.
 
     What comes then depends on these alone, so that it can be repeated to the last bit.
     """
     state = system.state
     system.alternation.elastic.forget()
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
-    return tuple(field.x.array.copy() for field in fields)
+    loads = system.energy.external.kept()
+    return (*(field.x.array.copy() for field in fields), loads)
 
 
 def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
     """Put back what `snapshot` kept."""
     state, parts = system.state, system.alternation
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
-    for field, values in zip(fields, kept, strict=True):
+    *arrays, loads = kept
+    for field, values in zip(fields, arrays, strict=True):
         field.x.array[:] = values
+    system.energy.external.put_back(loads)
     read_vector(state.u, parts.u)
     read_vector(state.alpha, parts.alpha)
     parts.elastic.forget()

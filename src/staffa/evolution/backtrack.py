@@ -121,13 +121,16 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
     if backtracking is None:
         return None
     kept, limited = snapshot(system), system.cooling.feels_cracks
-    surface = system.energy.energies().surface
+    loaded = not problem.forces.at_rest
+    # Loads may make an energy less than that of its cracks.
+    surface = -np.inf if loaded else system.energy.energies().surface
     try:
         for index, past in enumerate(history.steps[:-1]):
             enough = past.total - backtracking.tolerance * abs(past.total)
             if surface >= enough or (limited and history.returns[index] >= MOST_RETURNS):
                 continue
             system.state.T.x.array[:] = _temperature(system, history, index)[0]
+            system.energy.external.at(past.loads.time)
             equilibrium(system.alternation, past.loads.values)
             found = system.energy.total()
             if found < enough:
@@ -166,6 +169,7 @@ def go_back(
     damage = state.alpha.x.array.copy()
     state.T.x.array[:], heat = _temperature(system, history, better.index)
     state.alpha.x.array[:], origin = history.before(better.index)
+    system.energy.external.at(past.loads.time)
     history.returns[better.index] += 1
     try:
         outcome, healing = settle(problem, system, past.loads, watch, damage=damage)

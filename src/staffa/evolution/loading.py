@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from staffa.energy import Energy
 from staffa.errors import LoadError
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads
@@ -17,9 +18,10 @@ from staffa.records import Heat
 class Loading:
     """What changing the loads did with the cracks frozen.
 
-    work: of the temperature change and of the prescribed displacements, both along the straight
-    path from the loads before; exact for elasticity. start, end: total energies. heat: what the
-    heat equation did, if it gives the temperature.
+    work: of the temperature change, of the prescribed displacements and of external loads that
+    change, along the straight path from the loads before; exact without a split. With one, of the
+    powers at both ends of the path each is a bound: what lies between them is taken to be the
+    work. start, end: total energies. heat: what the heat equation did, if it gives the temperature.
     """
 
     work: float
@@ -34,7 +36,7 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     Raises
     ------
     LoadError
-        The temperature or a prescribed displacement is not finite.
+        The temperature, a prescribed displacement or an external load is not finite.
     """
     state = system.state
     if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
@@ -53,18 +55,46 @@ def put_on(
     before: the prescribed displacements (m) at hand, shape (n_fixed,).
     """
     energy, state, parts = system.energy, system.state, system.alternation
-    if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(T))):
+    comm = problem.domain.comm
+    if any_over_ranks(comm, not np.all(np.isfinite(T))):
         raise _not_finite("temperature", end.time)
+    start_time = energy.external.time
 
     def power() -> float:
         of_supports = float(reactions(parts) @ (end.values - before))
-        return energy.thermal_power() + sum_over_ranks(problem.domain.comm, of_supports)
+        return (
+            energy.thermal_power()
+            + _power_of_loads(energy, start_time, end.time)
+            + (sum_over_ranks(comm, of_supports))
+        )
 
     energy.direction.x.array[:] = T - state.T.x.array
-    at_first, power_before = energy.total(), power()
+    at_first, first = energy.total(), power()
     state.T.x.array[:] = T
+    energy.external.at(end.time)
+    if any_over_ranks(comm, not energy.external.is_finite()):
+        raise _not_finite("force", end.time)
     equilibrium(parts, end.values)
-    return Loading(work=(power_before + power()) / 2, start=at_first, end=energy.total())
+    at_last, last = energy.total(), power()
+    if energy.linear:
+        work = (first + last) / 2
+    else:
+        work = float(np.clip(at_last - at_first, min(first, last), max(first, last)))
+    return Loading(work=work, start=at_first, end=at_last)
+
+
+def _power_of_loads(energy: Energy, start: float, end: float) -> float:
+    """Change of the external loads' energy between two times at the state at hand; the loads stay.
+
+    Where the volume in cracks is given, its growth counts times the pressure.
+    """
+    external, kept = energy.external, energy.external.kept()
+    external.at(end)
+    late = energy.loads()
+    external.at(start)
+    change = late - energy.loads()
+    external.put_back(kept)
+    return change
 
 
 def _not_finite(what: str, time: float) -> LoadError:

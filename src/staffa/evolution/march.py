@@ -11,12 +11,13 @@ from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.problem import Problem
+from staffa.evolution.rest import come_to_rest, unmoved
 from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
-from staffa.minimize.alternate import Sweep, equilibrium
+from staffa.minimize.alternate import Sweep
 from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
@@ -50,8 +51,11 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
     SolveError
         A step did not converge, or a solver failed in it; it has been saved and yielded before,
         with its status and the reason.
+    LoadError
+        What acts before the first step cracks the rock by itself.
     """
     observers = observers or Observers()
+    come_to_rest(problem, system)
     history = History(system.state) if problem.backtracking else None
     try:
         yield from _visit(problem, system, observers, history)
@@ -64,8 +68,7 @@ def _visit(
     problem: Problem, system: System, observers: Observers, history: History | None
 ) -> Iterator[Step]:
     walk = Walk(problem.schedule)
-    start = Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
-    equilibrium(system.alternation, start.values)
+    start = unmoved(system)
     index, time, better = 0, walk.next(), None  # better: an earlier step to go back to
     while time is not None:
         began = perf_counter()

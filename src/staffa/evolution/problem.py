@@ -12,8 +12,10 @@ from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
 from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Face, Load, NoLoad
+from staffa.loads.forces import Forces
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.physics.elasticity import Elasticity
+from staffa.physics.split import NO_SPLIT, EnergySplit
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
 
@@ -42,6 +44,8 @@ def nowhere(x: np.ndarray) -> np.ndarray:
 class Material:
     """Numbers of the rock: E, Gc, expansion, ell (SI or scaled), nu; its laws; its heterogeneity.
 
+    split: how tension and compression share the energy; rho: density, for its weight alone.
+
     expansion: also a symmetric tensor, shape (3, 3), along x, y, z. elasticity: another than the
     isotropic one of E and nu, which then are what scales are told in. toughness: factor on Gc at
     points, a function of position alone. roughness: symmetric A, shape (3, 3), of the term
@@ -58,6 +62,8 @@ class Material:
     ell: float
     law: DamageLaw
     state: str
+    split: EnergySplit = NO_SPLIT
+    rho: Property = 0.0
     elasticity: Elasticity | None = None
     roughness: np.ndarray | None = None
     residual_stiffness: float = 1e-6
@@ -124,7 +130,8 @@ class Problem:
 
     regions: the rock of the domain's regions that differs from `material`; ell, the laws, the plane
     state and what is cracked are the body's, those of `material`.
-    load: where the temperature comes from, a closed form or the heat equation.
+    load: where the temperature comes from, a closed form or the heat equation. forces: what else
+    acts; those of t = 0, with the prestress, are in equilibrium before the first step.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
     None where nothing diffuses. backtracking, second_order: None for none.
     """
@@ -133,6 +140,7 @@ class Problem:
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
     load: Load | Conduction
+    forces: Forces = field(default_factory=Forces)
     schedule: Schedule
     sides: tuple[SideSupport, ...] = ()
     section: Section | None = None
@@ -156,11 +164,17 @@ def coarser(problem: Problem) -> Problem | None:
     domain, material, guess = problem.domain, problem.material, problem.solvers.guess
     if guess not in GUESSES:
         raise InputError(f"there is no first guess '{guess}'; {choices(guess, GUESSES)}")
-    if guess == "none" or domain.dim != 2 or domain.coarser is None:
+    held = problem.forces.crack_volume is not None  # its pressure is not the coarser mesh's
+    if guess == "none" or held or domain.dim != 2 or domain.coarser is None:
         return None
     if material.ell < 2 * RESOLVED * domain.h * (1 - 1e-9):  # round-off decides nothing
         return None
     body = domain.coarser()
     factor = partial(discrete_toughness_factor, material.law, ell=material.ell)
-    Gc = material.Gc * factor(h=domain.h) / factor(h=body.h)
-    return replace(problem, domain=body, material=replace(material, Gc=Gc), load=NoLoad())
+    share = factor(h=domain.h) / factor(h=body.h)
+
+    def tougher(rock: Material) -> Material:
+        return replace(rock, Gc=share * rock.Gc)
+
+    regions = {name: tougher(rock) for name, rock in problem.regions.items()}
+    return replace(problem, domain=body, material=tougher(material), regions=regions, load=NoLoad())

@@ -133,7 +133,8 @@ def leave(system: System, mode: Mode) -> bool:
     parts, state, bounds = system.alternation, system.state, system.bounds
     u, alpha = owned(state.u).copy(), owned(state.alpha).copy()
     lower, upper = owned(bounds.lower), owned(bounds.upper)
-    before = system.energy.total() * (1 - ROUND_OFF)
+    total = system.energy.total()
+    before = total - ROUND_OFF * abs(total)
 
     def energy_at(t: float) -> float:
         parts.u.array_w[:] = u + t * mode.v

@@ -99,12 +99,14 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), Effort()
     try:
-        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time)
+        gain, effort = _coarse_gain(
+            coarser, alpha, state.T.x.array, loads.time, system.energy.external.kept()
+        )
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
         equilibrium(parts, loads.values)
-        if system.energy.total() < before * (1 - ROUND_OFF):
+        if system.energy.total() < before - ROUND_OFF * abs(before):
             return effort + Effort(guesses=1)
     except SolveError:  # a guess may fail: the step goes on without it
         pass
@@ -114,7 +116,7 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
 
 
 def _coarse_gain(
-    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float
+    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float, external: np.ndarray
 ) -> tuple[np.ndarray, Effort]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
@@ -129,6 +131,7 @@ def _coarse_gain(
     start[corners(system.spaces.alpha, broken)] = 1.0
     state.alpha.x.array[:] = start
     state.T.x.array[:] = coarser.down(T)
+    system.energy.external.put_back(external)
     system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)

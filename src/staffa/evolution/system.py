@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
-
-from dolfinx import fem
+from staffa.stack import PETSc
 
 from staffa.cut import broken
-from staffa.energy import Energy, Rock
+from staffa.energy import Energy
 from staffa.evolution.cooling import Cooling, cooling
-from staffa.evolution.problem import Material, Problem, coarser
+from staffa.evolution.problem import Problem, coarser
+from staffa.evolution.rock import energy_of
 from staffa.fields import (
     Bounds,
     Spaces,
@@ -23,10 +22,10 @@ from staffa.fields import (
 )
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
+from staffa.minimize.convex import ConvexEnergy, Held
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 from staffa.minimize.newton import CoupledNewton, Coupling
 from staffa.options import ACCELERATION, DAMAGE, DISPLACEMENT
-from staffa.physics.damage import is_quadratic
 from staffa.supports import Supports, build_supports, rigid_modes
 
 # The damage is minimized this much more tightly than the whole problem asks for.
@@ -88,7 +87,7 @@ def build(problem: Problem) -> System:
     _start_cracked(problem, state, bounds)
     cold = cooling(problem.load, domain, spaces)
     state.T.x.array[:] = cold.start()
-    energy = Energy(domain=domain, spaces=spaces, state=state, rock=rock(problem.material, spaces))
+    energy = energy_of(problem, spaces, state)
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
     )
@@ -119,23 +118,6 @@ def _coarser(problem: Problem, spaces: Spaces) -> Coarser | None:
     )
 
 
-def rock(material: Material, spaces: Spaces) -> Rock:
-    """The material's numbers, its toughness evaluated at the middle of each cell."""
-    Gc = fem.Function(spaces.cell, name="Gc")
-    middles = spaces.cell.tabulate_dof_coordinates()
-    Gc.x.array[:] = material.Gc * material.toughness(middles.T)
-    return Rock(
-        E=material.E,
-        nu=material.nu,
-        expansion=material.expansion,
-        Gc=Gc,
-        ell=material.ell,
-        law=material.law,
-        state=material.state,
-        residual_stiffness=material.residual_stiffness,
-    )
-
-
 def _start_cracked(problem: Problem, state: State, bounds: Bounds) -> None:
     material, space = problem.material, state.alpha.function_space
     cracked = material.cracked(vertices(space).T)
@@ -157,7 +139,7 @@ def bounded_energy(energy: Energy) -> BoundedEnergy:
         hessian=energy.hessian,
         matrix=matrix,
         unit=unit,
-        quadratic=is_quadratic(energy.law),
+        quadratic=energy.quadratic,
     )
 
 
@@ -173,10 +155,12 @@ def _alternation(
 ) -> Alternation:
     solvers = problem.solvers
     n_owned = spaces.u.dofmap.index_map.size_local * problem.domain.dim
+    matrix = energy.new_stiffness()
+    u = matrix.createVecRight()
+    convex = _convex(energy, matrix)
+    linear = QuadraticEnergy(matrix=matrix, stiffness=energy.stiffness, load=energy.load)
     elastic = ElasticSolver(
-        QuadraticEnergy(
-            matrix=energy.new_stiffness(), stiffness=energy.stiffness, load=energy.load
-        ),
+        convex.model(u) if convex else linear,
         fixed=supports.fixed,
         moved=supports.moved,
         modes=supports.modes,
@@ -187,18 +171,53 @@ def _alternation(
     damage = bounded_energy(energy)
     order = sorted(SOLVERS, key=lambda name: name != solvers.damage)
     tolerance = INNER * solvers.stop.residual
+    held = _held(energy)
+    # A move at a given pressure changes the volume.
+    newton = None if held else _newton(solvers.acceleration, energy, elastic, damage)
     return Alternation(
         elastic=elastic,
         damage=damage,
         bounded=[bounded_solver(name, damage, tolerance) for name in order],
-        newton=_newton(solvers.acceleration, energy, elastic, damage),
+        newton=newton,
+        convex=convex,
+        held=held,
         energies=energy.energies,
         keep_u=lambda u: write_vector(u, state.u),
         forces=energy.residual,
-        u=elastic.rhs.duplicate(),
+        u=u,
         alpha=damage.unit.duplicate(),
         before=damage.unit.duplicate(),
         work=damage.unit.duplicate(),
+    )
+
+
+def _convex(energy: Energy, matrix: PETSc.Mat) -> ConvexEnergy | None:
+    """The energy of the displacement, unless a linear problem is all there is to it."""
+    if energy.linear and not energy.external.controlled:
+        return None
+    return ConvexEnergy(
+        matrix=matrix,
+        move_to=lambda u: write_vector(u, energy.state.u),
+        value=energy.total,
+        forces=energy.residual,
+        stiffness=energy.stiffness,
+        quadratic=energy.linear,
+    )
+
+
+def _held(energy: Energy) -> Held | None:
+    external = energy.external
+    if not external.controlled:
+        return None
+
+    def press(pressure: float) -> None:
+        external.pressure.value = pressure
+
+    return Held(
+        widening=energy.widening,
+        target=lambda: external.volume,
+        pressure=lambda: float(external.pressure.value),
+        press=press,
     )
 
 

@@ -8,9 +8,11 @@ from staffa.cut import FlatCrack, broken
 from staffa.domain import block
 from staffa.energy import Energy
 from staffa.evolution.problem import Material
-from staffa.evolution.system import bounded_energy, bounded_solver, rock
+from staffa.evolution.rock import Places, rock
+from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
 from staffa.grid import UNSTRUCTURED
+from staffa.physics.material import SOLID
 
 # Half width of the strip in ell: AT1's profile ends at 2, AT2's has fallen to exp(-8) = 3e-4.
 REACH = 8
@@ -36,8 +38,17 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     layer = broken(spaces.alpha, middle, h=h)
     bounds.lower.x.array[layer] = 1.0
     state.alpha.x.array[layer] = 1.0
-    uniform = Material(**{**vars(material), "toughness": lambda x: np.ones(x.shape[1])})
-    energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock(uniform, spaces))
+    uniform = Material(
+        E=1.0,
+        nu=0.0,
+        Gc=1.0,
+        expansion=0.0,
+        ell=material.ell,
+        law=material.law,
+        state=material.state if dim == 2 else SOLID,
+    )
+    rock_of_strip = rock(Places(strip, uniform, {}))
+    energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock_of_strip)
     damage = bounded_energy(energy)
     solver = bounded_solver("snes", damage, 1e-6, of="toughness")
     try:

@@ -8,7 +8,9 @@ from staffa.stack import PETSc
 import numpy as np
 
 from staffa.errors import SolveError
+from staffa.minimize import convex
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
+from staffa.minimize.convex import ConvexEnergy, Held
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.newton import CoupledNewton
 from staffa.records import Effort, Energies, Outcome, Stop
@@ -35,13 +37,16 @@ class Alternation:
     `bounded` holds the default solver of the damage and its fall-backs, in the order they are
     tried. `keep_u(u)` makes u the displacement at which energies and the damage's forces are
     evaluated; `forces` fills the derivative in u there. `newton`, if any, proposes a move after
-    each sweep. Vectors `u` and `alpha` are overwritten. Everything is collective.
+    each sweep. `convex`, if any, is the energy that `elastic` solves the model of, and `held` the
+    volume of a fluid in cracks. Vectors `u` and `alpha` are overwritten. Everything is collective.
     """
 
     elastic: ElasticSolver
     damage: BoundedEnergy
     bounded: Sequence[BoundedSolver]
     newton: CoupledNewton | None
+    convex: ConvexEnergy | None
+    held: Held | None
     energies: Callable[[], Energies]
     keep_u: Callable[[PETSc.Vec], None]
     forces: Callable[[PETSc.Vec], None]
@@ -77,7 +82,9 @@ def alternate(
         A linear solver failed, or every damage solver did, or the energy is not finite. Running
         out of sweeps raises nothing: the outcome says so.
     """
-    tally, patience = Tally(energies=problem.energies()), Patience()
+    # Another pressure of a fluid whose volume is given is another energy of the damage.
+    tally = Tally(energies=problem.energies(), comparable=problem.held is None)
+    patience = Patience()
     newton, direct = problem.newton, problem.elastic.direct
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
@@ -100,10 +107,10 @@ def alternate(
         # A displacement from which Newton goes on need not be solved for to the last digit.
         balanced = direct or not newton or change <= stop.change
         equilibrium(problem, values, reduction=0.0 if balanced else REDUCTION)
-        tally.accept(problem.energies(), "the displacement was solved for")
+        tally.balance(problem.energies())
     if not balanced:  # out of sweeps: what is returned is in equilibrium all the same
         equilibrium(problem, values)
-        tally.accept(problem.energies(), "the displacement was solved for")
+        tally.balance(problem.energies())
         residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
     return Outcome(
         converged=converged,
@@ -119,7 +126,10 @@ def alternate(
 
 def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 0.0) -> None:
     """Minimize over the displacement alone, see `ElasticSolver.minimize`. Collective."""
-    problem.elastic.minimize(problem.u, values, reduction=reduction)
+    if problem.convex is None:
+        problem.elastic.minimize(problem.u, values, reduction=reduction)
+    else:
+        convex.minimize(problem.elastic, problem.convex, problem.u, values, problem.held)
     problem.keep_u(problem.u)
 
 
@@ -131,9 +141,13 @@ def reactions(problem: Alternation) -> np.ndarray:
 
 @dataclass(kw_only=True)
 class Tally:
-    """What is counted during one minimization, and the energies of the last state accepted."""
+    """What is counted during one minimization, and the energies of the last state accepted.
+
+    comparable: whether the energy must not rise where the displacement is solved for.
+    """
 
     energies: Energies
+    comparable: bool = True
     last: float = field(init=False)
     largest_rise: float = 0.0
     moves: int = 0
@@ -143,6 +157,12 @@ class Tally:
 
     def __post_init__(self) -> None:
         self.last = self.energies.total
+
+    def balance(self, energies: Energies) -> None:
+        """Take note of the energies in equilibrium."""
+        if not self.comparable:
+            self.last = energies.total
+        self.accept(energies, "the displacement was solved for")
 
     def accept(self, energies: Energies, what: str) -> None:
         """Take note of the energies of a state, and of how far they rose."""

@@ -235,6 +235,26 @@ class ElasticSolver:
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
+    def respond(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
+        """Overwrite u by the displacement that answers a force at supports at rest, at the
+        stiffness of the last `minimize`; what u holds is the first guess. Overwrites `rhs`.
+
+        Raises
+        ------
+        SolveError
+            As `minimize` does.
+        """
+        force.copy(self.rhs)
+        self.rhs.array_w[self.held] = 0.0
+        self._solve(self.rhs, u)
+        if self.modes:
+            self._add_responses([response.dot(force) for response in self.responses], u)
+
+    def curvature(self, u: PETSc.Vec) -> float:
+        """u . K u, at the stiffness of the last `minimize`."""
+        self.stiffness.mult(u, self.force)
+        return float(u.dot(self.force))
+
     def resist(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
         """Overwrite force by K u, for a u that the supports at rest allow; 0 where they hold."""
         self.stiffness.mult(u, force)

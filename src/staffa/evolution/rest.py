@@ -1,0 +1,66 @@
+"""Before time starts: prestress, weight and loads of t = 0 in equilibrium, without a new crack."""
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+
+from staffa.errors import LoadError, SolveError
+from staffa.evolution.advance import snapshot
+from staffa.evolution.problem import Problem
+from staffa.evolution.settle import Loads, settle
+from staffa.evolution.system import System
+from staffa.fields import vertices
+from staffa.measure.advance import crack_advance
+from staffa.minimize.alternate import equilibrium
+from staffa.parallel import best_candidate
+
+# Half width in ell of the damage beside a crack, which forms as the cracks that are given settle.
+PROFILE = 2.0
+
+
+def unmoved(system: System) -> Loads:
+    """The loads before the first step: t = 0, no prescribed displacement."""
+    return Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
+
+
+def come_to_rest(problem: Problem, system: System) -> None:
+    """Put on the forces of t = 0, and minimize. Collective.
+
+    Raises
+    ------
+    LoadError
+        They crack the rock by themselves, or extend the cracks that are there.
+    SolveError
+        No minimum was found.
+    """
+    start = unmoved(system)
+    equilibrium(system.alternation, start.values)
+    if problem.forces.at_rest:
+        return
+    before = snapshot(system)[1]
+    outcome, _ = settle(problem, system, start)
+    if not outcome.converged:
+        raise SolveError(f"the equilibrium before the first step {outcome.reason}")
+    ran = crack_advance(system.state, before, threshold=problem.measuring.threshold)
+    if ran > PROFILE * problem.material.ell:
+        place = ", ".join(f"{c:.3g}" for c in _most_damaged(problem, system, before))
+        raise LoadError(
+            f"what acts before cooling cracks the rock by itself, most at ({place}); take smaller "
+            f"forces or stresses in [forces], supports that carry them, another damage.split, or a "
+            f"smaller damage.ell (a higher strength)"
+        )
+
+
+def _most_damaged(problem: Problem, system: System, before: np.ndarray) -> tuple[float, ...]:
+    """Where the damage grew most (m)."""
+    state = system.state
+    space = state.alpha.function_space
+    n_owned = space.dofmap.index_map.size_local
+    growth = (state.alpha.x.array - before)[:n_owned]
+    own = None
+    if len(growth):
+        k = int(growth.argmax())
+        own = (float(growth[k]), *(float(c) for c in vertices(space)[k]))
+    best = best_candidate(problem.domain.comm, own)
+    assert best is not None
+    return best[1 : 1 + problem.domain.dim]

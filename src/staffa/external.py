@@ -1,0 +1,134 @@
+"""External loads as part of the energy: minus their work."""
+
+from dataclasses import dataclass
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
+from staffa.domain import Domain
+from staffa.fields import Spaces, vertices
+from staffa.loads.forces import Forces, InSpaceAndTime
+from staffa.strain import Coefficient
+
+
+@dataclass(frozen=True, kw_only=True)
+class Varying:
+    """A load in space and time, and the field that holds it at the time at hand."""
+
+    field: fem.Function
+    value: InSpaceAndTime
+
+
+class External:
+    """The loads of a body at the time that `at` was told last. Collective.
+
+    pressure: of the fluid in cracks (Pa); where their volume is given it is found with the
+    displacement, and kept here.
+    """
+
+    def __init__(
+        self, domain: Domain, spaces: Spaces, forces: Forces, density: Coefficient
+    ) -> None:
+        self.forces, self.time = forces, 0.0
+        self.pressure = fem.Constant(domain.mesh, 0.0)
+        self._domain, self._spaces, self._density = domain, spaces, density
+        self._x = vertices(spaces.alpha).T
+        self._varying: list[Varying] = []
+        self._on_sides = [
+            (number, self._vary(t.force, spaces.u), self._vary(t.pressure, spaces.alpha))
+            for number, t in enumerate(forces.sides)
+        ]
+        self.pore_pressure = self._at_corners(forces)
+        self.at(0.0)
+
+    def _vary(self, value: InSpaceAndTime | None, space: fem.FunctionSpace) -> fem.Function | None:
+        if value is None:
+            return None
+        self._varying.append(Varying(field=fem.Function(space), value=value))
+        return self._varying[-1].field
+
+    def _at_corners(self, forces: Forces) -> fem.Function | None:
+        if forces.pore_pressure is None:
+            return None
+        space = fem.functionspace(self._domain.mesh, ("Discontinuous Lagrange", 1))
+        field = fem.Function(space, name="pore pressure")
+        field.interpolate(forces.pore_pressure)
+        return field
+
+    @property
+    def controlled(self) -> bool:
+        """Whether the volume in cracks is given, and their pressure found."""
+        return self.forces.crack_volume is not None
+
+    @property
+    def volume(self) -> float:
+        """The volume in cracks that is given at the time at hand."""
+        return 0.0 if self.forces.crack_volume is None else self.forces.crack_volume(self.time)
+
+    def at(self, t: float) -> None:
+        """Put on the loads of a time (s)."""
+        self.time = t
+        for load in self._varying:
+            values = load.value(self._x, t)
+            load.field.x.array[:] = values.T.ravel() if values.ndim == 2 else values
+        if self.forces.crack_pressure is not None:
+            self.pressure.value = self.forces.crack_pressure(t)
+
+    def is_finite(self) -> bool:
+        """Whether all loads on this rank are, at the time at hand."""
+        fields = all(np.all(np.isfinite(load.field.x.array)) for load in self._varying)
+        return bool(fields and np.isfinite(self.pressure.value) and np.isfinite(self.volume))
+
+    def kept(self) -> np.ndarray:
+        """The time and the pressure at hand, for `put_back`."""
+        return np.array([self.time, float(self.pressure.value)])
+
+    def put_back(self, kept: np.ndarray) -> None:
+        """Loads and pressure as they were."""
+        self.at(float(kept[0]))
+        self.pressure.value = kept[1]
+
+    def potential(self, u: fem.Function, alpha: fem.Function, dx: ufl.Measure) -> ufl.Form | None:
+        """Minus the work of all loads, the pores' included; None without any."""
+        terms = list(self._terms(u, dx))
+        if self.forces.in_cracks:
+            terms.append(-self.pressure * crack_volume(u, alpha) * dx)
+        return sum(terms[1:], terms[0]) if terms else None
+
+    def _terms(self, u: fem.Function, dx: ufl.Measure) -> list[ufl.Form]:
+        mesh, forces, terms = self._domain.mesh, self.forces, []
+        if forces.gravity is not None:
+            weight = self._density * fem.Constant(mesh, np.array(forces.gravity))
+            terms.append(-ufl.dot(weight, u) * dx)
+        if self.pore_pressure is not None:
+            biot = fem.Constant(mesh, float(forces.biot))
+            terms.append(-biot * self.pore_pressure * ufl.div(u) * dx)
+        ds, n = _sides(self._domain, forces), ufl.FacetNormal(mesh)
+        for number, force, pressure in self._on_sides:
+            if force is not None:
+                terms.append(-ufl.dot(force, u) * ds(number))
+            if pressure is not None:
+                terms.append(pressure * ufl.dot(n, u) * ds(number))
+        return terms
+
+
+def crack_volume(u: fem.Function, alpha: fem.Function) -> ufl.core.expr.Expr:
+    """-u . grad alpha, whose integral is the volume that cracks hold open (Bourdin, Chukwudozie
+    and Yoshioka 2012)."""
+    return -ufl.dot(u, ufl.grad(alpha))
+
+
+def _sides(domain: Domain, forces: Forces) -> ufl.Measure:
+    """One measure for all loaded sides, numbered as they are."""
+    facets = [domain.facets(t.side) for t in forces.sides]
+    if not facets:
+        return ufl.Measure("ds", domain.mesh)
+    numbers = np.repeat(np.arange(len(facets), dtype=np.int32), [len(f) for f in facets])
+    places = np.concatenate(facets)
+    order = np.argsort(places, kind="stable")
+    tags = dmesh.meshtags(domain.mesh, domain.dim - 1, places[order], numbers[order])
+    return ufl.Measure("ds", domain.mesh, subdomain_data=tags)

@@ -1,0 +1,161 @@
+"""Minimizes a convex energy over the displacement, where rock answers pressure unlike tension.
+
+Newton's method with the energy itself for a judge. The energies of all splits are made of squares
+of positive and negative parts: convex, once differentiable, quadratic but where a part changes
+sign. Newton's steps are then exact once the signs are right, and a step along which the energy's
+slope has changed sign is shortened. What the fluid in cracks holds may be given, too: a linear
+condition, whose multiplier is the fluid's pressure.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from staffa.stack import PETSc
+
+import numpy as np
+
+from staffa.errors import SolveError
+from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
+
+# A step that would lower the energy by less than this fraction of it changes nothing that counts.
+ENOUGH = 1e-13
+MOST = 100
+# A length is good enough when the slope there is this fraction of the first; lengths tried.
+SLOPE, LENGTHS = 0.1, 30
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConvexEnergy:
+    """An energy of the displacement alone, by functions evaluated where `move_to` went last.
+
+    `forces` fills its derivative, `stiffness` its second derivative, of the pattern of `matrix`;
+    `value` is the energy; `quadratic` says that the second derivative does not depend on u.
+    """
+
+    matrix: PETSc.Mat
+    move_to: Callable[[PETSc.Vec], None]
+    value: Callable[[], float]
+    forces: Callable[[PETSc.Vec], None]
+    stiffness: Callable[[PETSc.Mat], None]
+    quadratic: bool = False
+
+    def model(self, at: PETSc.Vec) -> QuadraticEnergy:
+        """The quadratic energy that agrees with it to second order at `at`, whatever that holds."""
+
+        def load(out: PETSc.Vec) -> None:
+            forces = out.duplicate()
+            self.forces(forces)
+            self.matrix.mult(at, out)
+            out.axpy(-1.0, forces)
+            forces.destroy()
+
+        return QuadraticEnergy(matrix=self.matrix, stiffness=self.stiffness, load=load)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Held:
+    """A linear condition on the displacement, g . u = `target`, and its multiplier p.
+
+    `widening` fills g; `pressure` gives p, which acts within the energy's forces as -p g, and
+    `press` sets it.
+    """
+
+    widening: Callable[[PETSc.Vec], None]
+    target: Callable[[], float]
+    pressure: Callable[[], float]
+    press: Callable[[float], None]
+
+
+def minimize(
+    elastic: ElasticSolver,
+    energy: ConvexEnergy,
+    u: PETSc.Vec,
+    values: np.ndarray,
+    held: Held | None = None,
+) -> None:
+    """Overwrite u by the minimizer; what u holds is the first guess. Collective.
+
+    Parameters
+    ----------
+    elastic : solver of the energy's model at u.
+    values : prescribed values, see `ElasticSolver.minimize`.
+    held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
+
+    Raises
+    ------
+    SolveError
+        A linear solver failed, or the energy does not stop falling.
+    """
+    way, forces = u.duplicate(), u.duplicate()
+    gap = float("inf")
+    try:
+        for number in range(MOST):
+            energy.move_to(u)
+            u.copy(way)
+            elastic.minimize(way, values)
+            if held:
+                _hold(elastic, held, way)
+            energy.forces(forces)
+            way.axpy(-1.0, u)
+            slope = forces.dot(way)
+            gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
+            # The first step puts on new prescribed values: it is no descent but a prediction.
+            if number == 0:
+                u.axpy(1.0, way)
+                if energy.quadratic:
+                    return
+            elif gap <= ENOUGH:
+                u.axpy(1.0, way)
+                energy.move_to(u)
+                return
+            else:
+                _step(energy, u, way, forces, slope)
+        raise SolveError(
+            f"the displacement was not solved for: after {MOST} of Newton's steps the next would "
+            f"still change the energy by {gap:.1e} of it; try shorter time steps or a larger "
+            f"damage.residual_stiffness"
+        )
+    finally:
+        way.destroy()
+        forces.destroy()
+
+
+def _step(
+    energy: ConvexEnergy, u: PETSc.Vec, way: PETSc.Vec, forces: PETSc.Vec, slope: float
+) -> None:
+    """Go along a way on which a convex energy falls, to about where its slope vanishes."""
+    start = u.copy()
+    low, high, length = (0.0, slope), None, 1.0
+    try:
+        for _ in range(LENGTHS):
+            u.waxpy(length, way, start)
+            energy.move_to(u)
+            energy.forces(forces)
+            here = forces.dot(way)
+            if abs(here) <= SLOPE * abs(slope) or (here < 0 and high is None):
+                return
+            low, high = ((length, here), high) if here < 0 else (low, (length, here))
+            assert high is not None
+            # Where the slope of the line between the two vanishes, well within them.
+            share = low[1] / (low[1] - high[1])
+            length = low[0] + min(max(share, 0.1), 0.9) * (high[0] - low[0])
+    finally:
+        start.destroy()
+
+
+def _hold(elastic: ElasticSolver, held: Held, u: PETSc.Vec) -> None:
+    """Add the answer to as much more pressure as meets the condition."""
+    g, answer = u.duplicate(), u.duplicate()
+    try:
+        held.widening(g)
+        answer.set(0.0)
+        elastic.respond(g, answer)
+        wider = g.dot(answer)
+        if not wider > 0:
+            raise SolveError("no crack is open to the fluid: give one in [[cracks]] that it fills")
+        more = (held.target() - g.dot(u)) / wider
+        u.axpy(more, answer)
+        held.press(held.pressure() + more)
+    finally:
+        g.destroy()
+        answer.destroy()

@@ -1,0 +1,209 @@
+"""Energy splits: how much of the stiffness a crack keeps when it is pressed shut.
+
+A split turns an elastic strain and the fraction g of the stiffness that damage has left into an
+energy density, psi(e, g), convex in e and psi(e, 1) the undamaged one. In plane stress the strain
+across the plane is that of undamaged rock, where sigma_zz = 0: a crack's layer is held by what lies
+beside it. Were it free, a crack pressed shut would be squeezed out and carry nothing.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from staffa.physics.material import PLANE_STRESS, SOLID, energy_density, lame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Principal:
+    """Principal strains of isotropic rock, largest first, two in plane stress and else three."""
+
+    E: Any
+    nu: Any
+    strains: tuple[Any, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strained:
+    """An elastic strain as a split sees it; everything float, numpy or UFL.
+
+    psi: undamaged energy density. volume: change of volume, the strain across the plane included.
+    K: bulk modulus, K/2 volume^2 is the least energy of a change of volume. principal: of isotropic
+    rock alone.
+    """
+
+    psi: Any
+    volume: Any
+    K: Any
+    principal: Principal | None = None
+
+
+class EnergySplit(Protocol):
+    """A rule for tension and compression.
+
+    Subclass nothing: a class with these three members is a split.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in case files, tables and records."""
+        ...
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether it needs E, nu and principal strains, which only isotropic rock has."""
+        ...
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """Energy density of a strain where the fraction g of the stiffness is left."""
+        ...
+
+
+def positive(x: Any) -> Any:
+    """The positive part of x."""
+    return (abs(x) + x) / 2
+
+
+def negative(x: Any) -> Any:
+    """The negative part of x, counted positive: x = positive(x) - negative(x)."""
+    return (abs(x) - x) / 2
+
+
+class NoSplit:
+    """g psi: a crack that is pressed shut carries as little as an open one."""
+
+    name, isotropic = "none", False
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """See `EnergySplit`."""
+        return g * e.psi
+
+
+class StarConvex:
+    """g psi + (1 - g) (1 + gamma) K/2 <volume>_-^2 (Vicentini et al. 2024).
+
+    Cracks keep the stiffness against compaction. gamma = 0 is the volumetric-deviatoric split
+    (Amor et al. 2009), gamma > 0 makes the rock gamma-fold stronger still against compaction. K is
+    Reuss's bulk modulus, so that anisotropic rock may be split as well: what is left of psi cannot
+    be negative at gamma = 0.
+    """
+
+    isotropic = False
+
+    def __init__(self, gamma: float = 0.0, name: str = "volumetric-deviatoric") -> None:
+        self.gamma, self.name = gamma, name
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """See `EnergySplit`."""
+        kept = (1 + self.gamma) * e.K / 2 * negative(e.volume) ** 2
+        return g * e.psi + (1 - g) * kept
+
+
+class Spectral:
+    """g (lambda/2 <tr e>_+^2 + mu sum <e_i>_+^2) + lambda/2 <tr e>_-^2 + mu sum <e_i>_-^2.
+
+    Miehe et al. 2010. For nu >= 0.
+    """
+
+    name, isotropic = "spectral", True
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """See `EnergySplit`."""
+        assert e.principal is not None
+        lambda_, mu = lame(e.principal.E, e.principal.nu, SOLID)
+        strains = e.principal.strains
+        if len(strains) == 2:
+            strains = (*strains, across(strains, e.principal.nu))
+        total = sum(strains)
+        pulled, pressed = positive(total) ** 2, negative(total) ** 2
+        squares = sum(g * positive(x) ** 2 + negative(x) ** 2 for x in strains)
+        return lambda_ / 2 * (g * pulled + pressed) + mu * squares
+
+
+class NoTension:
+    """g psi + (1 - g) psi_-, psi_- of the nearest strain that a rock without any tension carries.
+
+    Freddi and Royer-Carfagni 2010; psi_-(e) is the least psi(e - p) over strains p >= 0 of cracks.
+    With the principal strains in order, psi is a sum of three squares, each the energy of one
+    principal stress after those of the smaller strains: what is left is their negative parts. An
+    infinitely strong rock in compression. For nu >= 0.
+    """
+
+    name, isotropic = "no-tension", True
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """See `EnergySplit`. In plane stress of the plane's energy and the plane's cracks."""
+        assert e.principal is not None
+        E, nu = e.principal.E, e.principal.nu
+        least, *others = reversed(e.principal.strains)
+        kept = E / 2 * negative(least) ** 2
+        kept += E / (2 * (1 - nu**2)) * negative(others[0] + nu * least) ** 2
+        if len(others) == 2:
+            M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+            kept += M / 2 * negative(others[1] + nu / (1 - nu) * (others[0] + least)) ** 2
+        return g * e.psi + (1 - g) * kept
+
+
+NO_SPLIT = NoSplit()
+SPLITS: dict[str, EnergySplit] = {
+    "none": NO_SPLIT,
+    "volumetric-deviatoric": StarConvex(),
+    "star-convex": StarConvex(gamma=5.0, name="star-convex"),
+    "spectral": Spectral(),
+    "no-tension": NoTension(),
+}
+
+
+def in_order(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
+    """Three numbers of which a >= b, largest first."""
+    largest = (a + c + abs(a - c)) / 2
+    least = (b + c - abs(b - c)) / 2
+    return largest, a + b + c - largest - least, least
+
+
+def isotropic_strain(
+    total: Any, square: Any, principal: tuple[Any, ...], *, E: Any, nu: Any
+) -> Strained:
+    """A strain e of isotropic rock.
+
+    total, square: tr e and e : e. principal: its principal values, largest first, of the plane
+    alone in plane stress; then total and square are so too.
+    """
+    plane_stress = len(principal) == 2
+    lambda_, mu = lame(E, nu, PLANE_STRESS if plane_stress else SOLID)
+    return Strained(
+        psi=energy_density(total, square, lambda_, mu),
+        volume=total + across(principal, nu) if plane_stress else total,
+        K=E / (3 * (1 - 2 * nu)),
+        principal=Principal(E=E, nu=nu, strains=principal),
+    )
+
+
+def across(principal: tuple[Any, ...], nu: Any) -> Any:
+    """The strain across the plane of undamaged rock in plane stress."""
+    return -nu / (1 - nu) * sum(principal)
+
+
+def of_principal(principal: tuple[Any, ...], *, E: Any, nu: Any) -> Strained:
+    """The strain of isotropic rock with these principal values, see `isotropic_strain`."""
+    return isotropic_strain(sum(principal), sum(x**2 for x in principal), principal, E=E, nu=nu)
+
+
+def is_linear_in_g(split: EnergySplit, *, plane_stress: bool) -> bool:
+    """True if the density is linear in the stiffness left, at strains of all signs; then AT1 and
+    AT2 make the energy quadratic in the damage."""
+    places = np.array([-1.0, -0.3, 0.2, 1.1])
+    sets = np.meshgrid(*[places] * (2 if plane_stress else 3))
+    principal = -np.sort(-np.stack([s.ravel() for s in sets]), axis=0)
+    e = of_principal(tuple(principal), E=1.0, nu=0.25)
+    densities = [np.asarray(split.density(e, g)) for g in (0.1, 0.5, 0.9)]
+    bend = densities[0] - 2 * densities[1] + densities[2]
+    return bool(np.abs(bend).max() < 1e-12)
+
+
+def is_quadratic_in_strain(split: EnergySplit, *, plane_stress: bool) -> bool:
+    """True if a damaged point answers linearly: psi(e) + psi(-e) = 2 psi(e) and so on."""
+    other = (0.4,) if plane_stress else (0.4, 0.1)
+    pulled = of_principal((1.0, *other), E=1.0, nu=0.25)
+    pressed = of_principal((*(-x for x in reversed(other)), -1.0), E=1.0, nu=0.25)
+    return bool(abs(split.density(pulled, 0.3) - split.density(pressed, 0.3)) < 1e-12)

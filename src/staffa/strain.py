@@ -1,0 +1,143 @@
+"""From displacement and temperature to an elastic strain, as an energy split sees it."""
+
+from dataclasses import dataclass
+from math import pi
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
+from staffa.physics.split import Strained, in_order, isotropic_strain
+
+# Principal strains have no derivative where two are equal. In 2-D their difference is kept from
+# vanishing by this fraction of the strain; in 3-D the angle that tells them apart by its square
+# root, so that sums over them are off by this fraction.
+APART = 1e-7
+# A strain that is none.
+NONE = 1e-30
+
+# Voigt's order of a symmetric tensor, and the places of its components in the plane.
+VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+IN_PLANE, ACROSS = [0, 1, 5], [2, 3, 4]
+
+type Coefficient = fem.Constant | fem.Function
+
+
+@dataclass(frozen=True, kw_only=True)
+class IsotropicRock:
+    """E (Pa) and nu, each a constant or one a cell; the body's plane state."""
+
+    E: Coefficient
+    nu: Coefficient
+    state: str
+
+    def strained(self, e: ufl.core.expr.Expr) -> Strained:
+        """What an elastic strain costs: 2 x 2 in plane stress, else 3 x 3."""
+        principal = principal_strains(e, self.state)
+        return isotropic_strain(ufl.tr(e), ufl.inner(e, e), principal, E=self.E, nu=self.nu)
+
+    def strain_of(self, stress: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        """The elastic strain of a stress, both 2 x 2 in plane stress, else 3 x 3."""
+        identity = ufl.Identity(stress.ufl_shape[0])
+        return ((1 + self.nu) * stress - self.nu * ufl.tr(stress) * identity) / self.E
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnisotropicRock:
+    """A stiffness C (Pa) and its inverse, one a cell, in Voigt's order; of plane stress that of the
+    plane, 3 x 3. swelling: the change of volume that a
+    stress along each Voigt component brings about, over it (1/Pa); K: Reuss's bulk modulus.
+    """
+
+    C: fem.Function
+    S: fem.Function
+    swelling: fem.Function
+    K: fem.Function
+
+    def strained(self, e: ufl.core.expr.Expr) -> Strained:
+        """See `IsotropicRock`."""
+        strain = _voigt(e, 2)
+        stress = ufl.dot(self.C, strain)
+        volume = ufl.dot(self.swelling, stress)  # with the free strain across, in plane stress
+        return Strained(psi=ufl.dot(strain, stress) / 2, volume=volume, K=self.K)
+
+    def strain_of(self, stress: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        """See `IsotropicRock`."""
+        strain = ufl.dot(self.S, _voigt(stress, 1))
+        places = _places(stress)
+        number = {place: k for k, place in enumerate(places)}
+        dim = stress.ufl_shape[0]
+
+        def entry(i: int, j: int) -> ufl.core.expr.Expr:
+            k = number[min(i, j), max(i, j)]
+            return strain[k] if i == j else strain[k] / 2
+
+        return ufl.as_tensor([[entry(i, j) for j in range(dim)] for i in range(dim)])
+
+
+def _places(e: ufl.core.expr.Expr) -> tuple[tuple[int, int], ...]:
+    return VOIGT if e.ufl_shape[0] == 3 else tuple(VOIGT[k] for k in IN_PLANE)
+
+
+def _voigt(e: ufl.core.expr.Expr, shear: int) -> ufl.core.expr.Expr:
+    return ufl.as_vector([e[i, j] if i == j else shear * e[i, j] for i, j in _places(e)])
+
+
+def reduced(C: np.ndarray, state: str) -> dict[str, np.ndarray]:
+    """The numbers of `AnisotropicRock` of stiffnesses C (Pa), shape (n, 6, 6)."""
+    S = np.linalg.inv(C)
+    swelling = S[:, :3].sum(axis=1)
+    K = 1 / swelling[:, :3].sum(axis=1)
+    if state != PLANE_STRESS:
+        return {"C": C, "S": S, "swelling": swelling, "K": K}
+    plane = np.ix_(range(len(S)), IN_PLANE, IN_PLANE)
+    S = S[plane]
+    return {"C": np.linalg.inv(S), "S": S, "swelling": swelling[:, IN_PLANE], "K": K}
+
+
+def embedded(e: ufl.core.expr.Expr, across: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+    """A strain of the plane with the one across it, 3 x 3."""
+    zero = 0 * e[0, 0]
+    return ufl.as_tensor([[e[0, 0], e[0, 1], zero], [e[1, 0], e[1, 1], zero], [zero, zero, across]])
+
+
+def elastic_strain(u: fem.Function, free: ufl.core.expr.Expr, state: str) -> ufl.core.expr.Expr:
+    """sym grad u less the strain that is free of stress, shape (3, 3).
+
+    In plane strain the elastic strain across the plane is -free_zz (and so on), in plane stress
+    only the 2 x 2 part of the plane counts, the rest being free.
+    """
+    strain = ufl.sym(ufl.grad(u))
+    if state == SOLID:
+        return strain - free
+    if state == PLANE_STRESS:
+        return strain - ufl.as_tensor([[free[i, j] for j in range(2)] for i in range(2)])
+    return embedded(strain, 0 * free[2, 2]) - free
+
+
+def principal_strains(e: ufl.core.expr.Expr, state: str) -> tuple[ufl.core.expr.Expr, ...]:
+    """Eigenvalues, largest first: two in plane stress, else three.
+
+    In plane strain z is a principal direction; in 3-D by the angle of the deviator (Smith 1961).
+    """
+    if state == PLANE_STRESS:
+        return _of_plane(e)
+    if state == PLANE_STRAIN:
+        return in_order(*_of_plane(e), e[2, 2])
+    middle = ufl.tr(e) / 3
+    deviator = e - middle * ufl.Identity(3)
+    size = ufl.sqrt(ufl.inner(deviator, deviator) / 6 + NONE)
+    angle = ufl.acos((1 - APART) * ufl.det(deviator / size) / 2) / 3
+    largest = middle + 2 * size * ufl.cos(angle)
+    least = middle + 2 * size * ufl.cos(angle + 2 * pi / 3)
+    return largest, 3 * middle - largest - least, least
+
+
+def _of_plane(e: ufl.core.expr.Expr) -> tuple[ufl.core.expr.Expr, ufl.core.expr.Expr]:
+    middle, half = (e[0, 0] + e[1, 1]) / 2, (e[0, 0] - e[1, 1]) / 2
+    squares = e[0, 0] ** 2 + e[1, 1] ** 2 + 2 * e[0, 1] ** 2
+    radius = ufl.sqrt(half**2 + e[0, 1] ** 2 + APART**2 * squares + NONE)
+    return middle + radius, middle - radius
