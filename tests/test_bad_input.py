@@ -464,6 +464,97 @@ TEXTS = [
     ("x" * 5000 + " = 1", "no key 'xxx", "it has cracks, damage, domain"),
 ]
 
+RANDOM = "mean=1.0, variation=0.3, length"
+BEDDED = "E=1.0, nu=0.2, E_axis=1.0, nu_axis=0.2, G_axis=0.5"
+UNIT = [[float(i == j) for j in range(6)] for i in range(6)]
+UNEVEN = [[1.0, 0.5, 0.0, 0.0, 0.0, 0.0], *UNIT[1:]]
+NEGATIVE = [[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0], *UNIT[1:]]
+CLAY = "regions.clay={lower=[0.0,0.0], upper=[1.0,0.5], "
+ROCK = [
+    # a value that varies
+    ("material.E={}", "material.E = {}", 'write E like "70 GPa"'),
+    ('material.E={formula="1 + z"}', "material.E.formula", "'z' is not known there"),
+    ('material.E={formula="1 + t"}', "material.E.formula", "'t' is not known there"),
+    ('material.E={formula="x - 0.5"}', "it is -0.4762 somewhere", "must be larger than zero"),
+    ('material.E={formula="1/(y - y)"}', "material.E.formula", "it must be so everywhere"),
+    ('material.E={formul="x"}', "material.E has no key 'formul'", "Did you mean 'formula'?"),
+    ('material.E={formula="x", mean=1.0}', "material.E: 'mean'", "leave it or them out"),
+    ('material.nu={formula="x"}', "it is 0.9762 somewhere", "keep it between -1 and 0.5"),
+    ("material.E={mean=1.0}", "material.E.variation is missing", "variation = 0.2"),
+    ("material.E={variation=0.1, length=1.0}", "material.E.mean is missing", "mean = "),
+    ("material.E={mean=1.0, variation=0.1}", "material.E.length is missing", "length = 0.06"),
+    (f"material.E={{{RANDOM}=0.0}}", "material.E.length = 0.0", "larger than zero"),
+    ("material.E={mean=-1.0, variation=0.1, length=1}", "material.E.mean", "larger than zero"),
+    ("material.E={mean=1.0, variation=2, length=1}", "material.E.variation = 2", "at most 1"),
+    (f'material.E={{{RANDOM}=1.0, distribution="gauss"}}', "distribution", '"weibull"'),
+    (f'material.E={{{RANDOM}=1.0, distribution="normal"}}', "E.variation = 0.3", '"lognormal"'),
+    (f"material.E={{{RANDOM}=1.0, seed=-1}}", "material.E.seed = -1", "at least 0"),
+    (f"material.E={{{RANDOM}=[1.0]}}", "material.E.length = [1.0]", "one number, or 2"),
+    (f"material.E={{{RANDOM}=1.0, angle=30}}", "material.E.angle turns nothing", "leave it out"),
+    (f'material.E={{{RANDOM}=[1,2], angle="3 mm"}}', "measure a rotation", '"30 deg"'),
+    (f"material.E={{{RANDOM}=[1,2], axes=[[1,0,0],[0,1,0]]}}", "E.axes is for 3-D", "give angle"),
+    ("material.nu={mean=0.7, variation=0.1, length=1}", "it is 0.7 somewhere", "between -1 and"),
+    ('material.E={file="none.vtu", name="E"}', "there is no file", "the folder of the case"),
+    ('material.E={file="none.vtu"}', "material.E.name is missing", 'name = "E"'),
+    ('material.E={file=3, name="E"}', "material.E.file = 3", "a text in quotes"),
+    # elasticity
+    ("material.E=[1.0, 2.0]", "material.G is missing", "an orthotropic rock has a list of each"),
+    ("material={E=[1,2], nu=[0.2], G=[1,2]}", "material.G = [1.0, 2.0]", "G12 is enough"),
+    ("material={E=[1,2], nu=0.2, G=[1]}", "material.nu = 0.2", "nu12 is enough"),
+    ("material={E=[1,2], nu=[2.0], G=[1]}", "not positive definite", "smaller Poisson's ratios"),
+    ("material={E=[1,2], nu=[0.2], G=[1], axis=[0,1]}", "material.axis", "its axes by angle"),
+    ("material.G=1.0", "material.E = 1.0", "E1, E2 are enough"),
+    ("material.E_axis=1.0", "material.nu_axis is missing", "has all five"),
+    (f"material={{{BEDDED}}}", "material.axis is missing", "axis = [0.0, 1.0]"),
+    (f"material={{{BEDDED}, G=[1], axis=[0,1]}}", "lists of E, nu and G", "one of the two out"),
+    (f"material={{{BEDDED}, axis=[0,0]}}", "material.axis = [0.0, 0.0]", "not all zero"),
+    (f"material={{{BEDDED}, axis=[0,1,0]}}", "axis = [0.0, 1.0, 0.0]", "give 2 numbers"),
+    ("material.stiffness=3", "material.stiffness = 3", "write stiffness like [[1.2"),
+    ("material.stiffness=[[1,2],[3]]", "2 rows of 1 and 2 numbers", "six rows of six"),
+    (f"material={{stiffness={UNIT}, E=2.0}}", "E cannot stand beside it", "one of them out"),
+    (f"material.stiffness={UNEVEN}", "entries 1,2 and 2,1 differ", "give both the same"),
+    (f"material.stiffness={NEGATIVE}", "smallest eigenvalue is -1", "off the diagonal"),
+    # directions
+    ("material.axis=[0,1]", "material.axis turns nothing", "leave it out"),
+    ("material.angle=30", "material.angle turns nothing", "leave it out"),
+    ("material={Gc=[1,2], angle=3, axis=[0,1]}", "axis and angle both say", "give one of them"),
+    ("material={Gc=[1,2], axes=[[1,0],[0,1]]}", "axes is for 3-D", "give angle"),
+    ('material={Gc=[1,2], angle="30"}', 'material.angle = "30"', 'write it like "30 deg"'),
+    ("material.Gc=[1]", "material.Gc = [1.0]", "it needs 2 numbers"),
+    ('material.Gc=[1,{formula="x"}]', "material.Gc, entry 2", '"10 J/m^2"'),
+    ("material={Gc=[1,2,3], axis=[0,1]}", "material.Gc = [1.0, 2.0, 3.0]", "since axis is given"),
+    ("material.expansion=[1]", "material.expansion = [1.0]", "2 or 3 numbers"),
+    ("material.expansion=[1,-2]", "material.expansion, entry 2 = -2", "larger than zero"),
+    ('material={plane="strain", expansion=[1,2]}', "expansion = [1.0, 2.0]", "needs 3 numbers"),
+    # regions
+    ("regions=3", "regions = 3", "write regions like { clay ="),
+    ("regions.clay=3", "regions.clay = 3", "a line [regions.clay] with its keys below"),
+    ("regions.clay={}", "[regions.clay] says nothing", "give what differs"),
+    ("regions.clay={E=2.0}", "[regions.clay] needs its box", "give both"),
+    ("regions.clay={E=2.0, lower=[0,0]}", "[regions.clay] needs its box", "give both"),
+    ("regions.clay={E=2, lower=[0], upper=[1,1]}", "regions.clay, lower = [0.0]", "2 numbers"),
+    ("regions.clay={E=2, lower=[0,0], upper=[0,1]}", "regions.clay: upper", "must be larger"),
+    ("regions.clay={E=2, lower=[3,3], upper=[4,4]}", "outside the body", "move it in"),
+    (f"{CLAY} Gc=-1.0}}", "regions.clay.Gc = -1.0", "larger than zero"),
+    (f"{CLAY} e=1.0}}", "regions.clay has no key 'e'", "Did you mean 'E'?"),
+    (f"{CLAY} young=1.0}}", "regions.clay has no key 'young'", "it is called 'E' here"),
+    (f"{CLAY} k=2.0}}", "regions.clay.k = 2.0 has no meaning", "leave it out"),
+    (f"{CLAY} angle=30}}", "regions.clay.angle turns nothing", "leave it out"),
+    (f"{CLAY} E=[1,2]}}", "regions.clay.nu is missing", "gives all of it"),
+    (f'{CLAY} E={{formula="-y"}}}}', "regions.clay.E", "must be larger than zero"),
+    ('regions={""={E=2.0}}', '[regions.""]', "1 to 60 characters"),
+]
+ROCK_3D = [
+    ("material={Gc=[1,2,3], axes=[[1,0,0],[1,1,0]]}", "they enclose 45 degrees", "turn one"),
+    ("material={Gc=[1,2,3], axes=[[1,0,0]]}", "material.axes", "two directions"),
+    ("material={Gc=[1,2,3], angle=3}", "material.angle = 3.0", "give axes"),
+    ("material.Gc=[1,2]", "material.Gc = [1.0, 2.0]", "it needs 3 numbers"),
+    ("material.expansion=[1,2]", "material.expansion = [1.0, 2.0]", "it needs 3 numbers"),
+    ("material={E=[1,2], nu=[0.2], G=[1]}", "material.E = [1.0, 2.0]", "[E1, E2, E3]"),
+    (f"material.E={{{RANDOM}=[1,2], angle=3}}", "material.E.length", "one number, or 3"),
+    (f"material.E={{{RANDOM}=[1,2,3], angle=3}}", "material.E.angle = 3.0", "give axes"),
+]
+
 
 def sentence_of(call) -> str:
     with pytest.raises(InputError) as caught:
@@ -498,6 +589,29 @@ def test_values_that_do_not_go_together_are_refused_in_one_sentence(settings, na
 @pytest.mark.parametrize(("setting", "names", "way_out"), HEAT, ids=lambda v: v[:40])
 def test_a_bad_value_of_the_heat_equation_is_refused_in_one_sentence(setting, names, way_out):
     check_sentence(sentence_of(lambda: parse_case(GOOD, [*COOLED, setting])), names, way_out)
+
+
+@pytest.mark.parametrize(("setting", "names", "way_out"), ROCK, ids=lambda v: v[:40])
+def test_a_bad_rock_is_refused_in_one_sentence(setting, names, way_out):
+    said = sentence_of(lambda: parse_case(GOOD, [setting]))
+    check_sentence(said.replace(str(Path.cwd()), ""), names, way_out)
+
+
+@pytest.mark.parametrize(("setting", "names", "way_out"), ROCK_3D, ids=lambda v: v[:40])
+def test_a_bad_rock_of_a_solid_is_refused_in_one_sentence(setting, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(GOOD, [*SOLID, setting])), names, way_out)
+
+
+def test_the_rock_of_a_case_in_units_has_them_throughout():
+    for setting, key in (
+        ("material.E={mean=1.0, variation=0.1, length=1.0}", "material.E.mean = 1.0"),
+        ('material.E={mean="1 Pa", variation=0.1, length=1.0}', "material.E.length = 1.0"),
+        ("regions.a={E=2.0, lower=[0,0], upper=[1,1]}", "regions.a.E = 2.0"),
+    ):
+        said = sentence_of(lambda setting=setting: parse_case(IN_UNITS, [setting]))
+        check_sentence(said, f"{key} has no unit but", "give every number a unit, or none")
+    axis = ['material.k=["1 W/(m K)", "2 W/(m K)"]', "material.angle=30"]
+    assert parse_case(IN_UNITS, axis).material.angle == 30
 
 
 @pytest.mark.parametrize(("text", "names", "way_out"), FORMULAS, ids=lambda v: ascii(v[:20]))

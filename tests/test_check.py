@@ -56,6 +56,26 @@ PROVOKED = [
         "toughness.correlation_length = 0.01 is less than a cell",
     ),
     (("cracks=[{start=[1.0,0.0],end=[1.0,0.1]}]",), "raise its toughness with toughness.bands"),
+    (
+        ("material.E={mean=1.0, variation=0.2, length=[0.5, 0.01]}",),
+        "material.E.length = 0.01 is less than a cell",
+    ),
+    (
+        ("regions.a={lower=[0.0, 0.5], upper=[2.0, 0.51], E=2.0}",),
+        "regions.a is 0.01 thin, less than a cell",
+    ),
+    (
+        (*COLD, 'material.E={formula="1 + 0.1*x"}'),
+        "perhaps nothing will crack: the face drops by",
+    ),
+    (
+        (
+            'material.plane="strain"',
+            "regions.a={lower=[0,0], upper=[2,1], nu=0.495}",
+            "temperature.severity=2.4",
+        ),
+        "regions.a.nu = 0.495: above 0.49 the elements lock",
+    ),
 ]
 
 
@@ -111,6 +131,28 @@ def test_the_facts_of_a_plate_are_the_numbers_by_hand():
         "steps": "2",
     }
     assert {name: fact(known, name) for name in expected} == expected
+
+
+def test_of_rock_that_varies_the_numbers_are_those_of_its_averages_and_check_says_so():
+    known = said('material={E={formula="2*y"}, Gc={mean=4.0, variation=0.3, length=0.2}}')
+    assert fact(known, "rock") == "E 1, nu 0.2, Gc 4, expansion 1"
+    assert fact(known, "sigma_c") == "5"  # sqrt(3*1*4/(8*.06))
+    assert "varies from place to place" in str(known.facts)
+    assert "more or less where the rock varies" in str(known.facts)
+    assert not any(name == "rock" for name, _, _ in said().facts)
+
+
+def test_whether_it_cracks_is_open_where_the_rock_varies():
+    assert fact(said(*COLD), "will it crack") == "no"
+    varied = "material.expansion={mean=1.0, variation=0.3, length=0.2}"
+    assert fact(said(*COLD, varied), "will it crack") == "perhaps"
+
+
+def test_the_averages_of_a_rock_with_directions_are_those_over_all_of_them():
+    """Expansion: the mean; toughness: the least."""
+    known = said("material={expansion=[1.0, 2.0, 3.0], Gc=[4.0, 9.0]}")
+    assert fact(known, "rock") == "E 1, nu 0.2, Gc 4, expansion 2"
+    assert "has directions" in str(known.facts)
 
 
 def test_unstructured_cells_are_counted_about_and_their_layer_is_uneven():

@@ -26,6 +26,7 @@ SI_UNITS = {
     "heat flux": "W/m**2",
     "film coefficient": "W/(m**2*K)",
     "heat source": "W/m**3",
+    "rotation": "deg",  # as case files count them
 }
 EXAMPLES = {
     "length": "5 mm",
@@ -43,6 +44,7 @@ EXAMPLES = {
     "heat flux": "0.06 W/m^2",
     "film coefficient": "500 W/(m^2 K)",
     "heat source": "2e-6 W/m^3",
+    "rotation": "30 deg",
 }
 
 # A number, then a product of units: stricter than pint, which would read "10^-6/K" as ten to the

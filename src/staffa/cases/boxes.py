@@ -1,6 +1,6 @@
 """Boxes: parts of the body whose numbers differ from the rest."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydantic import Field
@@ -21,7 +21,11 @@ def product(
     """At the points x, shape (3, n): `start` times the factors of all boxes around each."""
     values = start * np.ones(x.shape[1])
     for box, factor in boxes:
-        bounds = zip(x, box.lower, box.upper, strict=False)
-        inside = np.all([(c >= low) & (c <= high) for c, low, high in bounds], axis=0)
-        values[inside] *= factor
+        values[inside(box.lower, box.upper, x)] *= factor
     return values
+
+
+def inside(lower: Sequence[float], upper: Sequence[float], x: np.ndarray) -> np.ndarray:
+    """Whether points x, shape (3, n), lie between two corners: shape (n,)."""
+    bounds = zip(x, lower, upper, strict=False)
+    return np.all([(c >= low) & (c <= high) for c, low, high in bounds], axis=0)

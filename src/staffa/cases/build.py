@@ -9,23 +9,21 @@ from staffa.stack import MPI
 import numpy as np
 
 from staffa.cases.heat import conduction
+from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
-from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.cases.rules import adaptive
 from staffa.domain import Domain, block
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
-    Material,
     Measuring,
     Problem,
     SecondOrder,
     Solvers,
-    nowhere,
 )
 from staffa.evolution.schedule import Pace, schedule
-from staffa.grid import SIDES, UNSTRUCTURED, opposite
+from staffa.grid import SIDES, opposite
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time, time_of_tau
@@ -53,10 +51,14 @@ def problem(
         size=tuple(float(s) for s in case.domain.size),
         h=float(case.domain.h),
         cells=str(case.domain.cells),
+        parts=parts(case),
     )
+    material, regions = materials(case, derived, domain.h, damage)
+    check_rock(case, domain)
     return Problem(
         domain=domain,
-        material=material(case, derived, domain.h, damage),
+        material=material,
+        regions=regions,
         load=temperature or (conduction(case) if case.heat else load(case, derived)),
         schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
@@ -85,24 +87,6 @@ def problem(
             depths=tuple(float(d) for d in case.measures.depths),
             threshold=case.measures.threshold,
         ),
-    )
-
-
-def material(case: Case, derived: Numbers, h: float, law: DamageLaw | None = None) -> Material:
-    """The rock of a case."""
-    m, blocks = case.material, case.domain.cells != UNSTRUCTURED
-    return Material(
-        E=float(m.E),
-        nu=m.nu,
-        Gc=float(m.Gc),
-        expansion=float(m.expansion),
-        ell=float(case.damage.ell),
-        law=law or derived.law,
-        state=derived.state,
-        residual_stiffness=case.damage.residual_stiffness,
-        toughness=toughness_factor(case),
-        cracked=cracked(case, h) if blocks else nowhere,
-        cracks=() if blocks else flat_cracks(case),
     )
 
 

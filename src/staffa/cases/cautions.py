@@ -4,12 +4,16 @@ import os
 from collections.abc import Iterator
 from importlib.util import find_spec
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
+from staffa.cases.pieces import averages, pieces
+from staffa.cases.properties import varies
+from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline
 from staffa.grid import UNSTRUCTURED, edge
@@ -27,7 +31,7 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
-    found = [*_of_mesh(case), *_of_rock(case, derived), *_of_memory(memory)]
+    found = [*_of_mesh(case), *_of_rock(case), *_of_memory(memory)]
     if derived.face:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
@@ -61,6 +65,13 @@ def rare_factor(case: Case) -> float:
     """Toughness over its mean at the weak places of a lognormal field, 1 without one."""
     variance = np.log1p(case.toughness.amplitude**2)
     return float(np.exp(-RARE * np.sqrt(variance) - variance / 2)) if variance else 1.0
+
+
+def differing(case: Case) -> bool:
+    """True if what the rock breaks by differs from place to place, beyond [toughness]."""
+    names = ("E", "nu", "G", "E_axis", "nu_axis", "G_axis", "Gc", "expansion")
+    found = [item for piece in pieces(case) for item in piece.properties()]
+    return any(varies(value) and name in names for name, _, value in found)
 
 
 def other_causes(case: Case) -> tuple[str, ...]:
@@ -110,13 +121,46 @@ def _of_mesh(case: Case) -> Iterator[str]:
         )
 
 
-def _of_rock(case: Case, derived: Numbers) -> Iterator[str]:
-    nu = case.material.nu
-    if nu > LOCKING and (case.dim == 3 or case.material.plane == "strain"):
-        yield (
-            f"material.nu = {nu:g}: above {LOCKING} the elements lock, and the body is too stiff; "
-            f"take {LOCKING} or less"
-        )
+def _of_rock(case: Case) -> Iterator[str]:
+    constrained = case.dim == 3 or case.material.plane == "strain"
+    locking: set[float] = set()
+    for piece in pieces(case):
+        nu = averages(piece).nu
+        if nu > LOCKING and constrained and nu not in locking:
+            locking.add(nu)
+            yield (
+                f"{piece.where}.nu = {nu:g}: above {LOCKING} the elements lock, and the body is "
+                f"too stiff; take {LOCKING} or less"
+            )
+    for where, value in _written(case):
+        lengths = value.length if isinstance(value, RandomField) else ()
+        shortest = min(lengths if isinstance(lengths, tuple) else (lengths,), default=np.inf)
+        if shortest < cell_edge(case):
+            yield (
+                f"{where}.length = {inline(shortest)} is less than a cell: the mesh sees noise "
+                f"that depends on it; take {2 * case.damage.ell:.3g}, which is 2 ell, or more"
+            )
+    yield from _of_regions(case)
+
+
+def _written(case: Case) -> Iterator[tuple[str, Any]]:
+    """The values of properties, those that a region takes from the body only once."""
+    seen: set[int] = set()
+    for piece in pieces(case):
+        for _, where, value in piece.properties():
+            if id(value) not in seen:
+                yield where, value
+            seen.add(id(value))
+
+
+def _of_regions(case: Case) -> Iterator[str]:
+    for piece in pieces(case)[1:]:
+        thinnest = min(b - a for a, b in zip(piece.lower, piece.upper, strict=True))
+        if thinnest < cell_edge(case) * (1 - 1e-9):
+            yield (
+                f"{piece.where} is {thinnest:.3g} thin, less than a cell, and may hold none; make "
+                f"it thicker, or take a smaller domain.h"
+            )
 
 
 def _of_memory(needed: float) -> Iterator[str]:
@@ -153,9 +197,8 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_plane_strain(case: Case, derived: Numbers, drop: float) -> Iterator[str]:
-    m = case.material
-    enough = derived.sigma_c / (float(m.E) * float(m.expansion))
-    if derived.dT_c is not None and m.plane == "strain" and drop > enough:
+    enough = derived.sigma_c / (derived.rock.E * derived.rock.expansion)
+    if derived.dT_c is not None and case.material.plane == "strain" and drop > enough:
         yield (
             f"in plane strain no crack of the plane relieves the stress across it, which alone "
             f"damages all rock that is colder by {enough:.3g} or more; take material.plane = "
@@ -170,6 +213,9 @@ def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, .
     if largest > dT_c * sqrt(rare_factor(case)):
         what = f"perhaps {what}"
         where = ", or at less where the random toughness is low"
+    elif differing(case):
+        what = f"perhaps {what}"
+        where = ", or at less where the rock is weaker than its averages"
     return (
         f"{what}: the face drops by {largest:.3g} at most, and damage starts at {dT_c:.3g}{where}; "
         f"{''.join(f'{cause}; ' for cause in causes)}to start cracks by cooling, raise the drop, "

@@ -1,25 +1,26 @@
 """How fast heat diffuses in a case, and its times in seconds (or scaled).
 
-What a scaled case leaves out is 1.
+What a scaled case leaves out is 1. Of a rock that varies these are the averages in [material].
 """
 
 import numpy as np
 
 from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
+from staffa.cases.pieces import conductivity, pieces
 from staffa.grid import face_axis
 from staffa.physics.scales import time_of_tau
 
 
 def conductivities(case: Case) -> tuple[float, ...]:
     """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
-    k = case.material.k or ONE
-    return tuple(float(c) for c in k) if isinstance(k, tuple) else (float(k),) * case.dim
+    return tuple(np.diag(conductivity(pieces(case)[0])).tolist())
 
 
 def heat_capacity(case: Case) -> float:
     """rho c, of a case with profile "heat" (J/(m^3 K))."""
-    return float(case.material.rho or ONE) * float(case.material.c or ONE)
+    body = pieces(case)[0]
+    return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 
 def diffusivity(case: Case, side: str | None = None) -> float:

@@ -27,6 +27,11 @@ ALLOWED = (
 Evaluated = Callable[[np.ndarray, float], np.ndarray]
 
 
+def names(dim: int, *, time: bool = True) -> tuple[str, ...]:
+    """What a formula may depend on."""
+    return (*(("t",) if time else ()), *"xyz"[:dim])
+
+
 def formula(text: str, names: tuple[str, ...]) -> Evaluated:
     """The function of points and time that a text writes down.
 

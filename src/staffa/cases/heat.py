@@ -3,14 +3,17 @@
 import numpy as np
 
 from staffa.cases.boxes import product
-from staffa.cases.clock import conductivities, heat_capacity
-from staffa.cases.formula import formula
-from staffa.cases.heat_keys import Formula, Geotherm, HeatBand, HeatKeys, InTime
+from staffa.cases.formula import formula, names
+from staffa.cases.heat_keys import Geotherm, HeatBand, HeatKeys, InTime
+from staffa.cases.kinds import ONE, Formula
 from staffa.cases.model import Case
+from staffa.cases.pieces import Piece, conductivity, pieces
+from staffa.cases.properties import point_property, product_of
 from staffa.grid import SIDES
 from staffa.heat.body import (
     Bath,
     Conduction,
+    Conductor,
     Film,
     Held,
     Inflow,
@@ -20,20 +23,19 @@ from staffa.heat.body import (
     everywhere_one,
     nothing,
 )
+from staffa.physics.elasticity import Property
 
 
 def conduction(case: Case) -> Conduction:
     """The heat equation of a case with profile "heat"."""
     keys, dim = case.heat, case.dim
     assert keys is not None
-    k = conductivities(case)
+    body, *regions = (_conductor(piece, keys.bands) for piece in pieces(case))
     return Conduction(
-        k=tuple(tuple(k[i] if i == j else 0.0 for j in range(dim)) for i in range(dim)),
-        rho_c=heat_capacity(case),
+        **vars(body),
+        regions=dict(zip(case.regions, regions, strict=True)),
         initial=at_start(keys.initial, dim),
         stress_free=None if keys.stress_free is None else at_start(keys.stress_free, dim),
-        k_factor=_factor(keys.bands, "k"),
-        rho_c_factor=_factor(keys.bands, "capacity"),
         sides=_sides(keys, dim),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
@@ -49,6 +51,31 @@ def _kinks(keys: HeatKeys, dim: int) -> tuple[float, ...]:
     given = [getattr(surface, name, None) for surface in surfaces for name in ("h", "T", "flux")]
     tables = [value for value in (keys.source, *given) if isinstance(value, InTime)]
     return tuple(sorted({float(t) for table in tables for t in table.t}))
+
+
+def _conductor(piece: Piece, bands: tuple[HeatBand, ...]) -> Conductor:
+    """How the rock of a piece conducts and stores heat."""
+    keys, dim = piece.keys, piece.dim
+    k, rho, c = keys.k or ONE, keys.rho or ONE, keys.c or ONE
+    rho_c = piece.average(rho) * piece.average(c)
+    own_k = 1.0 if isinstance(k, tuple) else _over(point_property(k, dim), piece.average(k))
+    own_rho_c = product_of(point_property(rho, dim), point_property(c, dim))
+    return Conductor(
+        k=tuple(tuple(row) for row in conductivity(piece).tolist()),
+        rho_c=rho_c,
+        k_factor=_times(own_k, _factor(bands, "k")),
+        rho_c_factor=_times(_over(own_rho_c, rho_c), _factor(bands, "capacity")),
+    )
+
+
+def _over(value: Property, mean: float) -> Property:
+    return product_of(value, 1 / mean) if callable(value) else 1.0
+
+
+def _times(value: Property, factor: PointValues) -> PointValues:
+    if not callable(value):
+        return factor
+    return lambda x: value(x) * factor(x)
 
 
 def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:
@@ -81,11 +108,6 @@ def _cracks(keys: HeatKeys, dim: int) -> Insulating | Bath | None:
         return Insulating(residual=given.conductivity)
     assert given.h is not None and given.T is not None
     return Bath(h=in_time(given.h, dim), T=in_time(given.T, dim))
-
-
-def names(dim: int, *, time: bool = True) -> tuple[str, ...]:
-    """What a formula may depend on."""
-    return (*(("t",) if time else ()), *"xyz"[:dim])
 
 
 def in_time(value: float | InTime | Formula, dim: int) -> Values:

@@ -2,14 +2,14 @@
 
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, Tag
 
 from staffa.cases.boxes import Box
-from staffa.cases.formula import LONGEST
 from staffa.cases.kinds import (
     NOT_NEGATIVE,
     POSITIVE,
     FilmCoefficient,
+    Formula,
     HeatFlux,
     HeatSource,
     Instant,
@@ -19,14 +19,6 @@ from staffa.cases.kinds import (
     TemperatureGradient,
     kind,
 )
-
-
-class Formula(Section):
-    """A formula in SI units, or scaled as the case is."""
-
-    formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
-        description="of t, x, y and z", examples=["293 - 5*sin(2*pi*t/3600)"]
-    )
 
 
 class InTime(Section):

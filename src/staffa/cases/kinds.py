@@ -8,11 +8,15 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Field,
     InstanceOf,
     Strict,
+    StringConstraints,
 )
 
+from staffa.cases.formula import LONGEST, formula, names
 from staffa.errors import InputError
+from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
 
@@ -44,10 +48,16 @@ def _not_negative(value: Any) -> Any:
     return value
 
 
+def _in_degrees(value: Any) -> Any:
+    """An angle as a plain number: it has a unit or none, whatever the case's other numbers have."""
+    return float(parse(value, "rotation")) if isinstance(value, str) else value
+
+
 POSITIVE = AfterValidator(_positive)
 NOT_NEGATIVE = AfterValidator(_not_negative)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
 Length = Annotated[Position, POSITIVE]
+Stress = Annotated[InstanceOf[Quantity], _reads("stress")]
 Modulus = Annotated[InstanceOf[Quantity], _reads("stress"), POSITIVE]
 Toughness = Annotated[InstanceOf[Quantity], _reads("toughness"), POSITIVE]
 Expansion = Annotated[InstanceOf[Quantity], _reads("thermal expansion"), POSITIVE]
@@ -64,6 +74,8 @@ Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIV
 Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]
+Direction = tuple[Number, ...]
+Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
@@ -83,3 +95,16 @@ class Section(BaseModel):
     """A table of the case file: no unknown key, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Formula(Section):
+    """A formula in SI units, or scaled as the case is."""
+
+    formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
+        description="of x, y and z, and in [heat] of t", examples=["293 - 5*sin(2*pi*t/3600)"]
+    )
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values where nothing depends on time."""
+        evaluated = formula(self.formula, names(dim, time=False))
+        return lambda x: evaluated(x, 0.0)

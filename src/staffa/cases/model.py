@@ -7,25 +7,18 @@ from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Ta
 from staffa.cases.boxes import Box
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import (
-    ONE,
-    Conductivity,
-    Density,
-    Diffusivity,
     Drop,
-    Expansion,
     Flag,
-    HeatCapacity,
     Instant,
     Integer,
     Length,
-    Modulus,
     Number,
     Position,
     PositiveNumber,
     Section,
-    Toughness,
     kind,
 )
+from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
 from staffa.records import Stop
 from staffa.units import EXAMPLES, Quantity
@@ -55,45 +48,6 @@ class DomainKeys(Section):
         "triangles are four to a square, so that they favor no diagonal; unstructured: triangles "
         "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
         examples=["quadrilateral"],
-    )
-
-
-Conductivities = Annotated[
-    Annotated[Conductivity, Tag("a value")] | Annotated[tuple[Conductivity, ...], Tag("a list")],
-    Discriminator(kind),
-]
-
-
-class MaterialKeys(Section):
-    """The rock."""
-
-    plane: Literal["stress", "strain"] | None = Field(
-        default=None, description="2-D only: plane stress (default) or strain", examples=["stress"]
-    )
-    E: Modulus = Field(default=ONE, description="Young's modulus")
-    nu: Annotated[Number, Field(gt=-1, le=0.5)] = Field(default=0.2, description="Poisson's ratio")
-    Gc: Toughness = Field(default=ONE, description="toughness, energy per area of crack")
-    expansion: Expansion = Field(default=ONE, description="thermal expansion coefficient (linear)")
-    kappa: Diffusivity | None = Field(
-        default=None,
-        description='thermal diffusivity; with temperature.profile = "heat" it is k/(rho c)',
-        examples=[EXAMPLES["diffusivity"]],
-    )
-    k: Conductivities | None = Field(
-        default=None,
-        description="thermal conductivity, with the heat equation only: one number, or one along "
-        "x, y (2-D) or x, y, z (3-D)",
-        examples=[EXAMPLES["conductivity"], ["2.5 W/(m K)", "2 W/(m K)"]],
-    )
-    rho: Density | None = Field(
-        default=None,
-        description="density, with the heat equation only",
-        examples=[EXAMPLES["density"]],
-    )
-    c: HeatCapacity | None = Field(
-        default=None,
-        description="specific heat capacity, with the heat equation only",
-        examples=[EXAMPLES["heat capacity"]],
     )
 
 
@@ -353,6 +307,11 @@ class Case(Section):
     )
     domain: DomainKeys
     material: MaterialKeys = MaterialKeys()
+    regions: dict[str, RegionKeys] = Field(
+        default_factory=dict,
+        description="parts of the body whose rock differs, each a table [regions.NAME]",
+        examples=[{"clay": {"lower": [0.0, 0.5], "upper": [5.0, 0.7], "E": 0.5}}],
+    )
     damage: DamageKeys
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()

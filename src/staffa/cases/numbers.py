@@ -7,6 +7,7 @@ import numpy as np
 from staffa.cases.clock import depth, diffusivity, times_in
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
+from staffa.cases.pieces import Averages, averages, pieces
 from staffa.cases.rules import times_given
 from staffa.grid import SIDES, face_position
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
@@ -19,13 +20,17 @@ from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
 class Numbers:
     """What follows from a case, in SI or scaled as the case is.
 
+    rock: the averages of [material], from which the scales follow.
     L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
-    drop at which damage starts where the bands leave the least toughness, None for a law without
-    threshold; ell0: None without cooling; kappa: diffusivity across the cooled face.
+    drop at which damage starts in the weakest rock, `weakest`, where the bands leave the least
+    toughness, None for a law without threshold; ell0: None without cooling; kappa: diffusivity
+    across the cooled face.
     """
 
     state: str
     law: DamageLaw
+    rock: Averages
+    weakest: str
     face: Face | None
     L: float
     kappa: float
@@ -51,26 +56,33 @@ class Numbers:
 
 def numbers(case: Case) -> Numbers:
     """Derive them."""
-    m, ell, law = case.material, case.damage.ell, LAWS[case.damage.law]
-    state = SOLID if case.dim == 3 else PLANE_STRAIN if m.plane == "strain" else PLANE_STRESS
+    ell, law, plane = float(case.damage.ell), LAWS[case.damage.law], case.material.plane
+    state = SOLID if case.dim == 3 else PLANE_STRAIN if plane == "strain" else PLANE_STRESS
+    rocks = {piece.name: averages(piece) for piece in pieces(case)}
+    m = rocks["material"]
     face = cooled_face(case)
     L = depth(case)
-    dT, severity = drop(case, L)
-    elastic = {"E": m.E, "nu": m.nu, "expansion": m.expansion}
-    weakest = m.Gc * least_factor(case)
+    dT, severity = drop(case, m, L)
+    drops = {
+        name: scales.critical_drop(
+            law, **vars(rock) | {"Gc": rock.Gc * least_factor(case)}, ell=ell, state=state
+        )
+        for name, rock in rocks.items()
+    }
+    weakest = min(rocks, key=lambda name: drops[name] or 0.0)
     return Numbers(
         state=state,
         law=law,
+        rock=m,
+        weakest=weakest,
         face=face,
         L=L,
         kappa=diffusivity(case),
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
-        dT_c=scales.critical_drop(law, **elastic, Gc=weakest, ell=ell, state=state)
-        if face
-        else None,
-        ell0=scales.ell0(**elastic, Gc=m.Gc, dT=dT, state=state) if dT else None,
+        dT_c=drops[weakest] if face else None,
+        ell0=scales.ell0(**vars(m), dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, times_given(case))),
         requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
     )
@@ -116,10 +128,10 @@ def _corners(case: Case, name: str) -> list[list[float]]:
     ]
 
 
-def drop(case: Case, L: float) -> tuple[float, float | None]:
+def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
     """Temperature drop dT and severity, whichever of them is given; with the heat equation what
     its strongest cooling leads to."""
-    m, keys = case.material, case.temperature
+    keys = case.temperature
     if keys.profile == "none":
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}

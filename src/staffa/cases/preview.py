@@ -7,6 +7,7 @@ from staffa.cases.cautions import (
     WAVELENGTH,
     cautions,
     cell_edge,
+    differing,
     first_and_last,
     other_causes,
     peak_drop,
@@ -16,6 +17,7 @@ from staffa.cases.clock import conductivities
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
+from staffa.cases.pieces import has_directions, pieces
 from staffa.cases.rules import adaptive, is_scaled
 from staffa.evolution.schedule import schedule
 from staffa.grid import UNSTRUCTURED, broken_layer, cells_and_vertices
@@ -79,11 +81,26 @@ def _mesh_facts(case: Case) -> list[Fact]:
     ]
 
 
+def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """Which numbers stand for a rock that is not one number, if it is not."""
+    others = ["differs by region"] if case.regions else []
+    if differing(case):
+        others.append("varies from place to place")
+    if any(has_directions(piece.keys) for piece in pieces(case)):
+        others.append("has directions")
+    if not others:
+        return []
+    m, one = derived.rock, "averages of [material]"
+    value = f"E {m.E:.4g}, nu {m.nu:.3g}, Gc {m.Gc:.4g}, expansion {m.expansion:.4g}"
+    return [("rock", value, f"{one}, from which these scales follow: the rock {', '.join(others)}")]
+
+
 def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     sigma = f"{derived.sigma_c:.4g}{_unit(case, 'Pa')}"
-    facts = [("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell")]
+    facts = _rock_facts(case, derived)
+    facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
     if not derived.face:
-        strain = derived.sigma_c / case.material.E
+        strain = derived.sigma_c / derived.rock.E
         sooner = "; the given cracks may grow sooner" if case.cracks else ""
         facts.append(("will it crack", f"at a strain of {strain:.3g}", f"sigma_c/E{sooner}"))
     return facts
@@ -145,8 +162,10 @@ def _where(case: Case, derived: Numbers) -> str:
     blocked = "plane stress" if derived.state == PLANE_STRESS else "both lateral strains blocked"
     factor = least_factor(case)
     weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"
+    region = "" if derived.weakest == "material" else f", in {derived.weakest}"
     noise = "; less where the random toughness is low" if case.toughness.amplitude else ""
-    return f"{blocked}{weak}{noise}"
+    varied = "; more or less where the rock varies" if differing(case) else ""
+    return f"{blocked}{region}{weak}{noise}{varied}"
 
 
 def laterally_held(case: Case) -> bool:
@@ -167,6 +186,8 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
         said = "hardly", "damage starts, but the drop is little above dT_c"
     elif ratio > sqrt(rare_factor(case)):
         said = "perhaps", "the face cools enough only where the random toughness is low"
+    elif differing(case):
+        said = "perhaps", "the averages of the rock stand it, but it varies"
     elif causes:
         said = "no new crack", "by cooling: the face never cools enough to damage sound rock"
     else:

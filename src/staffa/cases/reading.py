@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from staffa.cases.model import Case
+from staffa.cases.property_keys import FOLDER
 from staffa.cases.rules import obey
 from staffa.cases.sentences import sentence
 from staffa.errors import InputError
@@ -43,7 +44,7 @@ def read_case(path: Path, settings: Sequence[str] = ()) -> Case:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is no TOML file: it is not UTF-8 text; save it as such") from None
-    return parse_case(text, settings, name=str(path))
+    return parse_case(text, settings, name=str(path), folder=path.parent)
 
 
 def _content(path: Path) -> bytes:
@@ -65,8 +66,14 @@ def _content(path: Path) -> bytes:
         ) from None
 
 
-def parse_case(text: str, settings: Sequence[str] = (), *, name: str = "the case") -> Case:
-    """Read a case from TOML text; see `read_case`."""
+def parse_case(
+    text: str,
+    settings: Sequence[str] = (),
+    *,
+    name: str = "the case",
+    folder: Path = Path(),
+) -> Case:
+    """Read a case from TOML text; see `read_case`. folder: from which paths in it count."""
     try:
         table = tomllib.loads(text)
     except RecursionError:
@@ -76,7 +83,7 @@ def parse_case(text: str, settings: Sequence[str] = (), *, name: str = "the case
     for setting in settings:
         _set(table, setting)
     try:
-        case = Case.model_validate(table)
+        case = Case.model_validate(table, context={FOLDER: folder})
     except ValidationError as error:
         raise InputError(sentence(error)) from None
     return obey(case)

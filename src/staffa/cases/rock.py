@@ -4,41 +4,26 @@ import numpy as np
 
 from staffa.cases.boxes import product
 from staffa.cases.model import Case, Disc, Segment
+from staffa.cases.random_field import random_factor
 from staffa.cut import FlatCrack
-from staffa.evolution.problem import PointFunction
+from staffa.evolution.problem import PointFunction, ones
 
 
 def toughness_factor(case: Case) -> PointFunction:
-    """Toughness over Gc at points: a seeded lognormal field of mean 1, times the bands' factors.
-
-    The field is a sum of waves whose numbers come from the seed (GSTools, Gaussian correlation),
-    evaluated at the points, so that it is the same on any mesh partition.
-    """
+    """Toughness over that of the rock at points, from the table [toughness]: a seeded lognormal
+    field of mean 1, times the bands' factors."""
     keys = case.toughness
-    noise = _noise(case) if keys.amplitude > 0 else None
-
-    def factor(x: np.ndarray) -> np.ndarray:
-        bands = ((band, band.factor) for band in keys.bands)
-        return product(x, bands, start=1.0 if noise is None else noise(x))
-
-    return factor
-
-
-def _noise(case: Case) -> PointFunction:
-    import gstools  # takes a second to load, and few cases need it
-
-    keys, dim = case.toughness, case.dim
-    model = gstools.Gaussian(dim=dim, var=1.0, len_scale=float(keys.correlation_length or 0))
-    field = gstools.SRF(model, seed=keys.seed)
-    log_variance = np.log1p(keys.amplitude**2)  # so that the coefficient of variation is amplitude
-
-    def noise(x: np.ndarray) -> np.ndarray:
-        if x.shape[1] == 0:
-            return np.ones(0)
-        normal = field(tuple(x[:dim]), store=False)
-        return np.exp(np.sqrt(log_variance) * normal - log_variance / 2)
-
-    return noise
+    noise: PointFunction = ones
+    if keys.amplitude > 0:
+        noise = random_factor(
+            "lognormal",
+            keys.amplitude,
+            lengths=(float(keys.correlation_length or 0),) * case.dim,
+            axes=np.eye(case.dim),
+            seed=keys.seed,
+        )
+    bands = [(band, band.factor) for band in keys.bands]
+    return lambda x: product(x, bands, start=noise(x))
 
 
 def cracked(case: Case, h: float) -> PointFunction:

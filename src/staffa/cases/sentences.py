@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from typing import Any, get_args
+from typing import Any, TypeAliasType, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -28,6 +28,7 @@ RULES = {
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
 ALTERNATIVES = (
     *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
+    *("one value", "one property", "a random field", "a file"),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {
@@ -138,7 +139,7 @@ def _likeness(keys: Sequence[int | str]) -> str:
     """What a value should look like, from the example of its key."""
     field = _field(keys)
     if field is None or not field.examples:
-        return f"it must be a table, a line [{keys[0]}] with its keys below it; {EXPLAINED}"
+        return f"it must be a table, a line [{_where(keys)}] with its keys below it; {EXPLAINED}"
     name = next(key for key in reversed(keys) if isinstance(key, str))
     return f"write {name} like {' or '.join(map(inline, field.examples))}"
 
@@ -179,4 +180,6 @@ def _models_at(keys: Sequence[int | str]) -> list[type[BaseModel]]:
 def _models_in(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [model for part in get_args(annotation) for model in _models_in(part)]
+    alias = get_origin(annotation)  # of a kind of values with parameters: these, and what it holds
+    held = [alias.__value__] if isinstance(alias, TypeAliasType) else []
+    return [model for part in (*held, *get_args(annotation)) for model in _models_in(part)]

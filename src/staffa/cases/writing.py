@@ -1,5 +1,6 @@
 """From a case to TOML text: as resolved for the record, or with every key explained."""
 
+import re
 import textwrap
 from collections.abc import Iterator
 from typing import Any
@@ -9,6 +10,7 @@ from pydantic.fields import FieldInfo
 
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Disc, Segment
+from staffa.cases.rock_keys import RegionKeys
 from staffa.units import Quantity
 
 WIDTH = 96
@@ -58,6 +60,8 @@ def to_toml(case: Case, *, explained: bool = False) -> str:
             if explained:
                 lines += _comment(type(table).__doc__ or "")
             lines += [f"[{name}]", *_keys(table, explained, tables=True)]
+        elif isinstance(table, dict):
+            lines += _regions(table, explained)
         elif name in OPTIONAL:
             lines += ["", *_absent(name, OPTIONAL[name])] if explained else []
         elif not isinstance(table, str) and (table or explained):
@@ -91,6 +95,21 @@ def _absent(name: str, model: type[BaseModel]) -> Iterator[str]:
     for key, field in model.model_fields.items():
         yield from _comment(field.description or "")
         yield _example(key, field)
+
+
+def _regions(regions: dict[str, RegionKeys], explained: bool) -> Iterator[str]:
+    """The tables [regions.NAME], or one as comments; their other keys are those of [material]."""
+    if explained:
+        yield from ["", *_comment(RegionKeys.__doc__ or "")]
+    if explained and not regions:
+        yield "# [regions.NAME]"
+        for key in ("lower", "upper", "E"):
+            field = RegionKeys.model_fields[key]
+            yield from [*_comment(field.description or ""), _example(key, field)]
+    for name, region in regions.items():
+        bare = re.fullmatch(r"[A-Za-z0-9_-]+", name)
+        yield from ["", f"[regions.{name if bare else inline(name)}]"]
+        yield from _keys(region, False, tables=True)
 
 
 def _comment(text: str) -> list[str]:

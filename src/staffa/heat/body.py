@@ -1,7 +1,7 @@
 """What the heat equation needs to know of a body: how it conducts, where heat enters and leaves."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -63,14 +63,25 @@ class Bath:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Conductor:
+    """How a rock conducts and stores heat: k, rho_c and factors on them as in `Conduction`."""
+
+    k: tuple[tuple[float, ...], ...]
+    rho_c: float
+    k_factor: PointValues = everywhere_one
+    rho_c_factor: PointValues = everywhere_one
+
+
+@dataclass(frozen=True, kw_only=True)
 class Conduction:
     """rho c dT/dt = div(k grad T) + source; sides are insulated where nothing else is said.
 
     k: conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers; rho_c: heat capacity
     a volume (J/(m^3 K)); k_factor, rho_c_factor: factors on them at points, evaluated in the middle
-    of each cell. initial: temperature (K) at points at t = 0; stress_free: the one without thermal
-    strain, the initial one if None. source: heat made a volume and time (W/m^3). cracks: how they
-    change the flow of heat; None for not at all.
+    of each cell; regions: the rock of the domain's regions that differs from these. initial:
+    temperature (K) at points at t = 0; stress_free: the one without thermal strain, the initial one
+    if None. source: heat made a volume and time (W/m^3). cracks: how they change the flow of heat;
+    None for not at all.
 
     kinks: times (s), increasing, at which something prescribed changes its course: steps end there.
     tolerance: largest error of a time step of its own, over the largest change of temperature since
@@ -85,6 +96,7 @@ class Conduction:
     stress_free: PointValues | None = None
     k_factor: PointValues = everywhere_one
     rho_c_factor: PointValues = everywhere_one
+    regions: Mapping[str, Conductor] = field(default_factory=dict)
     sides: tuple[Held | Inflow | Film, ...] = ()
     source: Values = nothing
     cracks: Insulating | Bath | None = None

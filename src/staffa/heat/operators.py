@@ -6,7 +6,7 @@ the matrix of conduction has no positive entry off its diagonal), so that a sudd
 makes nothing warmer beside it, as it would with a consistent capacity.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,17 @@ from dolfinx.fem import petsc as fem_petsc
 from staffa.domain import Domain
 from staffa.errors import InputError, LoadError
 from staffa.fields import Spaces, owned, vertices
-from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating, PointValues, Values
+from staffa.heat.body import (
+    Bath,
+    Conduction,
+    Conductor,
+    Film,
+    Held,
+    Inflow,
+    Insulating,
+    PointValues,
+    Values,
+)
 from staffa.jit import jit_options
 from staffa.parallel import any_over_ranks, max_over_ranks
 
@@ -59,22 +69,18 @@ class HeatOperators:
         phi, T = ufl.TestFunction(spaces.alpha), ufl.TrialFunction(spaces.alpha)
         dx, faces = _measures(domain, conduction)
 
-        def at_middles(factor: PointValues) -> fem.Function:
-            values = fem.Function(spaces.cell)
-            values.x.array[:] = factor(spaces.cell.tabulate_dof_coordinates().T)
-            return values
-
         sharp = self._alpha**SHARPNESS
-        k = fem.Constant(domain.mesh, np.array(conduction.k, dtype=float))
+        rocks = _rocks(domain, conduction)
+        k = _tensor(domain, rocks)
         left, degree = 1.0, 2
         if isinstance(conduction.cracks, Insulating):
             residual = fem.Constant(domain.mesh, conduction.cracks.residual)
             left, degree = 1 - sharp + residual, QUADRATURE
-        flow = left * at_middles(conduction.k_factor) * ufl.dot(k, ufl.grad(T))
+        factor = _in_cells(spaces, rocks, lambda rock, x: rock.k_factor(x))
+        flow = left * factor * ufl.dot(k, ufl.grad(T))
         self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=degree))
-        rho_c = fem.Constant(domain.mesh, conduction.rho_c)
-        capacity = rho_c * at_middles(conduction.rho_c_factor)
-        self.capacity = self._lumped(capacity * phi * dx(degree=1))
+        rho_c = _in_cells(spaces, rocks, lambda rock, x: rock.rho_c * rock.rho_c_factor(x))
+        self.capacity = self._lumped(rho_c * phi * dx(degree=1))
         self._volume = self._lumped(phi * dx(degree=1))
         self._areas = {
             side.side: self._lumped(phi * faces(number + 1))
@@ -225,6 +231,48 @@ class HeatOperators:
 
 def _given(name: str, heat: np.ndarray) -> Exchange:
     return Exchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
+
+
+# A rock and its local cells, ghosts included.
+Rocks = list[tuple[Conductor, np.ndarray]]
+
+
+def _rocks(domain: Domain, conduction: Conduction) -> Rocks:
+    """The rock of the body, in all cells, then those of its regions, which go before it."""
+    cells = domain.mesh.topology.index_map(domain.dim)
+    every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
+    body = Conductor(
+        k=conduction.k,
+        rho_c=conduction.rho_c,
+        k_factor=conduction.k_factor,
+        rho_c_factor=conduction.rho_c_factor,
+    )
+    regions = [(rock, domain.cells(name)) for name, rock in conduction.regions.items()]
+    return [(body, every), *regions]
+
+
+def _tensor(domain: Domain, rocks: Rocks) -> fem.Constant | fem.Function:
+    """Conductivity without its factor: one for all, or one for each cell."""
+    shape = (domain.dim, domain.dim)
+    if len(rocks) == 1:
+        return fem.Constant(domain.mesh, np.array(rocks[0][0].k, dtype=float))
+    k = fem.Function(fem.functionspace(domain.mesh, ("DG", 0, shape)))
+    entries = k.x.array.reshape(-1, *shape)
+    for rock, cells in rocks:
+        entries[k.function_space.dofmap.list[cells, 0]] = rock.k
+    return k
+
+
+def _in_cells(
+    spaces: Spaces, rocks: Rocks, value: Callable[[Conductor, np.ndarray], np.ndarray]
+) -> fem.Function:
+    """What each rock has in the middles of its cells."""
+    found = fem.Function(spaces.cell)
+    x = spaces.cell.tabulate_dof_coordinates().T
+    for rock, cells in rocks:
+        entries = spaces.cell.dofmap.list[cells, 0]
+        found.x.array[entries] = value(rock, x[:, entries])
+    return found
 
 
 def _measures(domain: Domain, conduction: Conduction) -> tuple[ufl.Measure, ufl.Measure]:

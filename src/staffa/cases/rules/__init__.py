@@ -3,11 +3,15 @@
 from typing import Any
 
 from staffa.cases.model import Case
+from staffa.cases.rules.anisotropy import (
+    axes_are_directions,
+    lists_have_a_number_an_axis,
+    stiffness_is_complete,
+)
 from staffa.cases.rules.body import (
     bands_are_inside,
     cracks_are_inside,
     dimension_agrees,
-    elasticity_is_definite,
     mesh_can_be_numbered,
     mesh_carries_cracks,
 )
@@ -22,6 +26,12 @@ from staffa.cases.rules.heat import (
     heat_fits_the_body,
     heat_has_its_profile,
     heat_is_complete,
+)
+from staffa.cases.rules.rock import (
+    elasticity_is_definite,
+    properties_have_values,
+    random_fields_are_possible,
+    regions_have_boxes,
 )
 from staffa.cases.rules.supports import (
     edges_agree,
@@ -56,6 +66,12 @@ RULES = (
     heat_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
+    regions_have_boxes,
+    stiffness_is_complete,
+    axes_are_directions,
+    lists_have_a_number_an_axis,
+    random_fields_are_possible,
+    properties_have_values,
     elasticity_is_definite,
     mesh_carries_cracks,
     mesh_can_be_numbered,
@@ -107,6 +123,8 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
         "domain": {"cells": case.domain.cells or ("quadrilateral" if two else "hexahedron")},
         "material": {"plane": (keys.plane or "stress") if two else None},
     }
+    if keys.stiffness is not None:
+        found["material"] |= {"E": None, "nu": None}
     if case.toughness.amplitude and case.toughness.correlation_length is None:
         found["toughness"] = {"correlation_length": _times(case.damage.ell, 2)}
     if case.solver.displacement == "auto":

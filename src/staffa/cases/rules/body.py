@@ -1,6 +1,5 @@
-"""Rules on the body: its dimension, its stiffness, its mesh, and what is drawn into it."""
+"""Rules on the body: its dimension, its mesh, and what is drawn into it."""
 
-from staffa.cases.boxes import Box
 from staffa.cases.model import Case, Disc, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
@@ -33,21 +32,6 @@ def dimension_agrees(case: Case) -> None:
             raise InputError(
                 f"supports.{side}: a 2-D body has no such side; {choices(side, SIDES[dim])}"
             )
-
-
-def elasticity_is_definite(case: Case) -> None:
-    """nu < 0.5 where the volume is constrained."""
-    nu = case.material.nu
-    if nu >= 0.5 and case.dim == 3:
-        raise InputError(
-            f"material.nu = {nu:g}: in 3-D it must be less than 0.5 (incompressible); "
-            f"take 0.49 or less"
-        )
-    if nu >= 0.5 and case.material.plane == "strain":
-        raise InputError(
-            f"material.nu = {nu:g}: in plane strain it must be less than 0.5 "
-            f'(incompressible); take 0.49 or less, or material.plane = "stress"'
-        )
 
 
 def mesh_carries_cracks(case: Case) -> None:
@@ -85,26 +69,29 @@ def bands_are_inside(case: Case) -> None:
     """Every band is a box that meets the body."""
     for table, keys in (("toughness", case.toughness), ("heat", case.heat)):
         for number, band in enumerate(keys.bands if keys else (), start=1):
-            _band_is_inside(case, band, f"{table}.bands, entry {number}")
+            box_is_inside(case, band.lower, band.upper, f"{table}.bands, entry {number}")
 
 
-def _band_is_inside(case: Case, band: Box, where: str) -> None:
-    for name, corner in (("lower", band.lower), ("upper", band.upper)):
+def box_is_inside(
+    case: Case, lower: tuple[float, ...], upper: tuple[float, ...], where: str
+) -> None:
+    """A box has an extent along each axis, and meets the body."""
+    for name, corner in (("lower", lower), ("upper", upper)):
         if len(corner) != case.dim:
             raise InputError(
                 f"{where}, {name} = {inline(corner)}: it needs {case.dim} numbers, as domain.size "
                 f"has"
             )
-    if any(b <= a for a, b in zip(band.lower, band.upper, strict=True)):
+    if any(b <= a for a, b in zip(lower, upper, strict=True)):
         raise InputError(
-            f"{where}: upper = {inline(band.upper)} must be larger than lower = "
-            f"{inline(band.lower)} along each axis"
+            f"{where}: upper = {inline(upper)} must be larger than lower = {inline(lower)} along "
+            f"each axis"
         )
-    extent = zip(band.lower, band.upper, case.domain.size, strict=True)
+    extent = zip(lower, upper, case.domain.size, strict=True)
     if any(low > size or high < 0 for low, high, size in extent):
         raise InputError(
-            f"{where}: the box from {inline(band.lower)} to {inline(band.upper)} lies outside the "
-            f"body, whose size is {inline(case.domain.size)}; move it in or leave it out"
+            f"{where}: the box from {inline(lower)} to {inline(upper)} lies outside the body, "
+            f"whose size is {inline(case.domain.size)}; move it in or leave it out"
         )
 
 

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.clock import times_in
-from staffa.cases.formula import formula, trial
-from staffa.cases.heat import names
-from staffa.cases.heat_keys import Formula, Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
+from staffa.cases.formula import formula, names, trial
+from staffa.cases.heat_keys import Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
+from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
+from staffa.cases.rock_keys import RockKeys
 from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.rules.units import is_scaled
 from staffa.cases.sentences import shown
@@ -30,13 +31,15 @@ def heat_has_its_profile(case: Case) -> None:
                 f"[heat] has no meaning with {profile}; leave it out or take temperature.profile = "
                 f'"heat"'
             )
-        for name in ("k", "rho", "c"):
-            given = getattr(case.material, name)
-            if given is not None:
-                raise InputError(
-                    f"material.{name} = {inline(given)} has no meaning with {profile}; leave it "
-                    f"out and give kappa, which is k/(rho c)"
-                )
+        for where, table in _rocks(case):
+            for name in ("k", "rho", "c"):
+                given = getattr(table, name)
+                if given is not None:
+                    instead = ", which is k/(rho c)" if where == "material" else " in [material]"
+                    raise InputError(
+                        f"{where}.{name} = {shown(given)} has no meaning with {profile}; leave it "
+                        f"out and give kappa{instead}"
+                    )
         return
     if case.heat is None:
         raise InputError(
@@ -51,14 +54,16 @@ def heat_has_its_profile(case: Case) -> None:
         )
 
 
+def _rocks(case: Case) -> list[tuple[str, RockKeys]]:
+    regions = [(f"regions.{name}", region) for name, region in case.regions.items()]
+    return [("material", case.material), *regions]
+
+
 def heat_fits_the_body(case: Case) -> None:
-    """Conductivities, gradients and sides are of the body's dimension."""
+    """Gradients and sides are of the body's dimension."""
     keys, dim = case.heat, case.dim
     if keys is None:
         return
-    k = case.material.k
-    if isinstance(k, tuple):
-        _has_a_number_an_axis(case, "material.k", k)
     for name in START:
         if isinstance(given := getattr(keys, name), Geotherm):
             _has_a_number_an_axis(case, f"heat.{name}.gradient", given.gradient)

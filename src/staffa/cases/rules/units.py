@@ -25,6 +25,9 @@ def _quantities(value: Any, path: str) -> Iterator[tuple[str, Quantity]]:
     elif isinstance(value, tuple):
         for item in value:
             yield from _quantities(item, path)
+    elif isinstance(value, dict):
+        for name, item in value.items():
+            yield from _quantities(item, f"{path}.{name}")
 
 
 def is_scaled(case: Case) -> bool:
@@ -56,6 +59,8 @@ def nothing_is_one_by_default(case: Case) -> None:
     if is_scaled(case):
         return
     needed = {"E": "stress", "Gc": "toughness"}
+    if case.material.stiffness is not None:
+        del needed["E"]
     if case.temperature.profile == "heat":
         needed |= {"expansion": "thermal expansion"}
         needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}

@@ -1,0 +1,122 @@
+"""The pieces of a body, each of one rock: the body itself and its regions; no finite elements."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from staffa.cases.anisotropy import elasticity, tensor
+from staffa.cases.kinds import ONE
+from staffa.cases.model import Case
+from staffa.cases.properties import average
+from staffa.cases.rock_keys import MaterialKeys, RockKeys, is_isotropic, rock_of
+from staffa.physics.elasticity import isotropic_average
+
+LOOKED_AT = 21  # places along each axis at which a property is looked at before there is a mesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class Averages:
+    """The numbers that stand for a rock where scales are told, in SI or scaled as the case is.
+
+    Where a property varies, its mean; where it has a direction, the average over all directions,
+    but of the toughness the least.
+    """
+
+    E: float
+    nu: float
+    Gc: float
+    expansion: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """The body or a region of it.
+
+    where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
+    the body's; lower, upper: corners of the box around it (m).
+    """
+
+    where: str
+    keys: MaterialKeys
+    dim: int
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    @property
+    def name(self) -> str:
+        """As a sentence calls it: "material", or "region 'clay'"."""
+        _, _, region = self.where.partition(".")
+        return f"region '{region}'" if region else self.where
+
+    def places(self) -> np.ndarray:
+        """Middles of a grid over its box, shape (3, n)."""
+        steps = (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
+        along = [low + steps * (up - low) for low, up in zip(self.lower, self.upper, strict=True)]
+        grid = np.array([x.ravel() for x in np.meshgrid(*along)])
+        return np.vstack([grid, np.zeros((3 - self.dim, grid.shape[1]))])
+
+    def average(self, value: Any) -> float:
+        """The mean of one of its properties."""
+        return average(value, self.dim, self.places)
+
+    def properties(self) -> Iterator[tuple[str, str, Any]]:
+        """Every value of its rock that may vary: the name of its key, where it stands, itself."""
+        for name in RockKeys.model_fields:
+            value = getattr(self.keys, name)
+            if name in ("stiffness", "axis", "angle", "axes") or value is None:
+                continue
+            several = value if isinstance(value, tuple) else (value,)
+            for number, one in enumerate(several, start=1):
+                entry = f", entry {number}" if isinstance(value, tuple) else ""
+                yield name, f"{self.where}.{name}{entry}", one
+
+
+def pieces(case: Case) -> tuple[Piece, ...]:
+    """The body first, then its regions."""
+    size = tuple(float(s) for s in case.domain.size)
+    zero = (0.0,) * case.dim
+    body = Piece(where="material", keys=case.material, dim=case.dim, lower=zero, upper=size)
+    found = [body]
+    for name, region in case.regions.items():
+        lower, upper = zero, size
+        if region.lower is not None and region.upper is not None:
+            lower = tuple(max(0.0, float(c)) for c in region.lower)
+            upper = tuple(min(s, float(c)) for s, c in zip(size, region.upper, strict=True))
+        keys = rock_of(case.material, region)
+        found.append(
+            Piece(where=f"regions.{name}", keys=keys, dim=case.dim, lower=lower, upper=upper)
+        )
+    return tuple(found)
+
+
+def averages(piece: Piece) -> Averages:
+    """The numbers that stand for its rock."""
+    keys = piece.keys
+    if is_isotropic(keys):
+        E, nu = piece.average(keys.E), piece.average(keys.nu)
+    else:
+        stiffness = elasticity(keys, piece.average).stiffness(np.zeros((3, 1)))
+        E, nu = isotropic_average(stiffness[0])
+    Gc = min(keys.Gc) if isinstance(keys.Gc, tuple) else piece.average(keys.Gc)
+    expansion = keys.expansion
+    if isinstance(expansion, tuple):
+        mean = float(np.trace(tensor(keys, expansion))) / 3
+    else:
+        mean = piece.average(expansion)
+    return Averages(E=E, nu=nu, Gc=float(Gc), expansion=mean)
+
+
+def conductivity(piece: Piece) -> np.ndarray:
+    """Its conductivity along x, y (and z), averaged over places; a tensor, shape (dim, dim)."""
+    k = piece.keys.k or ONE
+    if isinstance(k, tuple):
+        return tensor(piece.keys, k)[: piece.dim, : piece.dim]
+    return piece.average(k) * np.eye(piece.dim)
+
+
+def has_directions(keys: MaterialKeys) -> bool:
+    """Whether something about the rock is not the same in all directions."""
+    lists = any(isinstance(getattr(keys, name), tuple) for name in ("Gc", "expansion", "k"))
+    return lists or not is_isotropic(keys)

@@ -1,0 +1,35 @@
+"""From the value of a property, as keys, to a number or a function of position."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from staffa.cases.kinds import Section
+from staffa.cases.property_keys import RandomField
+from staffa.physics.elasticity import Property, values
+
+
+def varies(value: Any) -> bool:
+    """Whether a property differs from place to place: whether it is a table."""
+    return isinstance(value, Section)
+
+
+def point_property(value: Any, dim: int) -> Property:
+    """What stands for a property, in SI or scaled as the case is."""
+    return value.at_points(dim) if varies(value) else float(value)
+
+
+def average(value: Any, dim: int, places: Callable[[], np.ndarray]) -> float:
+    """The one number that stands for a property: its mean, where it is not known over places."""
+    if isinstance(value, RandomField):
+        return float(value.mean)
+    found = point_property(value, dim)
+    return float(np.mean(found(places()))) if callable(found) else found
+
+
+def product_of(one: Property, other: Property) -> Property:
+    """The product of two properties."""
+    if not callable(one) and not callable(other):
+        return one * other
+    return lambda x: values(one, x) * values(other, x)

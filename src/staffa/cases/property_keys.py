@@ -1,0 +1,212 @@
+"""The values that a property of the rock may have, as keys: a number, a formula, a random field,
+or a field in a file.
+
+Each kind that varies is a table with a method `at_points`, which gives its values as a function of
+points, shape (3, n) -> (n,), in a body of dim dimensions, in SI or scaled as the case is. Another
+kind is another such class, a line in `form`, and one in `PropertyValue`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import (
+    Discriminator,
+    Field,
+    PrivateAttr,
+    StringConstraints,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from staffa.cases.directions import turned_by, with_third
+from staffa.cases.field_file import MeshField, read_field
+from staffa.cases.kinds import (
+    Angle,
+    Conductivity,
+    Density,
+    Direction,
+    Expansion,
+    Formula,
+    HeatCapacity,
+    Integer,
+    Length,
+    Modulus,
+    PositiveNumber,
+    Section,
+    Toughness,
+    kind,
+)
+from staffa.cases.random_field import random_factor
+from staffa.errors import InputError
+from staffa.physics.elasticity import PointFunction
+
+FOLDER = "folder"  # of the case file, in the context of its validation
+
+
+class RandomField(Section):
+    """A seeded random field, the same on any mesh partition."""
+
+    mean: PositiveNumber = Field(description="mean of the field", examples=[0.2])
+    variation: Annotated[PositiveNumber, Field(ge=1e-3, le=1)] = Field(
+        description="coefficient of variation: standard deviation over mean", examples=[0.2]
+    )
+    distribution: Literal["lognormal", "normal", "weibull"] = Field(
+        default="lognormal", description="of the values; normal up to a variation of 0.2 only"
+    )
+    length: Annotated[
+        Annotated[Length, Tag("a value")] | Annotated[tuple[Length, ...], Tag("a list")],
+        Discriminator(kind),
+    ] = Field(
+        description="correlation length: one, or one along x, y (and z), or along the axes",
+        examples=[0.06, [0.5, 0.05]],
+    )
+    angle: Angle | None = Field(
+        default=None,
+        description="2-D only: from x to the direction of the first length, in degrees",
+        examples=[30.0],
+    )
+    axes: tuple[Direction, ...] | None = Field(
+        default=None,
+        description="3-D only: directions of the first two lengths, perpendicular",
+        examples=[[[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]],
+    )
+    seed: Annotated[Integer, Field(ge=0, lt=2**32)] = Field(
+        default=0,
+        description="of the random numbers: with one seed and one length, properties rise and fall "
+        "together",
+    )
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Values about its mean."""
+        lengths = self.length if isinstance(self.length, tuple) else (self.length,) * dim
+        axes = np.eye(3) if self.axes is None else with_third(self.axes)
+        if self.angle is not None:
+            axes = turned_by(self.angle)
+        factor = random_factor(
+            self.distribution,
+            self.variation,
+            lengths=tuple(float(length) for length in lengths),
+            axes=axes[:dim, :dim],
+            seed=self.seed,
+        )
+        return lambda x: float(self.mean) * factor(x)
+
+
+def _mean(example: str) -> Any:
+    return Field(description="mean of the field", examples=[example])
+
+
+class RandomNumber(RandomField):
+    """A random field of numbers."""
+
+
+class RandomModulus(RandomField):
+    """A random field of moduli."""
+
+    mean: Modulus = _mean("70 GPa")
+
+
+class RandomToughness(RandomField):
+    """A random field of toughnesses."""
+
+    mean: Toughness = _mean("10 J/m^2")
+
+
+class RandomExpansion(RandomField):
+    """A random field of expansion coefficients."""
+
+    mean: Expansion = _mean("9e-6 1/K")
+
+
+class RandomConductivity(RandomField):
+    """A random field of conductivities."""
+
+    mean: Conductivity = _mean("2.5 W/(m K)")
+
+
+class RandomDensity(RandomField):
+    """A random field of densities."""
+
+    mean: Density = _mean("2700 kg/m^3")
+
+
+class RandomHeatCapacity(RandomField):
+    """A random field of heat capacities."""
+
+    mean: HeatCapacity = _mean("800 J/(kg K)")
+
+
+class FieldFile(Section):
+    """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is.
+
+    It is read with the case, on rank 0, and goes with it to the other ranks.
+    """
+
+    file: str = Field(
+        description="the file, such as .vtu, .vtk or .vtkhdf; its path counts from the case file",
+        examples=["rock.vtu"],
+    )
+    name: Annotated[str, StringConstraints(max_length=200)] = Field(
+        description="name of the field in it", examples=["E"]
+    )
+    _field: MeshField | None = PrivateAttr(default=None)
+
+    @field_validator("file")
+    @classmethod
+    def _from_the_case(cls, file: str, info: ValidationInfo) -> str:
+        """A path that holds from anywhere, as the record of a run needs it."""
+        folder = (info.context or {}).get(FOLDER, Path())
+        return str((folder / file).resolve())
+
+    @model_validator(mode="after")
+    def _read(self) -> "FieldFile":
+        try:
+            self._field = read_field(Path(self.file), self.name)
+        except InputError as error:
+            raise ValueError(str(error)) from None
+        return self
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values, interpolated; NaN where its mesh does not reach."""
+        assert self._field is not None
+        return self._field
+
+
+def form(value: Any) -> str:
+    """Which alternative of a property is meant: by its keys, so that only one can complain."""
+    keys = set(value) if isinstance(value, dict) else set()
+    if isinstance(value, Formula) or "formula" in keys:
+        return "a formula"
+    if isinstance(value, FieldFile) or "file" in keys:
+        return "a file"
+    if keys or isinstance(value, RandomField):
+        return "a random field"
+    return "no table" if isinstance(value, dict) else "one value"
+
+
+def one_or_more(value: Any) -> str:
+    """Whether a property has one value or a list of them."""
+    return "a list" if isinstance(value, list | tuple) else "one property"
+
+
+# R: the random field whose mean is a Q.
+type PropertyValue[Q, R] = Annotated[
+    Annotated[Q, Tag("one value")]
+    | Annotated[Formula, Tag("a formula")]
+    | Annotated[R, Tag("a random field")]
+    | Annotated[FieldFile, Tag("a file")],
+    Discriminator(form),
+]
+type OneOrMore[One, Each] = Annotated[
+    Annotated[One, Tag("one property")] | Annotated[tuple[Each, ...], Tag("a list")],
+    Discriminator(one_or_more),
+]
+ModulusValue = PropertyValue[Modulus, RandomModulus]
+ToughnessValue = PropertyValue[Toughness, RandomToughness]
+ExpansionValue = PropertyValue[Expansion, RandomExpansion]
+ConductivityValue = PropertyValue[Conductivity, RandomConductivity]
+DensityValue = PropertyValue[Density, RandomDensity]
+HeatCapacityValue = PropertyValue[HeatCapacity, RandomHeatCapacity]

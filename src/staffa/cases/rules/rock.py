@@ -1,0 +1,147 @@
+"""Rules on the rock: where its regions are, and that its values are such as rocks have."""
+
+from typing import Any
+
+import numpy as np
+
+from staffa.cases.anisotropy import elasticity
+from staffa.cases.formula import formula, names, trial
+from staffa.cases.kinds import Formula
+from staffa.cases.model import Case
+from staffa.cases.pieces import Piece, pieces
+from staffa.cases.properties import point_property, varies
+from staffa.cases.property_keys import RandomField
+from staffa.cases.rock_keys import RATIOS, RockKeys, is_isotropic
+from staffa.cases.rules.anisotropy import are_perpendicular, fits_the_dimension, turning
+from staffa.cases.rules.body import box_is_inside
+from staffa.cases.sentences import shown
+from staffa.cases.writing import inline
+from staffa.errors import InputError
+from staffa.physics.elasticity import checked
+
+# A normal field of a larger variation would reach zero at one place in a few million.
+NORMAL = 0.2
+LONGEST_NAME = 60
+
+
+def regions_have_boxes(case: Case) -> None:
+    """Every region has a name, is a box that meets the body, and says something."""
+    for name, region in case.regions.items():
+        if not (name.strip() and len(name) <= LONGEST_NAME and name.isprintable()):
+            raise InputError(
+                f"[regions.{shown(name, 20)}]: the name of a region has 1 to {LONGEST_NAME} "
+                f"characters that can be printed; write it like [regions.clay]"
+            )
+        where = f"regions.{name}"
+        if not {*RockKeys.model_fields} & region.model_fields_set:
+            raise InputError(
+                f"[{where}] says nothing of its rock; give what differs from [material], like E"
+            )
+        if region.lower is None or region.upper is None:
+            raise InputError(
+                f"[{where}] needs its box: in a body of domain.size a region is where lower and "
+                f"upper say; give both, as corners"
+            )
+        box_is_inside(case, region.lower, region.upper, where)
+
+
+def random_fields_are_possible(case: Case) -> None:
+    """Lengths and directions are of the body's dimension, and no normal field reaches zero."""
+    for piece in pieces(case):
+        for _, where, value in piece.properties():
+            if isinstance(value, RandomField):
+                _is_possible(where, value, case.dim)
+
+
+def _is_possible(where: str, value: RandomField, dim: int) -> None:
+    several = value.length if isinstance(value.length, tuple) else None
+    if several is not None and len(several) != dim:
+        raise InputError(
+            f"{where}.length = {inline(several)}: give one number, or {dim}, as domain.size has"
+        )
+    fits_the_dimension(where, dim, value.angle, value.axes)
+    if value.axes is not None:
+        are_perpendicular(f"{where}.axes", value.axes)
+    if several is None and (value.angle is not None or value.axes is not None):
+        raise InputError(
+            f"{where}.{turning(dim)} turns nothing: one length is the same in all directions; "
+            f"leave it out, or give a list of lengths"
+        )
+    if value.distribution == "normal" and value.variation > NORMAL:
+        raise InputError(
+            f"{where}.variation = {value.variation:g}: a normal field of more than {NORMAL:g} "
+            f'would fall below zero somewhere; take distribution = "lognormal" or "weibull"'
+        )
+
+
+def properties_have_values(case: Case) -> None:
+    """What varies has numbers that a rock can have, wherever it is tried."""
+    for piece in pieces(case):
+        for name, where, value in piece.properties():
+            if not varies(value) or isinstance(value, RandomField):
+                continue
+            found = _tried_values(where, value, piece)
+            if name not in RATIOS and found.min() <= 0:
+                raise InputError(
+                    f"{where} = {shown(value)}: it is {found.min():.4g} somewhere and must be "
+                    f"larger than zero"
+                )
+
+
+def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
+    """Its values over the box of its piece, if they are finite numbers."""
+    places = piece.places()
+    if isinstance(value, Formula):
+        try:
+            known = names(piece.dim, time=False)
+            return trial(formula(value.formula, known), known, places, 0.0)
+        except InputError as error:
+            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+    found: np.ndarray = value.at_points(piece.dim)(places)
+    if np.any(lost := ~np.isfinite(found)):
+        at = inline(tuple(float(f"{c:.4g}") for c in places[: piece.dim, np.argmax(lost)]))
+        raise InputError(
+            f"{where} = {shown(value)}: its mesh does not reach {at}; it must cover all of the "
+            f"body, or of the region"
+        )
+    return found
+
+
+def elasticity_is_definite(case: Case) -> None:
+    """The stiffness resists every strain; nu < 0.5 where the volume is constrained."""
+    constrained = case.dim == 3 or case.material.plane == "strain"
+    for piece in pieces(case):
+        keys = piece.keys
+        if is_isotropic(keys):
+            _can_be_compressed(case, piece, constrained)
+            continue
+        try:
+            varying = any(varies(value) for _, _, value in piece.properties())
+            places = piece.places() if varying else np.zeros((3, 1))
+            checked(elasticity(keys, _tried(piece)).stiffness(places))
+        except InputError as error:
+            raise InputError(f"{piece.where}: {error}") from None
+
+
+def _tried(piece: Piece) -> Any:
+    """What is made of a number for a trial: of a random field its mean."""
+    return lambda value: (
+        float(value.mean) if isinstance(value, RandomField) else point_property(value, piece.dim)
+    )
+
+
+def _can_be_compressed(case: Case, piece: Piece, constrained: bool) -> None:
+    given = piece.keys.nu
+    nu = _tried(piece)(given)
+    largest = float(np.max(nu(piece.places()))) if callable(nu) else nu
+    least = float(np.min(nu(piece.places()))) if callable(nu) else nu
+    said = f"{piece.where}.nu = {shown(given)}"
+    if not -1 < least <= largest <= 0.5:
+        beyond = least if least <= -1 else largest
+        raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")
+    if largest >= 0.5 and constrained:
+        where = "3-D" if case.dim == 3 else "plane strain"
+        out = "" if case.dim == 3 else ', or material.plane = "stress"'
+        raise InputError(
+            f"{said}: in {where} it must be less than 0.5 (incompressible); take 0.49 or less{out}"
+        )

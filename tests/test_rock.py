@@ -1,0 +1,327 @@
+"""Rock of a case that varies, has directions and differs by region, as the objects of a problem."""
+
+from dataclasses import fields
+
+from staffa.stack import MPI
+
+import numpy as np
+import pytest
+import pyvista
+
+from bodies import printed_on
+from staffa.cases.build import problem
+from staffa.cases.numbers import numbers
+from staffa.cases.pieces import averages, pieces
+from staffa.cases.preview import preview
+from staffa.cases.reading import parse_case, read_case
+from staffa.cases.writing import to_toml
+from staffa.domain import block, middles
+from staffa.errors import InputError
+from staffa.evolution.problem import Problem
+from staffa.fields import linear_spaces, vertices
+from staffa.heat.body import Conduction, Conductor, Held
+from staffa.heat.march import HeatEquation
+from staffa.physics.elasticity import Full, Orthotropic, TransverselyIsotropic
+
+PLATE = """
+[domain]
+size = [2.0, 1.0]
+h = 0.25
+[damage]
+ell = 0.5
+[temperature]
+dT = 3.0
+[time]
+tau = [0.1, 0.2, 0.4]
+"""
+BOX = ("domain.size=[1.0, 1.0, 1.0]", "domain.h=0.5")
+HEATED = ('temperature={profile="heat"}', "heat={initial=1.0, bottom={T=0.0}}", "time={t=[0.1]}")
+TOP = "lower=[0.0, 0.5], upper=[2.0, 1.0]"
+SHALE = "E=4.0, nu=0.2, E_axis=2.0, nu_axis=0.25, G_axis=0.9"
+X = np.array([[0.1, 1.3, 1.9], [0.2, 0.5, 0.9], [0.0, 0.0, 0.0]])
+
+
+def built(*settings: str) -> Problem:
+    return problem(parse_case(PLATE, settings), comm=MPI.COMM_SELF)
+
+
+def test_a_formula_is_a_function_of_position() -> None:
+    rock = built('material={E={formula="1 + x"}, nu={formula="0.1 + 0.1*y"}, Gc={formula="2*y"}}')
+    assert rock.material.E(X) == pytest.approx(1 + X[0])
+    assert rock.material.nu(X) == pytest.approx(0.1 + 0.1 * X[1])
+    assert rock.material.Gc * rock.material.toughness(X) == pytest.approx(2 * X[1])
+
+
+def test_a_random_property_has_its_own_field_and_one_seed_moves_two_together() -> None:
+    random = "{mean=%s, variation=0.2, length=0.5, seed=%d}"
+    m = built(
+        f"material={{E={random % (3.0, 1)}, Gc={random % (5.0, 1)}, expansion={random % (2.0, 2)}}}"
+    ).material
+    E, Gc, expansion = m.E(X) / 3, m.Gc * m.toughness(X) / 5, m.expansion(X) / 2
+    assert pytest.approx(Gc) == E and np.abs(expansion - E).max() > 0.01
+    assert m.Gc == 5.0
+
+
+def test_what_stands_in_toughness_multiplies_a_toughness_that_varies() -> None:
+    band = "toughness.bands=[{lower=[1.0,0.0], upper=[2.0,1.0], factor=3.0}]"
+    m = built('material.Gc={formula="2*y"}', band, f"regions.cap={{{TOP}, Gc=7.0}}")
+    factor = np.array([1.0, 3.0, 3.0])
+    assert m.material.Gc * m.material.toughness(X) == pytest.approx(2 * X[1] * factor)
+    cap = m.regions["cap"]
+    assert cap.Gc * cap.toughness(X) == pytest.approx(7 * factor)
+
+
+def test_a_field_of_a_file_counts_from_the_case_and_is_interpolated(tmp_path) -> None:
+    folder = tmp_path / "deep"
+    folder.mkdir()
+    (folder / "my.toml").write_text(PLATE + '[material]\nE = { file = "E.vtu", name = "E" }\n')
+    _write_field(folder / "E.vtu")
+    case = read_case(folder / "my.toml")
+    assert problem(case, comm=MPI.COMM_SELF).material.E(X) == pytest.approx(1 + X[0] + 2 * X[1])
+    assert pytest.approx(3.0) == averages(pieces(case)[0]).E, "the mean over the plate"
+    assert parse_case(to_toml(case)) == case, "the record of a run finds the file from anywhere"
+
+
+def _write_field(path, width: float = 2.0) -> None:
+    points = np.array([[0.0, 0, 0], [width, 0, 0], [width, 1, 0], [0, 1, 0]])
+    cells, types = np.array([3, 0, 1, 2, 3, 0, 2, 3]), np.array([5, 5], dtype=np.uint8)
+    mesh = pyvista.UnstructuredGrid(cells, types, points)
+    mesh.point_data["E"] = 1 + points[:, 0] + 2 * points[:, 1]
+    mesh.save(path)
+
+
+def test_a_file_that_does_not_cover_the_body_is_refused_by_check(tmp_path) -> None:
+    _write_field(tmp_path / "E.vtu", width=1.0)
+    given = f'material.E={{file="{tmp_path}/E.vtu", name="E"}}'
+    with pytest.raises(InputError, match=r"material.E = .*its mesh does not reach \[1"):
+        parse_case(PLATE, [given])
+    left = f"regions.left={{lower=[0,0], upper=[1,1], {given.removeprefix('material.')}}}"
+    assert built(left).regions["left"].E(X[:, :1]) == pytest.approx([1.5])
+
+
+def test_a_region_has_its_own_numbers_and_the_bodys_others() -> None:
+    found = built("material={E=2.0, nu=0.3, Gc=5.0}", f"regions.cap={{{TOP}, E=7.0}}")
+    cap = found.regions["cap"]
+    assert (found.material.E, cap.E, cap.nu, cap.Gc) == (2.0, 7.0, 0.3, 5.0)
+    same = {f.name for f in fields(cap)} - {"E"}
+    assert {n for n in same if getattr(cap, n) is not getattr(found.material, n)} <= {
+        "Gc", "nu", "expansion", "toughness"
+    }  # fmt: skip
+    x = middles(found.domain.mesh)
+    assert np.all(x[1, found.domain.cells("cap")] > 0.5)
+    assert len(found.domain.cells("cap")) == 16
+
+
+def test_of_regions_that_overlap_the_last_one_counts() -> None:
+    more = "regions.lens={lower=[0.0,0.5], upper=[1.0,0.75], E=9.0}"
+    found = built(f"regions.cap={{{TOP}, E=7.0}}", more).domain
+    assert (len(found.cells("cap")), len(found.cells("lens"))) == (12, 4)
+
+
+def test_a_region_takes_elasticity_and_directions_each_as_a_whole() -> None:
+    body = f"material={{{SHALE}, axis=[0.0,1.0], Gc=[3.0,1.0]}}"
+    found = built(
+        body,
+        f"regions.turned={{{TOP}, axis=[1.0,0.0]}}",
+        "regions.clay={lower=[0,0], upper=[1,0.25], E=1.0, nu=0.4, Gc=2.0}",
+    )
+    turned, clay = found.regions["turned"], found.regions["clay"]
+    C, D = (m.elasticity.stiffness(X[:, :1])[0] for m in (found.material, turned))
+    assert D[0, 0] == pytest.approx(C[1, 1]) and D[0, 0] != pytest.approx(C[0, 0])
+    assert np.diag(turned.roughness) == pytest.approx([1, 9, 9])
+    assert clay.elasticity is None and (clay.E, clay.nu, clay.roughness) == (1.0, 0.4, None)
+
+
+CLASSES = [
+    (f"material={{{SHALE}, axis=[0,1]}}", TransverselyIsotropic),
+    ("material={E=[3,2], nu=[0.2], G=[1], angle=30}", Orthotropic),
+    ('material={E=[3,2,1], nu=[0.2,0.1,0.2], G=[1,1,1], angle="0.5 rad"}', Orthotropic),
+    (f"material={{stiffness={np.diag([3.0, 2, 1, 1, 1, 1]).tolist()}, angle=30}}", Full),
+    ('material={E=[{formula="3 + x"},2], nu=[0.2], G=[1]}', Orthotropic),
+]
+
+
+@pytest.mark.parametrize(("given", "kind"), CLASSES, ids=lambda v: str(v)[:40])
+def test_every_class_of_elasticity_arrives_as_one_and_is_definite(given, kind) -> None:
+    case = parse_case(PLATE, [given])
+    found = problem(case, comm=MPI.COMM_SELF).material
+    assert type(found.elasticity) is kind
+    C = found.elasticity.stiffness(X)
+    assert C.shape == (3, 6, 6) and np.linalg.eigvalsh(C).min() > 0
+    mean = averages(pieces(case)[0])
+    assert (found.E, found.nu) == (mean.E, mean.nu) and numbers(case).sigma_c > 0
+    assert parse_case(to_toml(case)) == case
+    assert "has directions" in str(preview(case).facts)
+
+
+def in_plane(C: np.ndarray) -> np.ndarray:
+    """Compliance of stresses in the plane."""
+    return np.linalg.inv(C)[np.ix_([0, 1, 5], [0, 1, 5])]
+
+
+def test_in_plane_stress_what_is_left_out_along_the_third_axis_has_no_effect() -> None:
+    few, all_ = (
+        built(f"material={{{keys}, angle=30}}").material.elasticity.stiffness(X[:, :1])[0]
+        for keys in (
+            "E=[3,2], nu=[0.2], G=[1]",
+            "E=[3,2,1.3], nu=[0.2,0.15,0.1], G=[1,0.4,0.7]",
+        )
+    )
+    assert in_plane(few) == pytest.approx(in_plane(all_), rel=1e-12)
+
+
+def test_bedding_is_the_same_by_axis_as_by_three_lists_and_an_angle() -> None:
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    bedded = built(f"material={{{SHALE}, axis=[{-s},{c}], expansion=[1,2], Gc=[3,1]}}").material
+    # along the bedding, across it, out of the plane; nu12 = nu21 E1/E2
+    lists = "E=[4,2,4], nu=[0.5,0.25,0.2], G=[0.9,0.9,1.6666666666666667]"
+    listed = built(f"material={{{lists}, angle=30, expansion=[1,2,1], Gc=[3,1]}}").material
+    C, D = (m.elasticity.stiffness(X[:, :1]) for m in (bedded, listed))
+    assert pytest.approx(D, rel=1e-9, abs=1e-12) == C
+    assert bedded.expansion == pytest.approx(listed.expansion)
+    assert bedded.roughness[:2, :2] == pytest.approx(listed.roughness[:2, :2])
+    assert pytest.approx(listed.E) == bedded.E and bedded.Gc == listed.Gc == 1.0
+
+
+@pytest.mark.parametrize(("angle", "axis"), [(0.0, 0), (90.0, 1), (30.0, 0), (-75.0, 1)])
+def test_a_crack_across_an_axis_costs_its_toughness(angle: float, axis: int) -> None:
+    """Gc sqrt(n . A n), n the axis itself."""
+    m = built(f"material={{Gc=[4.0, 2.5], angle={angle}}}").material
+    radians = np.radians(angle + 90 * axis)
+    n = np.array([np.cos(radians), np.sin(radians), 0.0])
+    assert m.Gc == 2.5
+    assert m.Gc * np.sqrt(n @ m.roughness @ n) == pytest.approx([4.0, 2.5][axis])
+
+
+def test_in_3d_toughness_and_expansion_lie_along_the_axes() -> None:
+    axes = "axes=[[0,0,2],[1,0,0]]"
+    m = built(*BOX, f"material={{Gc=[6.0,4.0,2.0], expansion=[1.0,2.0,3.0], {axes}}}").material
+    assert m.expansion == pytest.approx(np.diag([2.0, 3.0, 1.0]))
+    assert m.roughness == pytest.approx(np.diag([4.0, 1.0, 9.0])) and m.Gc == 2.0
+
+
+def test_the_conductivity_of_bedding_turns_with_it() -> None:
+    load = built(*HEATED, "material={k=[4.0,2.0], axis=[1.0,1.0]}").load
+    assert np.array(load.k) == pytest.approx(np.array([[3.0, -1.0], [-1.0, 3.0]]))
+    turned = built(*HEATED, "material={k=[4.0,2.0], angle=-45}").load
+    assert np.array(turned.k) == pytest.approx(np.array([[3.0, -1.0], [-1.0, 3.0]]))
+
+
+def test_each_region_conducts_and_stores_heat_in_its_way() -> None:
+    load = built(
+        *HEATED,
+        'material={k={formula="1 + x"}, rho=2.0, c={formula="3 + y"}}',
+        f"regions.cap={{{TOP}, k=[4.0,2.0]}}",
+        "heat.bands=[{lower=[0,0], upper=[1,1], k=0.5, capacity=0.1}]",
+    ).load
+    band = np.where(X[0] < 1, (0.5, 0.5, 0.5), 1.0)
+    k = np.array(load.k)[0, 0] * load.k_factor(X)
+    assert k == pytest.approx((1 + X[0]) * band)
+    cap = load.regions["cap"]
+    assert cap.k == ((4.0, 0.0), (0.0, 2.0)) and cap.k_factor(X) == pytest.approx(band)
+    stored = np.where(X[0] < 1, 0.1, 1.0) * 2 * (3 + X[1])
+    assert load.rho_c * load.rho_c_factor(X) == pytest.approx(stored)
+    assert cap.rho_c * cap.rho_c_factor(X) == pytest.approx(stored)
+
+
+def test_heat_crosses_two_layers_as_their_conductivities_share_the_drop() -> None:
+    """Steady: T in the middle is k2/(k1 + k2) of what is held at the top, exact on these cells."""
+    parts = {"cap": lambda x: x[1] > 0.5}
+    domain = block(MPI.COMM_SELF, size=(0.5, 1.0), h=0.25, cells="quadrilateral", parts=parts)
+    spaces = linear_spaces(domain)
+    conduction = Conduction(
+        k=((1.0, 0.0), (0.0, 1.0)),
+        rho_c=1.0,
+        regions={"cap": Conductor(k=((9.0, 0.0), (0.0, 3.0)), rho_c=2.0)},
+        initial=lambda x: np.zeros(x.shape[1]),
+        sides=(Held(side="bottom", T=lambda x, t: 0.0), Held(side="top", T=lambda x, t: 1.0)),
+    )
+    heat = HeatEquation(domain, spaces, conduction)
+    assert heat.operators.capacity.sum() == pytest.approx(0.25 * 1.0 + 0.25 * 2.0)
+    T, _ = heat.advance(heat.start(), np.zeros_like(heat.start()), 0.0, 100.0)
+    y = vertices(spaces.alpha)[:, 1]
+    assert pytest.approx(np.where(y < 0.5, 1.5 * y, 0.5 + 0.5 * y), abs=1e-6) == T
+
+
+def test_the_drop_at_which_damage_starts_is_that_of_the_weakest_region() -> None:
+    """Plane stress: sigma_c/(E expansion), which goes as sqrt(Gc/E)/expansion."""
+    sound, weak = (
+        preview(parse_case(PLATE, [f"regions.cap={{{TOP}, Gc={Gc}}}"])) for Gc in (4.0, 0.25)
+    )
+    assert (
+        numbers(parse_case(PLATE)).dT_c
+        == numbers(parse_case(PLATE, [f"regions.cap={{{TOP}, Gc=4.0}}"])).dT_c
+    )
+    case = parse_case(PLATE, [f"regions.cap={{{TOP}, Gc=0.25}}"])
+    assert numbers(case).dT_c == pytest.approx(numbers(parse_case(PLATE)).dT_c / 2)
+    assert "in region 'cap'" in str(weak.facts) and "in region" not in str(sound.facts)
+
+
+def test_a_property_that_no_rock_has_in_some_cell_is_refused_with_the_mesh() -> None:
+    """Between the places at which a formula is tried."""
+    spike = "where((x > 1.1) & (x < 1.15), -1, 1)"
+    assert parse_case(PLATE, [f'material.E={{formula="{spike}"}}'])
+    with pytest.raises(InputError, match=r"material.E = .*larger than zero in the middle"):
+        built(f'material.E={{formula="{spike}"}}', "domain.h=0.05")
+
+
+ON_RANKS = """
+from pathlib import Path
+from staffa.stack import MPI
+import numpy as np
+from staffa.cases.build import problem
+from staffa.cases.reading import read_case
+from staffa.domain import middles
+from staffa.parallel import on_root
+
+def table(case, comm):
+    built = problem(case, comm=comm)
+    mesh = built.domain.mesh
+    own = np.arange(mesh.topology.index_map(2).size_local)
+    x, material, cap = middles(mesh)[:, own], built.material, built.regions["cap"]
+    inside = np.isin(own, built.domain.cells("cap")).astype(float)
+    rows = [*x[:2], material.E(x), material.nu(x), material.toughness(x), cap.E(x), inside]
+    parts = comm.gather(np.array(rows))
+    whole = np.hstack(parts) if comm.rank == 0 else np.zeros((2, 0))
+    return whole[:, np.lexsort(whole[:2].round(9))]
+
+case = on_root(MPI.COMM_WORLD, lambda: read_case(Path(r"{path}")))
+all_ranks = table(case, MPI.COMM_WORLD)
+if MPI.COMM_WORLD.rank == 0:
+    one = table(case, MPI.COMM_SELF)
+    least, difference = np.ptp(one[2:6], axis=1).min(), np.abs(all_ranks - one).max()
+    print(one.shape[1], one[-1].sum(), least, difference)
+"""
+VARIED = """
+[material]
+E = { file = "E.vtu", name = "E" }
+nu = { formula = "0.1 + 0.1*x" }
+Gc = { mean = 2.0, variation = 0.3, distribution = "weibull", length = [0.5, 0.2], angle = 20 }
+[regions.cap]
+lower = [0.0, 0.5]
+upper = [2.0, 1.0]
+E = { mean = 3.0, variation = 0.1, distribution = "normal", length = 0.3, seed = 7 }
+[toughness]
+amplitude = 0.2
+seed = 3
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_the_rock_is_the_same_on_many_ranks_as_on_one(tmp_path, ranks: int) -> None:
+    (tmp_path / "my.toml").write_text(PLATE + VARIED)
+    _write_field(tmp_path / "E.vtu")
+    ((cells, inside, least, difference),) = printed_on(
+        ranks, ON_RANKS.replace("{path}", str(tmp_path / "my.toml"))
+    )
+    assert (int(cells), float(inside)) == (32, 16) and float(least) > 0.05
+    assert float(difference) <= 1e-12, f"{difference} on {ranks} ranks"
+
+
+def test_isotropic_numbers_stay_numbers() -> None:
+    found = built(f"regions.cap={{{TOP}, E=7.0}}")
+    for material in (found.material, *found.regions.values()):
+        assert material.elasticity is None and material.roughness is None
+        assert type(material.E) is float and type(material.nu) is float
