@@ -8,6 +8,7 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.cases.forces import forces
 from staffa.cases.heat import conduction
 from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
@@ -60,6 +61,7 @@ def problem(
         material=material,
         regions=regions,
         load=temperature or (conduction(case) if case.heat else load(case, derived)),
+        forces=forces(case),
         schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
         section=_section(case),

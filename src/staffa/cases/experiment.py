@@ -112,7 +112,7 @@ def _observers(
         if not (case.output.fields == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        writer.write(directory / name, system.state)
+        writer.write(directory / name, system.state, system.energy.stress())
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         on_root(comm, lambda: run_directory.write_series(directory, written))
         return name

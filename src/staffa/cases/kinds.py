@@ -36,6 +36,17 @@ def _reads(dimension: str) -> BeforeValidator:
     return BeforeValidator(_or_value_error(lambda value: parse(value, dimension)))
 
 
+def _reads_volume(value: Any) -> Any:
+    """A volume of a 3-D body or, if it is written so, one per thickness of a 2-D body."""
+    try:
+        return parse(value, "volume")
+    except InputError:
+        try:
+            return parse(value, "volume per thickness")
+        except InputError:
+            return parse(value, "volume")
+
+
 def _positive(value: Any) -> Any:
     if not value > 0:
         raise ValueError("it must be larger than zero")
@@ -71,6 +82,11 @@ HeatFlux = Annotated[InstanceOf[Quantity], _reads("heat flux")]
 HeatSource = Annotated[InstanceOf[Quantity], _reads("heat source")]
 FilmCoefficient = Annotated[InstanceOf[Quantity], _reads("film coefficient")]
 Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIVE]
+Acceleration = Annotated[InstanceOf[Quantity], _reads("acceleration")]
+StressGradient = Annotated[InstanceOf[Quantity], _reads("stress gradient")]
+CrackVolume = Annotated[
+    InstanceOf[Quantity], BeforeValidator(_or_value_error(_reads_volume)), NOT_NEGATIVE
+]
 Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]

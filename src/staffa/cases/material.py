@@ -15,6 +15,7 @@ from staffa.cases.properties import point_property, varies
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.sentences import shown
+from staffa.cases.split import energy_split
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, PointFunction, Property, nowhere
@@ -35,6 +36,7 @@ def materials(
         ell=float(case.damage.ell),
         law=law or derived.law,
         state=derived.state,
+        split=energy_split(case),
         residual_stiffness=case.damage.residual_stiffness,
         cracked=cracked(case, h) if blocks else nowhere,
         cracks=() if blocks else flat_cracks(case),

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import (
     Drop,
@@ -56,6 +57,21 @@ class DamageKeys(Section):
 
     law: Literal["AT1", "AT2"] = Field(
         default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
+    )
+    split: (
+        Literal["none", "volumetric-deviatoric", "star-convex", "spectral", "no-tension"] | None
+    ) = Field(
+        default=None,
+        description="how much of its stiffness a crack keeps when it is pressed shut: none; "
+        "volumetric-deviatoric, star-convex, spectral, or no-tension. Default: none where cold "
+        "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) with [forces]",
+        examples=["no-tension"],
+    )
+    gamma: Annotated[Number, Field(ge=0)] | None = Field(
+        default=None,
+        description="star-convex only: what it adds to the bulk modulus against compaction; "
+        "default 5",
+        examples=[5.0],
     )
     ell: Length = Field(
         description="regularization length; AT2: twice the paper's epsilon", examples=[0.03]
@@ -316,6 +332,7 @@ class Case(Section):
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()
     heat: HeatKeys | None = None
+    forces: ForceKeys | None = None
     supports: SupportKeys = SupportKeys()
     cracks: tuple[Crack, ...] = Field(
         default=(),
