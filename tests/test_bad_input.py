@@ -506,7 +506,7 @@ FORCES = [
         "forces.sides.top has no key 'p'",
         "it has pressure, x, y, z",
     ),
-    (("forces.sides={top=3}",), "forces.sides.top = 3", "write sides like {"),
+    (("forces.sides={top=3}",), "forces.sides.top = 3", "it must be a table"),
     (
         ("forces.sides={top={pressure={t=[0.0,1.0],value=[1.0]}}}",),
         "t has 2 numbers and value has 1",
@@ -527,7 +527,7 @@ FORCES = [
         "take forces.crack_pressure",
     ),
     (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
-    (("damage.gamma=3.0",), "damage.gamma = 3.0 has no meaning", "leave it out"),
+    (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (
         ('damage.split="spectral"', "material.nu=-0.1"),

@@ -14,7 +14,7 @@ FLOORS = [
     {"errors", "units", "records", "options", "parallel", "stack", "grid", "jit", "unstructured"},
     {"physics"},
     {"domain", "fields", "cut"},
-    {"energy", "supports", "loads"},
+    {"energy", "external", "strain", "supports", "loads"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -30,6 +30,8 @@ WITHIN = {
     "unstructured": ["errors"],
     "fields": ["domain"],
     "cut": ["fields"],
+    "external": ["loads", "strain"],
+    "energy": ["external", "loads", "strain"],
     "report": ["plot"],
 }
 LIGHT = [
@@ -43,6 +45,8 @@ LIGHT = [
     "staffa.physics.elasticity",
     "staffa.physics.material",
     "staffa.physics.scales",
+    "staffa.physics.split",
+    "staffa.loads.forces",
     "staffa.loads.closed_form",
     "staffa.heat.body",
     "staffa.measure.statistics",

@@ -1,6 +1,7 @@
 """Which energy split a case takes, and why."""
 
 from staffa.cases.model import Case
+from staffa.cases.pieces import averages, pieces
 from staffa.cases.rock_keys import is_isotropic
 from staffa.physics.split import SPLITS, EnergySplit, StarConvex
 
@@ -25,7 +26,8 @@ def default_split(case: Case) -> str:
     """None where cold alone acts: it pulls. Else what lets no rock break under pressure."""
     if not presses(case):
         return "none"
-    return "volumetric-deviatoric" if is_anisotropic(case) else "no-tension"
+    auxetic = any(averages(piece).nu < 0 for piece in pieces(case))
+    return "volumetric-deviatoric" if auxetic or is_anisotropic(case) else "no-tension"
 
 
 def energy_split(case: Case) -> EnergySplit:
