@@ -82,8 +82,9 @@ def test_a_straight_crack_along_cells_costs_what_its_normal_says(law, axis: floa
     assert found == pytest.approx(3.0 * cost(A, 0.0) * factor, rel=1e-3)
 
 
+@pytest.mark.slow
 @needs_gmsh
-@pytest.mark.parametrize("angle", [-70.0, -20.0, 30.0, 75.0])
+@pytest.mark.parametrize("angle", [-60.0, -20.0, 75.0])
 def test_a_straight_crack_costs_what_its_normal_says_at_any_angle(angle: float) -> None:
     """On cells that favor no direction, within what their uneven layers scatter."""
     A = roughness(2.0, 30.0)
