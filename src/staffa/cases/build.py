@@ -28,6 +28,7 @@ from staffa.grid import SIDES, opposite
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time, time_of_tau
+from staffa.physics.split import EnergySplit
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
@@ -37,13 +38,14 @@ def problem(
     *,
     comm: MPI.Comm = MPI.COMM_WORLD,
     damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> Problem:
     """Build the mesh and everything else that a case describes. Collective.
 
     Parameters
     ----------
-    damage, temperature : a law or a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
     """
     derived = numbers(case)
     keys = case.solver
@@ -54,7 +56,7 @@ def problem(
         cells=str(case.domain.cells),
         parts=parts(case),
     )
-    material, regions = materials(case, derived, domain.h, damage)
+    material, regions = materials(case, derived, domain.h, damage, split)
     check_rock(case, domain)
     return Problem(
         domain=domain,

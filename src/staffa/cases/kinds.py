@@ -1,6 +1,6 @@
 """The kinds of values that a case file holds: quantities, numbers, flags, and tables."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from pydantic import (
@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from staffa.cases.formula import LONGEST, formula, names
-from staffa.errors import InputError
+from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
@@ -95,6 +95,19 @@ Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
+
+
+def one_of(known: Iterable[str]) -> AfterValidator:
+    """One of the names of a registry, so that what is added there is a case's at once."""
+    names = tuple(known)
+
+    def is_known(value: str) -> str:
+        if value not in names:
+            listed = ", ".join(f'"{name}"' for name in names)
+            raise ValueError(f"it must be one of {listed}.{nearest(value, names)}")
+        return value
+
+    return AfterValidator(is_known)
 
 
 def kind(value: Any) -> str:

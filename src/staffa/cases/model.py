@@ -18,9 +18,12 @@ from staffa.cases.kinds import (
     PositiveNumber,
     Section,
     kind,
+    one_of,
 )
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
+from staffa.physics.damage import LAWS
+from staffa.physics.split import SPLITS
 from staffa.records import Stop
 from staffa.units import EXAMPLES, Quantity
 
@@ -55,15 +58,13 @@ class DomainKeys(Section):
 class DamageKeys(Section):
     """How cracks are carried by the damage field."""
 
-    law: Literal["AT1", "AT2"] = Field(
+    law: Annotated[str, one_of(LAWS)] = Field(
         default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
     )
-    split: (
-        Literal["none", "volumetric-deviatoric", "star-convex", "spectral", "no-tension"] | None
-    ) = Field(
+    split: Annotated[str, one_of(SPLITS)] | None = Field(
         default=None,
-        description="how much of its stiffness a crack keeps when it is pressed shut: none; "
-        "volumetric-deviatoric, star-convex, spectral, or no-tension. Default: none where cold "
+        description="how much of its stiffness a crack keeps when it is pressed shut: "
+        f"{', '.join(SPLITS)}. Default: none where cold "
         "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) with [forces]",
         examples=["no-tension"],
     )
