@@ -28,6 +28,7 @@ RULES = {
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
 ALTERNATIVES = (
     *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
+    *("a spot", "a line"),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import REJECTED, Manifest, Step, kept
+from staffa.records import REJECTED, Manifest, Probe, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -140,6 +140,10 @@ def read_run(path: Path) -> Run:
         )
     for name in ("times", "taus", "requested", "size"):
         record[name] = tuple(record[name])
+    record["probes"] = tuple(
+        Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
+        for probe in record.get("probes", ())
+    )
     steps = _read_steps(path / STEPS)
     standing = kept(steps)
     rejected = tuple(step for step in steps if step.status == REJECTED)

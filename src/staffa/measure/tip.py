@@ -12,6 +12,13 @@ BEYOND = {
     "AT1": (0.15, 0.35, 0.55, 0.75, 0.97, 1.15),
     "AT2": (0.91, 1.25, 1.54, 1.80, 2.11, 2.35),
 }
+# Followed down to a damage of nothing more to go, by the straight line through the first two.
+AT_TIP = {"AT1": 0.43, "AT2": 0.23}
+
+
+def damage_at_tip(law: str, *, threshold: float) -> float:
+    """The damage at a sharp tip; of a law of your own, not known: the threshold."""
+    return AT_TIP.get(law, threshold)
 
 
 def reach(law: str, *, threshold: float, ell: float, h: float) -> float | None:

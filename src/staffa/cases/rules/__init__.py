@@ -23,6 +23,7 @@ from staffa.cases.rules.heat import (
     heat_has_its_profile,
     heat_is_complete,
 )
+from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.supports import (
     edges_agree,
     is_moved,
@@ -67,6 +68,7 @@ RULES = (
     heat_is_complete,
     heat_enters_or_leaves,
     measures_are_inside,
+    probes_are_inside,
     times_increase,
     adaptive_steps_are_possible,
     cooling_has_begun,
