@@ -9,13 +9,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
-from staffa.measure.opening import shared, sliver
+from staffa.measure.opening import opening, sliver
 from staffa.measure.ridge import crest
 
 # The Gaussian that takes the steps of a layer of cells out of a crack: fractions of ell.
 SMOOTHING = 0.5
 # A crest bends down by more than this over ell^2; that of a straight crack by 1.1 (AT1), smoothed.
 SHARPEST = 0.2
+# What is farther from a crack than so many ell is none of its opening.
+REACH = 2.0
 # Crests end this many ell at most before they would meet; a crest's end is bridged to another.
 GAP = 1.5
 
@@ -83,11 +85,15 @@ def network(
     found = _crest(points, cells, alpha, dim=dim, h=h, ell=ell, tip=tip)
     found = _kept(_clipped(found, tip, dim), crack, ell)
     if dim == 2:
-        found = _joined(_pruned(found, ell), ell, crack)
+        found = _joined(_pruned(found, crack, ell), ell, crack)
     at, volumes = sliver(points, cells, u=u, alpha=alpha, dim=dim)
-    weights = _point_sizes(found)
-    opening = shared(at, volumes, found.points, weights, width=h, reach=4 * ell)
-    return replace(found, opening=opening)
+    if not len(found.points):
+        return found
+    drawn = (found.points, found.elements, found.sizes)
+    reach = max(REACH * ell, 2 * h)
+    return replace(
+        found, opening=opening(at, volumes, *drawn, width=SMOOTHING * ell, reach=reach)
+    )
 
 
 def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
@@ -187,23 +193,22 @@ def _kept(found: Network, crack: float, ell: float) -> Network:
     if not len(found.elements):
         return _with(found, found.elements)
     extent = np.bincount(found.cracks, weights=found.sizes)
-    most = np.zeros(len(extent))
-    np.maximum.at(most, found.cracks, found.damage[found.elements].max(axis=1))
-    good = (most >= crack) & (extent >= ell ** (found.elements.shape[1] - 1))
+    good = (_most(found, found.cracks) >= crack) & (extent >= ell ** (found.elements.shape[1] - 1))
     return _with(found, found.elements[good[found.cracks]])
 
 
-def _pruned(found: Network, ell: float) -> Network:
-    """Without branches that leave another and end within ell."""
+def _pruned(found: Network, crack: float, ell: float) -> Network:
+    """Without branches that leave another and end within ell, or are broken nowhere."""
     while len(found.elements):
         degree = np.bincount(found.elements.ravel(), minlength=len(found.points))
         ends = degree[found.elements]
         free, forked = (ends == 1).any(axis=1), (ends > 2).any(axis=1)
         count = found.branches.max() + 1
         length = np.bincount(found.branches, weights=found.sizes, minlength=count)
+        most = _most(found, found.branches)
         stub = np.bincount(found.branches, weights=free, minlength=count) > 0
         stub &= np.bincount(found.branches, weights=forked, minlength=count) > 0
-        stub &= length < ell
+        stub &= (length < ell) | (most < crack)
         if not stub.any():
             break
         found = _with(found, found.elements[~stub[found.branches]])
@@ -263,6 +268,13 @@ def _links(found: Network, ends: np.ndarray, ell: float) -> np.ndarray:
     return np.array(links, dtype=np.int64).reshape(-1, 2)
 
 
+def _most(found: Network, label: np.ndarray) -> np.ndarray:
+    """The largest damage among the elements of each label."""
+    most = np.zeros(label.max() + 1)
+    np.maximum.at(most, label, found.damage[found.elements].max(axis=1))
+    return most
+
+
 def _with(found: Network, elements: np.ndarray) -> Network:
     """Only these elements, and the points that they use."""
     used, numbers = np.unique(elements, return_inverse=True)
@@ -272,13 +284,6 @@ def _with(found: Network, elements: np.ndarray) -> Network:
         damage=found.damage[used],
         opening=found.opening[used],
     )
-
-
-def _point_sizes(found: Network) -> np.ndarray:
-    """Each point's share of its elements' sizes."""
-    width = found.elements.shape[1]
-    weights = np.repeat(found.sizes / width, width)
-    return np.bincount(found.elements.ravel(), weights=weights, minlength=len(found.points))
 
 
 def _parts(elements: np.ndarray, extents: np.ndarray) -> np.ndarray:

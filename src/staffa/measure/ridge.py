@@ -8,7 +8,8 @@ its crossings, and one element across each crossed edge that joins the cells aro
 nets; Gibson, MICCAI 1998). So it is the same in 2-D and in 3-D.
 """
 
-from itertools import combinations_with_replacement, product
+from itertools import combinations_with_replacement
+from math import ceil
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -60,11 +61,14 @@ def _bending(
     field: np.ndarray, sigma: float, lowest: float, sharpest: float
 ) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
     """Where a crest may be, the direction across it there, and the slope in that direction."""
-    dim = field.ndim
+    dim, margin = field.ndim, ceil(4 * sigma)  # beyond it the Gaussian is cut off
+    # Turned about each side's points, the field goes on as it comes, slanted crests too.
+    beyond = np.pad(field, margin, mode="reflect", reflect_type="odd")
+    inside = (slice(margin, -margin),) * dim
 
     def derivative(*axes: int) -> np.ndarray:
         order = tuple(axes.count(axis) for axis in range(dim))
-        return gaussian_filter(field, sigma, order=order, mode="nearest")
+        return gaussian_filter(beyond, sigma, order=order)[inside]
 
     there = np.nonzero(derivative() > lowest)
     hessian = np.empty((len(there[0]), dim, dim))

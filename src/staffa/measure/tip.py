@@ -13,7 +13,7 @@ BEYOND = {
     "AT2": (0.91, 1.25, 1.54, 1.80, 2.11, 2.35),
 }
 # Followed down to a damage of nothing more to go, by the straight line through the first two.
-AT_TIP = {"AT1": 0.43, "AT2": 0.23}
+AT_TIP = {"AT1": 0.25, "AT2": 0.23}
 
 
 def damage_at_tip(law: str, *, threshold: float) -> float:
