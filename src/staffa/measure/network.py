@@ -18,6 +18,8 @@ SMOOTHING = 0.5
 SHARPEST = 0.2
 # What is farther from a crack than so many ell is none of its opening.
 REACH = 2.0
+# By how much (radians) a crack turns between where it is broken and its tip.
+TURN = 0.6
 # Crests end this many ell at most before they would meet; a crest's end is bridged to another.
 GAP = 1.5
 
@@ -83,7 +85,8 @@ def network(
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
     """
     found = _crest(points, cells, alpha, dim=dim, h=h, ell=ell, tip=tip)
-    found = _kept(_clipped(found, tip, dim), crack, ell)
+    found = _steady(_clipped(found, tip, dim), crack)
+    found = _kept(found, crack, ell)
     if dim == 2:
         found = _joined(_pruned(found, crack, ell), ell, crack)
     at, volumes = sliver(points, cells, u=u, alpha=alpha, dim=dim)
@@ -186,6 +189,24 @@ def _clipped(found: Network, tip: float, dim: int) -> Network:
         damage=np.asarray(mesh["damage"]) if len(points) else np.zeros(0),
         opening=np.zeros(len(points)),
     )
+
+
+def _steady(found: Network, crack: float) -> Network:
+    """What is broken, and what goes on from it straight ahead.
+
+    Around the end of a crack the damage falls alike in all directions, and has false crests there.
+    """
+    middles = found.points[found.elements].mean(axis=1)
+    across = normals(found.points, found.elements)
+    broken = found.damage[found.elements].mean(axis=1) >= crack
+    if not broken.any():
+        return _with(found, found.elements[broken])
+    nearest = cKDTree(middles[broken]).query(middles)[1]
+    ahead, straight = middles - middles[broken][nearest], across[broken][nearest]
+    turned = np.abs(np.einsum("ij,ij->i", across, straight)) < np.cos(TURN)
+    aside = np.abs(np.einsum("ij,ij->i", ahead, straight))
+    aside = aside > np.sin(TURN) * np.linalg.norm(ahead, axis=1)
+    return _with(found, found.elements[broken | ~(turned | aside)])
 
 
 def _kept(found: Network, crack: float, ell: float) -> Network:
