@@ -328,7 +328,8 @@ class Manifest:
     the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
     far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
     all that the run will visit, or with adaptive steps those that it will not miss; requested:
-    whether each is an output time. probes: where fields are read off at each step. scales: the
+    whether each is an output time. threshold: damage above which a point counts as cracked.
+    probes: where fields are read off at each step. scales: the
     derived numbers that `staffa check` prints, by name.
     """
 
@@ -357,6 +358,7 @@ class Manifest:
     tip_reach: float | None = None
     adaptive: bool = False
     probes: tuple[Probe, ...] = ()
+    threshold: float = 0.8
     format: int = 1
 
     def sharp(self, depth: float) -> float:

@@ -170,6 +170,7 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         requested=schedule.requested,
         adaptive=schedule.pace is not None,
         probes=probes(case),
+        threshold=setup.measuring.threshold,
         scales=derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),

@@ -80,8 +80,8 @@ def network(
 
     Parameters
     ----------
-    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha, u : at the points, u of
-        shape (n, 3). dim : 2 or 3. h, ell : cell edge, regularization length (m).
+    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha, u : at the points,
+        u of shape (n, 3). dim : 2 or 3. h, ell : cell edge, regularization length (m).
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
     """
     found = _crest(points, cells, alpha, dim=dim, h=h, ell=ell, tip=tip)
@@ -94,9 +94,7 @@ def network(
         return found
     drawn = (found.points, found.elements, found.sizes)
     reach = max(REACH * ell, 2 * h)
-    return replace(
-        found, opening=opening(at, volumes, *drawn, width=SMOOTHING * ell, reach=reach)
-    )
+    return replace(found, opening=opening(at, volumes, *drawn, width=SMOOTHING * ell, reach=reach))
 
 
 def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
@@ -113,6 +111,32 @@ def normals(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
     other = sides[:, 1] if elements.shape[1] == 3 else np.array([0.0, 0.0, 1.0])
     across = np.cross(sides[:, 0], other)
     return across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def polylines(found: Network) -> list[np.ndarray]:
+    """The points of each branch of a 2-D network, one after the other."""
+    lines = []
+    order = np.argsort(found.branches, kind="stable")
+    starts = np.flatnonzero(np.diff(found.branches[order], prepend=-1))
+    for members in np.split(order, starts[1:]) if len(order) else []:
+        lines.append(_walk(found.elements[members]))
+    return lines
+
+
+def _walk(segments: np.ndarray) -> np.ndarray:
+    """The points of a chain of segments in order, from an end of it; a ring closes on itself."""
+    ways: dict[int, list[int]] = {}
+    for number, segment in enumerate(segments.tolist()):
+        for point in segment:
+            ways.setdefault(point, []).append(number)
+    at = min(ways, key=lambda point: (len(ways[point]), point))
+    line, left = [at], set(range(len(segments)))
+    while onward := [number for number in ways[at] if number in left]:
+        left.remove(onward[0])
+        i, j = segments[onward[0]].tolist()
+        at = j if at == i else i
+        line.append(at)
+    return np.array(line)
 
 
 def _crest(
@@ -173,9 +197,8 @@ def _clipped(found: Network, tip: float, dim: int) -> Network:
 
     if not len(found.elements):
         return replace(found, elements=found.elements[:, :dim])
-    rows = np.insert(found.elements, 0, found.elements.shape[1], axis=1).ravel()
-    kind = "lines" if dim == 2 else "faces"
-    mesh = pyvista.PolyData(found.points, **{kind: rows})
+    given = np.insert(found.elements, 0, found.elements.shape[1], axis=1).ravel()
+    mesh = pyvista.PolyData(found.points, **{"lines" if dim == 2 else "faces": given})
     mesh["damage"] = found.damage
     if dim == 3:
         mesh = mesh.triangulate()

@@ -94,10 +94,7 @@ def _ends(place: np.ndarray, axis: int) -> tuple[tuple[np.ndarray, ...], tuple[n
 def _around(axis: int, dim: int) -> np.ndarray:
     """The cells around an edge, relative to its start, in their order around it."""
     others = [k for k in range(dim) if k != axis]
-    if dim == 2:
-        steps = [(0,), (-1,)]
-    else:
-        steps = [(0, 0), (-1, 0), (-1, -1), (0, -1)]
+    steps = np.array([[0, 0], [-1, 0], [-1, -1], [0, -1]]) if dim == 3 else np.array([[0], [-1]])
     found = np.zeros((len(steps), dim), dtype=np.int64)
     found[:, others] = steps
     return found

@@ -11,7 +11,9 @@ from staffa.report.summary import summary, title
 
 CAPTIONS = {
     "cracks": "The cracks at chosen times.",
+    "network": "The crack network, and how far it is open.",
     "energies": "Energies of each step.",
+    "reactions": "What the supports carry: the force of each held side on the body.",
     "heat": "Heat stored since the start, and from where it came (or, negative, went).",
     "lengths": "Length of the cracks, depth of each tip, and how many cross each depth.",
     "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
