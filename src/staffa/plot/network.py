@@ -64,6 +64,7 @@ def _plane(
         axes.set_title(moment(manifest, step), loc="left", pad=3)
         if number + columns >= len(moments):
             axes.set_xlabel(with_unit("x", manifest, "m"))
+            axes.tick_params(labelbottom=True)
         if number % columns == 0:
             axes.set_ylabel(with_unit("y", manifest, "m"))
     return figure, list(grid.flat)
