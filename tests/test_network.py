@@ -256,9 +256,13 @@ def test_files_hold_the_whole_network(square: Grid, tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*.part*"))
 
 
-def test_a_file_of_fields_that_is_gone_is_told(square: Grid, tmp_path: Path) -> None:
+def test_damaged_fields_are_told_and_those_that_are_gone_are_not(
+    square: Grid, tmp_path: Path
+) -> None:
     alpha = np.zeros(len(square.points))
     written(tmp_path, square, alpha, np.zeros((len(alpha), 3)), (1.0, 1.0))
-    (tmp_path / fields_name(1)).unlink()
+    (tmp_path / fields_name(1)).write_bytes(b"no HDF5")
     found, reasons = networks(read_run(tmp_path))
-    assert found == [] and "step 1 is left out" in reasons[0]
+    assert found == [] and f"{fields_name(1)} is left out" in reasons[0]
+    (tmp_path / fields_name(1)).unlink()
+    assert networks(read_run(tmp_path)) == ([], [])

@@ -77,7 +77,9 @@ def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, l
     opening = cracks.opening[cracks.elements].mean(axis=1)
     colors = ScalarMappable(norm, COLORS).to_rgba(opening)
     axes.add_collection3d(
-        Poly3DCollection(cracks.points[cracks.elements], facecolors=colors, shade=True)
+        Poly3DCollection(
+            cracks.points[cracks.elements], facecolors=colors, edgecolors="#0003", linewidths=0.2
+        )
     )
     x, y, z = manifest.size
     axes.set(xlim=(0, x), ylim=(0, y), zlim=(0, z), aspect="equal")

@@ -54,7 +54,8 @@ def draw(run: Run) -> Drawn:
     with _writing(run.path):
         files = write_networks(run, found)
     text = partial(page, run)
-    return _written(run.path, figures, [*skipped, *unread], text, tables, files)
+    told = list(dict.fromkeys([*skipped, *unread]))
+    return _written(run.path, figures, told, text, tables, files)
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:

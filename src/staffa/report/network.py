@@ -25,18 +25,18 @@ class Drawing:
 
 
 def networks(run: Run) -> tuple[list[Drawing], list[str]]:
-    """The network of each step with fields, and a sentence on each file that cannot be read."""
+    """The network of each step whose fields are there, and a sentence on each unreadable file."""
     found, reasons = [], []
     m = run.manifest
     tip = damage_at_tip(m.law, threshold=m.threshold)
     for step in run.steps:
-        if not step.fields:
+        if not step.fields or not (run.path / step.fields).exists():
             continue
         try:
             grid, values = read_vtkhdf(run.path / step.fields)
             alpha, u = values["alpha"], values["u"]
-        except (OSError, KeyError, ValueError, IndexError):
-            reasons.append(f"the network of step {step.index} is left out: no fields to read")
+        except (OSError, KeyError, ValueError, IndexError) as error:
+            reasons.append(f"{step.fields} is left out: it cannot be read: {error}")
             continue
         cracks = network(
             grid.points, grid.cells, alpha=alpha, u=u, dim=len(m.size), h=m.h, ell=m.ell,
