@@ -53,7 +53,7 @@ def draw(run: Run) -> Drawn:
     tables = {TIPS: tips_table(run), REACTIONS: reactions_table(run), PROBES: probes_table(run)}
     with _writing(run.path):
         files = write_networks(run, found)
-    text = partial(page, run)
+    text = partial(page, run, found)
     told = list(dict.fromkeys([*skipped, *unread]))
     return _written(run.path, figures, told, text, tables, files)
 

@@ -1,6 +1,6 @@
 """The crack networks of a run as files, one pair for each moment whose fields were kept."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,9 +51,11 @@ def write_networks(run: Run, found: list[Drawing]) -> list[Path]:
 
     docs/results.md tells what is in them.
     """
-    folder = run.path / FOLDER
-    folder.mkdir(exist_ok=True)
-    written = []
+    folder, written = run.path / FOLDER, []
+    for old in (*folder.glob("cracks-*"), run.path / TABLE):
+        old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
+    if found:
+        folder.mkdir(exist_ok=True)
     for drawn in found:
         path = folder / f"cracks-{drawn.step.index:04d}.vtp"
         _write_vtp(path, drawn.network)
@@ -65,6 +67,15 @@ def write_networks(run: Run, found: list[Drawing]) -> list[Path]:
         write_table(run.path / TABLE, table)
         written.append(run.path / TABLE)
     return written
+
+
+def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:
+    """The table of all networks as a page shows it: its header, and a row a moment."""
+    rows = [dict(_numbers(drawn, run)) for drawn in found if drawn.network.size]
+    if not rows:
+        return [], []
+    header = [name.replace("_", " ") for name in rows[0]]
+    return header, [[v if isinstance(v, str) else f"{v:.4g}" for v in row.values()] for row in rows]
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:
@@ -101,7 +112,7 @@ def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
     return columns
 
 
-def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, object]]:
+def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, str | float]]:
     """A row of the table of all networks."""
     step, cracks = drawn.step, drawn.network
     yield from {"step": step.index, "time": step.time}.items()

@@ -7,6 +7,7 @@ from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison, pieces
 from staffa.report.ensemble import ensemble_title, facts, sheets
+from staffa.report.network import Drawing, lines_of
 from staffa.report.summary import summary, title
 
 CAPTIONS = {
@@ -23,11 +24,14 @@ CAPTIONS = {
 }
 
 
-def page(run: Run, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
-    """A run's page: summary, comparison, pictures, case; the pictures are embedded."""
+def page(
+    run: Run, found: Sequence[Drawing], pictures: Sequence[Path], skipped: Sequence[str]
+) -> str:
+    """A run's page: summary, comparison, networks, pictures, case; the pictures are embedded."""
     parts = [
         pieces.fact_list(summary(run)),
         _compared(run),
+        _networks(run, found),
         *_pictures(pictures, skipped),
         pieces.case_text(run.case),
         pieces.footer(_origin(run)),
@@ -63,6 +67,16 @@ def _compared(run: Run) -> str:
         return ""
     heading = "Nucleation and arrests, beside published numbers"
     return pieces.table(heading, compared.header, compared.rows, under=compared.notes)
+
+
+def _networks(run: Run, found: Sequence[Drawing]) -> str:
+    header, rows = lines_of(run, found)
+    if not rows:
+        return ""
+    note = (
+        "One row for each moment whose fields were kept; the volume is the integral of the opening."
+    )
+    return pieces.table("Crack network", header, rows, under=[note])
 
 
 def _pictures(pictures: Sequence[Path], skipped: Sequence[str]) -> list[str]:
