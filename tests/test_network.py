@@ -17,10 +17,11 @@ from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import linear_spaces
+from staffa.fields import linear_spaces, vertices, zero_state
 from staffa.io.fields import FieldWriter
 from staffa.io.run_directory import append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.measure.crack import crack_volume
 from staffa.measure.network import Network, network, polylines
 from staffa.measure.tip import damage_at_tip
 from staffa.physics.damage import AT1, AT2
@@ -139,6 +140,19 @@ def test_a_drawn_opening_is_found_at_each_point_and_in_all(square: Grid, angle: 
     gap = np.abs(found.opening - expected)[inner].max()
     # Vertices that lie anywhere leave a part of the jump beside the broken layer.
     assert gap < 0.06e-3, f"the opening is off by {gap / 1e-3:.3f} of the largest"
+
+
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle", "hexahedron", "tetrahedron"])
+def test_the_volume_of_a_state_is_its_opening_times_its_crack(cells: str) -> None:
+    """A block cut in two across x = 0.5, the halves 1e-3 apart."""
+    size = (1.0, 0.5) if cells in ("quadrilateral", "triangle") else (1.0, 0.5, 0.3)
+    domain = block(MPI.COMM_WORLD, size=size, h=0.1, cells=cells)
+    state = zero_state(domain, linear_spaces(domain))
+    x = vertices(state.alpha.function_space)
+    state.alpha.x.array[:] = profile("AT1", np.abs(x[:, 0] - 0.55), 0.1, 0.15)
+    state.u.x.array[:: len(size)] = 1e-3 * (x[:, 0] > 0.55)
+    exact = 1e-3 * np.prod(size[1:])
+    assert crack_volume(domain, state) == pytest.approx(exact, rel=1e-9)
 
 
 def pulled(law, cells: str, *, length: float, size=(1.0, 0.6), d: float, h: float = H):

@@ -136,8 +136,9 @@ from bodies import body, rock
 from staffa.cut import FlatCrack
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
+from staffa.measure.crack import crack_volume
 from staffa.measure.probes import Probes
-from staffa.supports import SideSupport, clamped
+from staffa.supports import SideSupport
 from test_readings import LINE, SPOT
 crack = FlatCrack(center=(0.5, 0.0, 0.0), normal=(1.0, 0.0, 0.0), radius=0.25)
 pull = SideSupport(side="right", components={0: lambda x, t: 1.0 * t, 1: lambda x, t: 0.0})
@@ -146,8 +147,9 @@ problem = body((1.0, 0.6), 0.05, material=rock(cracks=(crack,)), sides=(
 system = build(problem)
 looks = Probes(problem.domain, [LINE, SPOT])
 (step,) = march(problem, system, Observers(probe=lambda: looks(system.state)))
+volume = crack_volume(problem.domain, system.state)
 if MPI.COMM_WORLD.rank == 0:
-    for values in (*step.reactions.values(), *step.probed):
+    for values in (*step.reactions.values(), *step.probed, [volume]):
         print(*values)
 system.destroy()
 """
@@ -159,6 +161,6 @@ def test_readings_are_the_same_on_any_ranks() -> None:
     alone, *others = [
         np.array([float(w) for line in printed_on(n, ON_RANKS) for w in line]) for n in (1, 2, 3)
     ]
-    assert len(alone) == 2 * 2 + 4 * 4 and np.abs(alone).max() > 0.1
+    assert len(alone) == 2 * 2 + 4 * 4 + 1 and np.abs(alone).max() > 0.1
     for found in others:
         assert found == pytest.approx(alone, abs=1e-7), "to the tolerance of the minimization"

@@ -126,6 +126,7 @@ class Measures:
     front: depth of the deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
+    volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
     """
 
     sections: tuple[Section, ...]
@@ -133,6 +134,7 @@ class Measures:
     front: float
     length_surface: float
     length_geometry: float
+    volume: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -316,6 +318,7 @@ def _measures(record: dict[str, Any]) -> Measures:
         front=record["front"],
         length_surface=record["length_surface"],
         length_geometry=record["length_geometry"],
+        volume=record.get("volume", 0.0),
     )
 
 
