@@ -48,7 +48,7 @@ LIGHT = [
     "staffa.measure.generations",
     "staffa.measure.tip",
     "staffa.measure.averages",
-    "staffa.measure.network",
+    "staffa.measure.tracing",
     "staffa.io.network",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",

@@ -22,8 +22,9 @@ from staffa.io.fields import FieldWriter
 from staffa.io.run_directory import append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.measure.crack import crack_volume
-from staffa.measure.network import Network, network, polylines
+from staffa.measure.network import Network, polylines
 from staffa.measure.tip import damage_at_tip
+from staffa.measure.tracing import network
 from staffa.physics.damage import AT1, AT2
 from staffa.report.network import networks, write_networks
 from staffa.supports import SideSupport, clamped

@@ -9,8 +9,9 @@ import numpy as np
 from staffa.io.network import write_table, write_vtp
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import read_vtkhdf
-from staffa.measure.network import Network, network, normals, polylines
+from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip
+from staffa.measure.tracing import network
 from staffa.records import Step
 
 FOLDER, TABLE = "network", "network.csv"
