@@ -13,6 +13,8 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
+from staffa.measure.network import normals
+
 SHARPENED = 4
 SHORTEST = 1e-3  # sides shorter than this, over the width, would only spoil the matrix
 
@@ -58,9 +60,10 @@ def opening(
 ) -> np.ndarray:
     """The opening (m) at each point of a network, whose integral is the volume within reach of it.
 
-    Each piece of volume goes to the point nearest to it, V_i, and the opening is (M + width^2 K) w
-    = V, with the lumped mass M and the stiffness K of the network: even over the width, without
-    a change of the integral or of a constant.
+    Each piece of volume goes to the point nearest to it, V_i, if it is beside the crack and not
+    beyond its end, where the rock may be broken all over. The opening is (M + width^2 K) w = V,
+    with the lumped mass M and the stiffness K of the network: even over the width, without a
+    change of the integral or of a constant.
 
     Parameters
     ----------
@@ -70,6 +73,7 @@ def opening(
     n, corners = len(points), elements.shape[1]
     distance, nearest = cKDTree(points).query(places, distance_upper_bound=reach)
     near = np.isfinite(distance)
+    near[near] = _beside(places[near], points[nearest[near]], points, elements) <= width
     gathered = np.bincount(nearest[near], weights=volumes[near], minlength=n)
     mass = np.bincount(elements.ravel(), weights=np.repeat(sizes / corners, corners), minlength=n)
     i, j = np.concatenate([elements[:, pair] for pair in combinations(range(corners), 2)]).T
@@ -80,6 +84,16 @@ def opening(
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     stiffness = diags_array(ties.sum(axis=1)) - ties
     return spsolve((diags_array(mass) + width**2 * stiffness).tocsc(), gathered)
+
+
+def _beside(
+    places: np.ndarray, nearest: np.ndarray, points: np.ndarray, elements: np.ndarray
+) -> np.ndarray:
+    """How far along the crack the places are from the points nearest to them."""
+    element = cKDTree(points[elements].mean(axis=1)).query(places)[1]
+    across = normals(points, elements)[element]
+    offset = places - nearest
+    return np.linalg.norm(offset - np.einsum("ij,ij->i", offset, across)[:, None] * across, axis=1)
 
 
 def _rule(dim: int, width: int) -> list[tuple[np.ndarray, np.ndarray, float]]:
