@@ -53,6 +53,8 @@ LIGHT = [
     "staffa.measure.generations",
     "staffa.measure.tip",
     "staffa.measure.averages",
+    "staffa.measure.tracing",
+    "staffa.io.network",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",
     "staffa.io.vtkhdf",

@@ -130,6 +130,7 @@ class Measures:
     front: depth of the deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
+    volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
     """
 
     sections: tuple[Section, ...]
@@ -137,6 +138,7 @@ class Measures:
     front: float
     length_surface: float
     length_geometry: float
+    volume: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +214,14 @@ class Return:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Probe:
+    """Points of the body at which fields are read off: shape (n, 2 or 3), m."""
+
+    name: str
+    points: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Moment:
     """Which step, and when: index, time (s), and tau, None where nothing diffuses."""
 
@@ -233,6 +243,8 @@ class Step:
     status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
     the last one before that, without audit and measures), or "rejected" (the step was too long, and
     is taken again: it stands for no state of the run). fields: the file of its fields, if kept.
+    reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
+    (m) and alpha at the points of the manifest's probes, one after the other.
     """
 
     index: int
@@ -250,6 +262,8 @@ class Step:
     returned: Return | None = None
     stability: Stability | None = None
     heat: Heat | None = None
+    reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    probed: tuple[tuple[float, ...], ...] = ()
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -266,6 +280,7 @@ class Step:
         measures = known.pop("measures")
         returned, stability = known.pop("returned", None), known.pop("stability", None)
         heat = known.pop("heat", None)
+        held = known.pop("reactions", {})
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
@@ -276,6 +291,8 @@ class Step:
             returned=None if returned is None else Return(**returned),
             stability=None if stability is None else Stability(**stability),
             heat=None if heat is None else Heat(**heat),
+            reactions={side: tuple(force) for side, force in held.items()},
+            probed=tuple(tuple(row) for row in known.pop("probed", ())),
             **known,
         )
 
@@ -305,6 +322,7 @@ def _measures(record: dict[str, Any]) -> Measures:
         front=record["front"],
         length_surface=record["length_surface"],
         length_geometry=record["length_geometry"],
+        volume=record.get("volume", 0.0),
     )
 
 
@@ -317,7 +335,9 @@ class Manifest:
     the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
     far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
     all that the run will visit, or with adaptive steps those that it will not miss; requested:
-    whether each is an output time. scales: the derived numbers that `staffa check` prints, by name.
+    whether each is an output time. threshold: damage above which a point counts as cracked.
+    probes: where fields are read off at each step. scales: the
+    derived numbers that `staffa check` prints, by name.
     """
 
     version: str
@@ -344,6 +364,8 @@ class Manifest:
     petsc_options: dict[str, str]
     tip_reach: float | None = None
     adaptive: bool = False
+    probes: tuple[Probe, ...] = ()
+    threshold: float = 0.8
     format: int = 1
 
     def sharp(self, depth: float) -> float:

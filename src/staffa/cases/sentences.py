@@ -29,6 +29,7 @@ RULES = {
 ALTERNATIVES = (
     *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
     *("one value", "one property", "a random field", "a file"),
+    *("a spot", "a line"),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import REJECTED, Manifest, Step, kept
+from staffa.records import REJECTED, Manifest, Probe, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -160,6 +160,10 @@ def _read_manifest(path: Path) -> Manifest:
     try:
         for name in ("times", "taus", "requested", "size"):
             record[name] = tuple(record[name])
+        record["probes"] = tuple(
+            Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
+            for probe in record.get("probes", ())
+        )
         return Manifest(**record)
     except (KeyError, TypeError):
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None

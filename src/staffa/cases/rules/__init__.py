@@ -33,6 +33,7 @@ from staffa.cases.rules.heat import (
     heat_has_its_profile,
     heat_is_complete,
 )
+from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.rock import (
     elasticity_is_definite,
     properties_have_values,
@@ -90,6 +91,7 @@ RULES = (
     heat_is_complete,
     heat_enters_or_leaves,
     measures_are_inside,
+    probes_are_inside,
     times_increase,
     adaptive_steps_are_possible,
     cooling_has_begun,
