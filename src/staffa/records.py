@@ -124,6 +124,15 @@ class Tip:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Fluid:
+    """What presses in the cracks: its pressure (Pa), and the volume on which that does work,
+    -int u . grad alpha (m^3; in 2-D m^2)."""
+
+    pressure: float
+    volume: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Measures:
     """The crack network of one state.
 
@@ -131,6 +140,7 @@ class Measures:
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
     volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
+    fluid: in the cracks, if there is one.
     """
 
     sections: tuple[Section, ...]
@@ -139,6 +149,7 @@ class Measures:
     length_surface: float
     length_geometry: float
     volume: float = 0.0
+    fluid: Fluid | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -323,6 +334,7 @@ def _measures(record: dict[str, Any]) -> Measures:
         length_surface=record["length_surface"],
         length_geometry=record["length_geometry"],
         volume=record.get("volume", 0.0),
+        fluid=Fluid(**record["fluid"]) if record.get("fluid") else None,
     )
 
 

@@ -11,7 +11,7 @@ from staffa.loads.closed_form import Face
 from staffa.measure.opening import sliver
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
-from staffa.records import Measures, Section, Tip
+from staffa.records import Fluid, Measures, Section, Tip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,16 @@ def measures(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> Meas
         length_surface=energy.crack_length() / gauge.toughness_factor,
         length_geometry=energy.crack_variation(),
         volume=crack_volume(domain, state),
+        fluid=fluid(energy),
     )
+
+
+def fluid(energy: Energy) -> Fluid | None:
+    """The fluid in the cracks. Collective."""
+    external = energy.external
+    if not external.forces.in_cracks:
+        return None
+    return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
 
 
 # VTK's order of the vertices of a quadrilateral and a hexahedron, from that of a tensor product.
