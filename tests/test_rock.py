@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from bodies import printed_on
+from bodies import printed_on, run
 from staffa.cases.build import problem
 from staffa.cases.numbers import numbers
 from staffa.cases.pieces import averages, pieces
@@ -21,7 +21,7 @@ from staffa.evolution.problem import Problem
 from staffa.fields import linear_spaces, vertices
 from staffa.heat.body import Conduction, Conductor, Held
 from staffa.heat.march import HeatEquation
-from staffa.physics.elasticity import Full, Orthotropic, TransverselyIsotropic
+from staffa.physics.elasticity import Full, Isotropic, Orthotropic, TransverselyIsotropic
 
 PLATE = """
 [domain]
@@ -325,3 +325,62 @@ def test_isotropic_numbers_stay_numbers() -> None:
     for material in (found.material, *found.regions.values()):
         assert material.elasticity is None and material.roughness is None
         assert type(material.E) is float and type(material.nu) is float
+
+
+SLAB = """
+[domain]
+size = [1.0, 0.5]
+h = 0.05
+[damage]
+ell = 0.1
+[temperature]
+profile = "slab"
+dT = 8.0
+[supports]
+left = "rollers"
+[time]
+tau = [0.1, 0.3]
+"""
+
+
+def energies(*settings: str) -> np.ndarray:
+    """Elastic and surface energy of each step of the slab."""
+    steps = run(problem(parse_case(SLAB, settings), comm=MPI.COMM_SELF))
+    return np.array([(step.energies.elastic, step.energies.surface) for step in steps])
+
+
+@pytest.mark.slow
+def test_a_full_stiffness_that_is_isotropic_gives_the_isotropic_runs_numbers() -> None:
+    C = Isotropic(E=1.0, nu=0.2).stiffness(X[:, :1])[0].tolist()
+    expected = energies()
+    assert expected[-1, 1] > 0.1, "it cracks"
+    assert energies(f"material.stiffness={C}") == pytest.approx(expected, rel=1e-10)
+    assert energies("regions.a={lower=[0,0.25], upper=[1,0.5], nu=0.2}") == pytest.approx(
+        expected, rel=1e-10
+    )
+
+
+LAYERED = (
+    "material={E={mean=1.0, variation=0.2, length=[0.5,0.2], angle=20}, nu=0.3}",
+    "regions.shale={lower=[0,0.25], upper=[1,0.5], E=1.0, nu=0.2, E_axis=0.5, nu_axis=0.1, "
+    "G_axis=0.3, axis=[0.3,1], expansion=[1,2], Gc=[3,1]}",
+)
+CRACKED_ON_RANKS = f"""
+from staffa.stack import MPI
+from bodies import run
+from staffa.cases.build import problem
+from staffa.cases.reading import parse_case
+for step in run(problem(parse_case({SLAB!r}, {LAYERED!r}))):
+    if MPI.COMM_WORLD.rank == 0:
+        print(step.energies.elastic, step.energies.surface)
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_layered_rock_with_bedding_cracks_alike_on_two_ranks() -> None:
+    one = energies(*LAYERED)
+    two = np.array(printed_on(2, CRACKED_ON_RANKS), dtype=float)
+    # each is a minimum to the residual that a step ends at, 1e-3 of the scale of damage forces
+    assert two == pytest.approx(one, rel=1e-5), f"{two} on two ranks, {one} on one"
+    assert one[-1, 1] > 0.1, "it cracks"

@@ -108,12 +108,15 @@ def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
 
 
 def elasticity_is_definite(case: Case) -> None:
-    """The stiffness resists every strain; nu < 0.5 where the volume is constrained."""
-    constrained = case.dim == 3 or case.material.plane == "strain"
+    """The stiffness resists every strain; nu < 0.5 where the volume is constrained, or where all
+    of the stiffness is needed since other rock of the body has directions."""
+    where = "3-D" if case.dim == 3 else "plane strain" if case.material.plane == "strain" else ""
+    if not all(is_isotropic(piece.keys) for piece in pieces(case)):
+        where = where or "a body some of whose stiffness has directions"
     for piece in pieces(case):
         keys = piece.keys
         if is_isotropic(keys):
-            _can_be_compressed(case, piece, constrained)
+            _can_be_compressed(piece, where)
             continue
         try:
             varying = any(varies(value) for _, _, value in piece.properties())
@@ -130,7 +133,8 @@ def _tried(piece: Piece) -> Any:
     )
 
 
-def _can_be_compressed(case: Case, piece: Piece, constrained: bool) -> None:
+def _can_be_compressed(piece: Piece, where: str) -> None:
+    """where: the kind of body in which nu must be less than 0.5, if it must."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
     largest = float(np.max(nu(piece.places()))) if callable(nu) else nu
@@ -139,9 +143,8 @@ def _can_be_compressed(case: Case, piece: Piece, constrained: bool) -> None:
     if not -1 < least <= largest <= 0.5:
         beyond = least if least <= -1 else largest
         raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")
-    if largest >= 0.5 and constrained:
-        where = "3-D" if case.dim == 3 else "plane strain"
-        out = "" if case.dim == 3 else ', or material.plane = "stress"'
+    if largest >= 0.5 and where:
+        out = ', or material.plane = "stress"' if where == "plane strain" else ""
         raise InputError(
             f"{said}: in {where} it must be less than 0.5 (incompressible); take 0.49 or less{out}"
         )
