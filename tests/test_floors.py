@@ -68,6 +68,8 @@ LIGHT = [
     "staffa.plot",
     "staffa.report",
     "staffa.report.ensemble",
+    "staffa.report.pair_reading",
+    "staffa.report.results",
     "staffa.cli",
 ]
 

@@ -261,7 +261,7 @@ class Step:
     def from_record(record: dict[str, Any]) -> "Step":
         """The step that `to_record` wrote."""
         known = dict(record)
-        energies = known.pop("energies")
+        energies = {k: v for k, v in known.pop("energies").items() if k != "total"}
         audit = known.pop("audit")
         measures = known.pop("measures")
         returned, stability = known.pop("returned", None), known.pop("stability", None)

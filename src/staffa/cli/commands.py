@@ -31,6 +31,9 @@ CaseName = Annotated[str, typer.Argument(help="name of a ready case", show_defau
 Folder = Annotated[
     Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
 ]
+RunFolder = Annotated[
+    Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only")]
 
 
@@ -129,6 +132,25 @@ def report(directory: Folder) -> None:
         print_ensemble_pictures(read_ensemble(directory))
     else:
         print_pictures(read_run(directory))
+
+
+@app.command()
+def compare(
+    one: RunFolder,
+    other: RunFolder,
+    directory: Annotated[
+        Path | None,
+        typer.Option("--out", help="where the page goes; default runs/<one>-vs-<other>"),
+    ] = None,
+) -> None:
+    """Two finished runs side by side, in numbers and pictures: do they agree, and until when?"""
+    from staffa.cli.results import print_pair, print_pair_pictures  # loads Matplotlib
+    from staffa.report.pair_reading import place_of, read_pair
+
+    pair = read_pair(one, other)
+    place = place_of(pair, directory)
+    print_pair(pair)
+    print_pair_pictures(pair, place)
 
 
 def main() -> None:

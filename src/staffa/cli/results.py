@@ -1,6 +1,7 @@
-"""Prints what a run or an ensemble found: its summary, its tables, its pictures."""
+"""Prints what a run, an ensemble or two runs found: their summaries, tables, pictures."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from rich.markup import escape
 from rich.table import Table
@@ -8,23 +9,22 @@ from rich.table import Table
 from staffa.cli.terminal import out
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
-from staffa.report.comparison import table
-from staffa.report.drawing import Drawn, draw, draw_ensemble
+from staffa.report import comparison
+from staffa.report.agreement import agreement
+from staffa.report.differences import case_differences, manifest_differences
+from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.report.ensemble import ensemble_title, facts, sheets
+from staffa.report.pair import Pair, pair_title
+from staffa.report.results import common_times, results
 from staffa.report.summary import Fact, summary, title
 
 
 def print_summary(run: Run) -> None:
     """Facts, the comparison with the paper where it has a meaning, and its notes."""
     _print_facts(title(run), summary(run))
-    compared = table(run)
-    if compared is None:
-        return
-    beside = Table(*compared.header)
-    for row in compared.rows:
-        beside.add_row(*row)
-    out.print(beside)
-    _print_notes(compared.notes)
+    compared = comparison.table(run)
+    if compared is not None:
+        _print_table(compared)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
@@ -42,6 +42,14 @@ def print_ensemble(ensemble: Ensemble) -> None:
     _print_notes(dict.fromkeys(note for sheet in found for note in sheet.notes))
 
 
+def print_pair(pair: Pair) -> None:
+    """What differs between two runs, whether they agree, and their results side by side."""
+    _print_facts(pair_title(pair), agreement(pair))
+    for found in (case_differences(pair), manifest_differences(pair), results(pair)):
+        _print_table(found)
+    _print_table(common_times(pair))
+
+
 def print_pictures(run: Run) -> None:
     """Draw the pictures and the page, and print where they are."""
     _print_drawn(draw(run))
@@ -52,6 +60,11 @@ def print_ensemble_pictures(ensemble: Ensemble) -> None:
     _print_drawn(draw_ensemble(ensemble))
 
 
+def print_pair_pictures(pair: Pair, folder: Path) -> None:
+    """The same of two runs, into a folder."""
+    _print_drawn(draw_pair(pair, folder))
+
+
 def _print_facts(heading: str, told: Iterable[Fact]) -> None:
     out.print(f"[bold]{escape(heading)}[/bold]")
     rows = Table(box=None, show_header=False)
@@ -60,6 +73,16 @@ def _print_facts(heading: str, told: Iterable[Fact]) -> None:
             fact.name, f"[red]{escape(fact.text)}[/red]" if fact.alarm else escape(fact.text)
         )
     out.print(rows)
+
+
+def _print_table(found: comparison.Table) -> None:
+    """Its rows, if there are any, and its notes."""
+    if found.rows:
+        rows = Table(*map(escape, found.header))
+        for row in found.rows:
+            rows.add_row(*map(escape, row))
+        out.print(rows)
+    _print_notes(found.notes)
 
 
 def _print_notes(notes: Iterable[str]) -> None:

@@ -13,9 +13,12 @@ from staffa.fields import vertices
 from staffa.measure.advance import crack_advance
 from staffa.minimize.alternate import equilibrium
 from staffa.parallel import best_candidate
+from staffa.physics.damage import damage_at_strength
 
 # Half width in ell of the damage beside a crack, which forms as the cracks that are given settle.
 PROFILE = 2.0
+# Damage beyond that of the strength by this much is a crack that has begun.
+MARGIN = 0.05
 
 
 def unmoved(system: System) -> Loads:
@@ -41,7 +44,8 @@ def come_to_rest(problem: Problem, system: System) -> None:
     outcome, _ = settle(problem, system, start)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
-    ran = crack_advance(system.state, before, threshold=problem.measuring.threshold)
+    failing = damage_at_strength(problem.material.law) + MARGIN
+    ran = crack_advance(system.state, before, threshold=failing)
     if ran > PROFILE * problem.material.ell:
         place = ", ".join(f"{c:.3g}" for c in _most_damaged(problem, system, before))
         raise LoadError(

@@ -129,34 +129,53 @@ def read_run(path: Path) -> Run:
     """
     if not (path / MANIFEST).is_file():
         raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
-    try:
-        record = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise StaffaError(f"{path / MANIFEST} is damaged: {error}") from None
-    if record.get("format") != FORMAT:
-        raise InputError(
-            f"{path} has format {record.get('format')}, this staffa reads {FORMAT}; use the "
-            f"staffa that wrote it, {record.get('version')}"
-        )
-    for name in ("times", "taus", "requested", "size"):
-        record[name] = tuple(record[name])
+    manifest = _read_manifest(path)
     steps = _read_steps(path / STEPS)
     standing = kept(steps)
     rejected = tuple(step for step in steps if step.status == REJECTED)
     known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,
-        case=(path / CASE).read_text(encoding="utf-8"),
-        manifest=Manifest(**record),
+        case=_read_case(path / CASE),
+        manifest=manifest,
         steps=standing,
         superseded=tuple(step for step in steps if id(step) not in known),
         rejected=rejected,
     )
 
 
+def _read_manifest(path: Path) -> Manifest:
+    file = path / MANIFEST
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise StaffaError(f"{file} is damaged: {error}") from None
+    if not isinstance(record, dict):
+        raise StaffaError(f"{file} is damaged: it holds no names with values")
+    if record.get("format") != FORMAT:
+        raise InputError(
+            f"{path} has format {record.get('format')}, this staffa reads {FORMAT}; use the "
+            f"staffa that wrote it, {record.get('version')}"
+        )
+    try:
+        for name in ("times", "taus", "requested", "size"):
+            record[name] = tuple(record[name])
+        return Manifest(**record)
+    except (KeyError, TypeError):
+        raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None
+
+
+def _read_case(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except (FileNotFoundError, UnicodeDecodeError):
+        raise StaffaError(f"{file} is damaged, or not there") from None
+
+
 def _read_steps(path: Path) -> tuple[Step, ...]:
     """The steps up to a last line that a kill cut short; a bad line before it is an error."""
-    lines = path.read_text(encoding="utf-8").split("\n") if path.exists() else []
+    text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+    lines = text.split("\n")
     complete, steps = lines[:-1], []
     for number, line in enumerate(complete, start=1):
         try:

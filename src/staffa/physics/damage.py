@@ -94,10 +94,20 @@ def strength(law: DamageLaw, *, E: float, Gc: float, ell: float) -> float:
     ----------
     E, Gc, ell : modulus (Pa), toughness (J/m^2), regularization length (m); or all scaled.
     """
+    return float(np.sqrt(E * Gc / (2 * law.c_w * ell) * _resistance(law)[1].max()))
+
+
+def damage_at_strength(law: DamageLaw) -> float:
+    """The damage at which a bar of uniform damage carries most: 0 for AT1, 1/4 for AT2."""
+    alpha, resistance = _resistance(law)
+    return float(alpha[resistance.argmax()])
+
+
+def _resistance(law: DamageLaw) -> tuple[np.ndarray, np.ndarray]:
+    """Damage, and w'(alpha)/S'(alpha) with S = 1/a: a stress squared in units of its own."""
     alpha = np.linspace(0.0, 0.999, 20_000)
     softening = -slope(law.a, alpha) / law.a(alpha) ** 2
-    ratio = slope(law.w, alpha) / softening
-    return float(np.sqrt(E * Gc / (2 * law.c_w * ell) * ratio.max()))
+    return alpha, slope(law.w, alpha) / softening
 
 
 def discrete_toughness_factor(law: DamageLaw, *, h: float, ell: float) -> float:

@@ -50,7 +50,7 @@ def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
             axes.tick_params(labelbottom=True)
         if number % columns == 0:
             axes.set_ylabel(with_unit("y", manifest, "m"))
-    _add_legend(figure, manifest, frames, dT)
+    add_legend(figure, manifest, frames, dT)
     return figure
 
 
@@ -120,7 +120,8 @@ def triangulation(grid: Grid) -> Triangulation:
     return Triangulation(grid.points[:, 0], grid.points[:, 1], cells)
 
 
-def _add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: float) -> None:
+def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: float) -> None:
+    """What the colors mean, above; what tau is, below."""
     handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
     if manifest.face:
         handles.append(Line2D([], [], color=COLD, linewidth=FACE, label="cooled face"))

@@ -24,10 +24,13 @@ class Frame:
     T: np.ndarray
 
 
-def read_frames(run: Run) -> tuple[list[Frame], list[str]]:
-    """The moments to draw, oldest first, and a sentence on each file that could not be read."""
+def read_frames(run: Run, steps: Sequence[Step] | None = None) -> tuple[list[Frame], list[str]]:
+    """The moments to draw, oldest first, and a sentence on each file that could not be read.
+
+    steps: which, in place of those that are chosen.
+    """
     frames, reasons = [], []
-    for step in chosen(run):
+    for step in chosen(run) if steps is None else steps:
         path = run.path / str(step.fields)
         try:
             grid, values = read_vtkhdf(path)
@@ -48,7 +51,7 @@ def chosen(run: Run) -> list[Step]:
     return spread(asked if len(asked) > 1 else there)
 
 
-def spread(steps: Sequence[Step]) -> list[Step]:
+def spread[T](steps: Sequence[T]) -> list[T]:
     """At most five of the steps, evenly spread; the last stays, and the first, uncracked, goes."""
     if len(steps) <= MOST:
         return list(steps)

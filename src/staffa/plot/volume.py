@@ -36,7 +36,8 @@ def volume_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
         Rendering is not possible here.
     """
     shown = frames[-MOST:]
-    views = rendered(manifest, shown)
+    bottom = deepest(manifest, shown)
+    views = rendered(manifest, shown, bottom)
     figure = new_figure(2 * WIDTH / MOST + 1.4)
     panels = figure.subplots(2, len(shown), squeeze=False)
     for column, frame in enumerate(shown):
@@ -47,14 +48,16 @@ def volume_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
         panels[1, column].set_title("seen from the far side", loc="left", fontsize=8)
     name = f"depth below the {'cooled face' if manifest.face else 'bottom'}"
     figure.colorbar(
-        ScalarMappable(Normalize(0, deepest(manifest, shown)), DEPTHS), ax=panels,
+        ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels,
         location="bottom", shrink=0.5, aspect=40, label=with_unit(name, manifest, "m"),
     )  # fmt: skip
     return figure
 
 
-def rendered(manifest: Manifest, frames: Sequence[Frame]) -> np.ndarray:
+def rendered(manifest: Manifest, frames: Sequence[Frame], bottom: float) -> np.ndarray:
     """Views (row) of moments (column) as images, shape (2, n, PIXELS, PIXELS, 3).
+
+    bottom: depth (m) at which the colors end.
 
     VTK ends its process where it finds neither a display nor a software renderer, so a child
     renders, and only the picture is lost.
@@ -66,7 +69,7 @@ def rendered(manifest: Manifest, frames: Sequence[Frame]) -> np.ndarray:
             "files": [str(frame.path.resolve()) for frame in frames],
             "size": manifest.size,
             "face": manifest.face or "bottom",
-            "deepest": deepest(manifest, frames),
+            "deepest": bottom,
             "crack": CRACK,
             "colors": DEPTHS,
             "pixels": PIXELS,

@@ -1,4 +1,4 @@
-"""Draws every picture that a run, or an ensemble, has the numbers for, and writes its page."""
+"""Draws every picture that a run, an ensemble or a pair of runs has numbers for, and its page."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,9 @@ from staffa.plot.members import counts_figure, growth_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
 from staffa.report.ensemble import write_results
-from staffa.report.page import ensemble_page, page
+from staffa.report.page import ensemble_page, page, pair_page
+from staffa.report.pair import Pair
+from staffa.report.pair_figures import pair_figures
 from staffa.report.tips import tips_table
 
 PICTURES, PAGE, TIPS = "pictures", "report.html", "tips.csv"
@@ -43,7 +45,11 @@ def draw(run: Run) -> Drawn:
         The run directory cannot be written to.
     """
     figures, skipped = _figures(run)
-    return _written(run.path, figures, skipped, partial(page, run), tips_table(run))
+    table = tips_table(run)
+    drawn = _written(run.path, figures, skipped, partial(page, run), table)
+    if table is None:
+        (run.path / TIPS).unlink(missing_ok=True)  # of an earlier version of the run
+    return drawn
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
@@ -60,6 +66,18 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
     return drawn
 
 
+def draw_pair(pair: Pair, folder: Path) -> Drawn:
+    """The same for two runs side by side, into a folder of its own.
+
+    Raises
+    ------
+    StaffaError
+        The folder cannot be written to.
+    """
+    figures, skipped = pair_figures(pair)
+    return _written(folder, figures, skipped, partial(pair_page, pair))
+
+
 def _written(
     folder: Path,
     figures: dict[str, Callable[[], Figure]],
@@ -69,7 +87,7 @@ def _written(
 ) -> Drawn:
     pictures = []
     try:
-        (folder / PICTURES).mkdir(exist_ok=True)
+        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
             path = folder / PICTURES / f"{name}.png"
             try:
@@ -79,13 +97,11 @@ def _written(
                 skipped.append(f"{name}: {error}")
         if table is not None:
             write_aside(folder / TIPS, table)
-        else:
-            (folder / TIPS).unlink(missing_ok=True)
         write_aside(folder / PAGE, text(pictures, skipped))
     except OSError as error:
         raise StaffaError(
-            f"the report cannot be written into {folder}: {error.strerror}; copy the run to a "
-            f"folder that you may write to"
+            f"the report cannot be written into {folder}: {error.strerror}; copy the run to, "
+            f"or choose with --out, a folder that you may write to"
         ) from None
     return Drawn(
         page=folder / PAGE,

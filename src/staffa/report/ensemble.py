@@ -42,13 +42,13 @@ class Sheet:
 
     def member_lines(self) -> list[tuple[str, ...]]:
         """The rows of the members as text: seed, then its numbers."""
-        return [(str(seed), *map(_text, row)) for seed, row in self.rows.items()]
+        return [(str(seed), *map(number, row)) for seed, row in self.rows.items()]
 
     def total_lines(self) -> list[tuple[str, ...]]:
         """The rows below them as text: name, then its numbers, an error to two digits."""
         digits = {"error": 2}
         return [
-            (name, *(_text(value, digits.get(name, 4)) for value in row))
+            (name, *(number(value, digits.get(name, 4)) for value in row))
             for name, row in self.totals.items()
         ]
 
@@ -164,7 +164,7 @@ def as_csv(ensemble: Ensemble, found: Sequence[Sheet]) -> str:
     return text.getvalue()
 
 
-def _text(value: float | None, digits: int = 4) -> str:
+def number(value: float | None, digits: int = 4) -> str:
     """A cell of a table: whole numbers whole."""
     if value is None:
         return ABSENT

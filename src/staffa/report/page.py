@@ -1,4 +1,4 @@
-"""The report of a run, and that of an ensemble, as one self-contained HTML page."""
+"""The report of a run, of an ensemble and of two runs, as one self-contained HTML page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,7 +6,11 @@ from pathlib import Path
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison, pieces
+from staffa.report.agreement import agreement
+from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.ensemble import ensemble_title, facts, sheets
+from staffa.report.pair import Pair, pair_title
+from staffa.report.results import common_times, results
 from staffa.report.summary import summary, title
 
 CAPTIONS = {
@@ -16,6 +20,10 @@ CAPTIONS = {
     "lengths": "Length of the cracks, depth of each tip, and how many cross each depth.",
     "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
     "error as a band, and each member as a thin line.",
+    "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
+    "total energies are, over the larger of them.",
+    "growth-of-both": "Growth of the cracks of both runs.",
+    "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
     "growth": "Growth of the cracks: the mean of the finished members, its standard error as a "
     "band, and each member as a thin line.",
 }
@@ -53,6 +61,25 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
         pieces.footer(f"of the first member: {_origin(ensemble.first)}"),
     ]
     return pieces.document(ensemble_title(ensemble), parts)
+
+
+def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
+    """The page of two runs: whether they agree, what differs, results, pictures, cases."""
+    parts = [
+        pieces.fact_list(agreement(pair)),
+        _plain("What differs in the cases", case_differences(pair)),
+        _plain("What differs in the runs", manifest_differences(pair)),
+        _plain("Results", results(pair)),
+        _plain("At common times", common_times(pair)),
+        *_pictures(pictures, skipped),
+        *(pieces.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
+        *(pieces.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
+    ]
+    return pieces.document(pair_title(pair), parts)
+
+
+def _plain(heading: str, found: comparison.Table) -> str:
+    return pieces.table(heading, found.header, found.rows, under=found.notes, plain=True)
 
 
 def _compared(run: Run) -> str:

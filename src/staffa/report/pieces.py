@@ -27,8 +27,9 @@ th, td { padding: .4rem .6rem; text-align: right; white-space: nowrap;
 sub { line-height: 0; }
 th:first-child, td:first-child { text-align: left; }
 thead th { color: var(--soft); font-weight: 500; }
-tbody:last-child tr:last-child td, tfoot td { background: #f4f7fb; }
-tbody:last-child tr:last-child td, tfoot tr:first-child td { font-weight: 600; }
+table:not(.plain) tbody:last-child tr:last-child td, tfoot td { background: #f4f7fb; }
+table:not(.plain) tbody:last-child tr:last-child td, tfoot tr:first-child td { font-weight: 600; }
+.plain td { white-space: normal; }
 ul.notes { color: var(--soft); font-size: .85rem; padding-left: 1.1rem; }
 figure { margin: 1rem 0 2rem; }
 figcaption { color: var(--soft); font-size: .85rem; }
@@ -68,14 +69,21 @@ def table(
     *,
     totals: Iterable[Sequence[str]] = (),
     under: Sequence[str] = (),
+    plain: bool = False,
 ) -> str:
-    """A table with its heading and its notes; the totals, or else the last row, stand out."""
+    """A table with its heading and its notes.
+
+    The totals, or else the last row, stand out, unless it is plain.
+    """
+    begin = f"<h2>{escape(heading)}</h2>"
+    if not (lines := _rows(rows)):
+        return begin + notes(under)
     head = "".join(f"<th>{_symbol(name)}</th>" for name in header)
     foot = _rows(totals)
+    kind = ' class="plain"' if plain else ""
     return (
-        f"<h2>{escape(heading)}</h2>"
-        f'<div class="wide"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{_rows(rows)}</tbody>{f'<tfoot>{foot}</tfoot>' if foot else ''}</table></div>"
+        f'{begin}<div class="wide"><table{kind}><thead><tr>{head}</tr></thead>'
+        f"<tbody>{lines}</tbody>{f'<tfoot>{foot}</tfoot>' if foot else ''}</table></div>"
         + notes(under)
     )
 
@@ -108,9 +116,12 @@ def figure(picture: Path, caption: str) -> str:
     )
 
 
-def case_text(text: str) -> str:
+def case_text(text: str, heading: str = "Case") -> str:
     """The case file, folded."""
-    return f"<h2>Case</h2><details><summary>case.toml</summary><pre>{escape(text)}</pre></details>"
+    return (
+        f"<h2>{escape(heading)}</h2><details><summary>case.toml</summary>"
+        f"<pre>{escape(text)}</pre></details>"
+    )
 
 
 def footer(text: str) -> str:

@@ -1,0 +1,178 @@
+"""Two runs in one picture: their curves on one clock, their cracks and what tells these apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from staffa.plot.cracks import add_legend, draw_panel, temperature_drop, triangulation
+from staffa.plot.frames import Frame
+from staffa.plot.labels import moment, with_unit
+from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
+from staffa.plot.volume import DEPTHS, deepest, rendered
+from staffa.plot.volume import MOST as MOST_VOLUMES
+from staffa.records import Manifest
+
+COLORS = (BLUE, ORANGE)
+WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other
+DIFFERENCE = "RdBu_r"
+LONG = 4.0  # width over height of a body whose panels stand in one column
+LONGEST = 18  # characters of a name above a panel
+Curve = tuple[Sequence[float], Sequence[float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Panel:
+    """Times and values of one quantity: of each run, or one curve of both together.
+
+    counts: whole numbers, each of which lasts until the next step.
+    """
+
+    label: str
+    curves: tuple[Curve, ...]
+    counts: bool = False
+
+
+def curves_figure(names: Sequence[str], clock: str, panels: Sequence[Panel]) -> Figure:
+    """One panel a quantity, a color for each run; what belongs to both is black."""
+    figure = new_figure(0.9 + 1.7 * len(panels))
+    rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, panel in zip(rows, panels, strict=True):
+        _draw_curves(axes, panel)
+    rows[-1].set_xlabel(clock)
+    handles = [
+        Line2D([], [], color=color, linewidth=width, label=name)
+        for name, color, width in zip(names, COLORS, WIDTHS, strict=True)
+    ]
+    legend_above(rows[0], 2, handles)
+    return figure
+
+
+def _draw_curves(axes: Axes, panel: Panel) -> None:
+    alone = len(panel.curves) == 1
+    for curve, color, width in zip(panel.curves, COLORS, WIDTHS, strict=False):
+        axes.plot(
+            *curve, color=BLACK if alone else color, linewidth=WIDTHS[-1] if alone else width,
+            drawstyle="steps-post" if panel.counts else "default",
+            marker="o" if len(curve[0]) == 1 else "",
+        )  # fmt: skip
+    axes.set_ylabel(panel.label)
+    if all(value >= 0 for _, values in panel.curves for value in values):
+        axes.set_ylim(bottom=0)
+    axes.yaxis.set_major_locator(MaxNLocator(4, integer=panel.counts))
+
+
+def fields_figure(
+    names: Sequence[str],
+    manifests: Sequence[Manifest],
+    frames: Sequence[tuple[Frame, Frame]],
+    ratio: float = 1.0,
+) -> Figure:
+    """Damage of both 2-D bodies at each time, and where the points agree the difference.
+
+    ratio: see `difference`.
+    """
+    apart = [difference(*both, ratio) for both in frames]
+    across = 3 if any(d is not None for d in apart) else 2
+    width, height = manifests[0].size
+    columns = 1 if width > LONG * height else across
+    panel = (WIDTH - 0.7) / columns * height / width + 0.36
+    rows = across * len(frames) // columns
+    figure = new_figure(rows * panel + 1.4, gap=0.05)
+    grid = figure.subplots(rows, columns, squeeze=False).reshape(len(frames), across)
+    for line, both, gap in zip(grid, frames, apart, strict=True):
+        for axes, name, manifest, frame in zip(line, names, manifests, both, strict=False):
+            dT = temperature_drop(manifest, [frame])
+            draw_panel(axes, manifest, frame, triangulation(frame.grid), dT)
+            axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left", pad=3)
+        if across == 3:
+            _draw_difference(line[2], manifests[0], both[0], gap)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(with_unit("y", manifests[0], "m"))
+    for axes, manifest in zip(grid[-1], (*manifests, manifests[0]), strict=False):
+        axes.set_xlabel(with_unit("x", manifest, "m"))
+    first = [both[0] for both in frames]
+    add_legend(figure, manifests[0], first, temperature_drop(manifests[0], first))
+    if across == 3:
+        figure.colorbar(
+            ScalarMappable(Normalize(-1, 1), DIFFERENCE), ax=grid, location="bottom", shrink=0.5,
+            aspect=40, label=f"damage of {_short(names[1])} minus that of {_short(names[0])}",
+        )  # fmt: skip
+    return figure
+
+
+def difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
+    """Damage of the second minus that of the first at the points of the first, shape (n,).
+
+    None if these are not the points of both; a mesh has its points in another order on another
+    number of ranks. ratio: the unit of length of the first over that of the second.
+    """
+    a, b = one.grid.points, ratio * other.grid.points
+    if a.shape != b.shape:
+        return None
+    near = 1e-6 * float(np.ptp(a, axis=0).max())  # far below any edge, far above rounding
+    order, there = (np.lexsort(np.round(points / near).T) for points in (a, b))
+    if not np.allclose(a[order], b[there], rtol=0.0, atol=2 * near):
+        return None
+    found = np.empty_like(one.alpha)
+    found[order] = other.alpha[there] - one.alpha[order]
+    return found
+
+
+def _draw_difference(axes: Axes, manifest: Manifest, frame: Frame, gap: np.ndarray | None) -> None:
+    if gap is None:
+        axes.set_axis_off()
+        return
+    axes.grid(False)
+    axes.set_aspect("equal")
+    triangles = triangulation(frame.grid)
+    axes.tripcolor(triangles, gap, cmap=DIFFERENCE, vmin=-1, vmax=1, shading="gouraud")
+    axes.set_xlim(0, manifest.size[0])
+    axes.set_ylim(0, manifest.size[1])
+    axes.locator_params(axis="x", nbins=5)
+    for side in axes.spines.values():
+        side.set_visible(True)
+    axes.set_title(f"difference, at most {abs(gap).max():.2g}", loc="left", pad=3)
+
+
+def volumes_figure(
+    names: Sequence[str],
+    manifests: Sequence[Manifest],
+    frames: Sequence[tuple[Frame, Frame]],
+) -> Figure:
+    """The last three moments of both 3-D bodies from a corner, cracks colored by depth.
+
+    Raises
+    ------
+    StaffaError
+        Rendering is not possible here.
+    """
+    shown = frames[-MOST_VOLUMES:]
+    runs = [
+        (name, m, [both[k] for both in shown])
+        for k, (name, m) in enumerate(zip(names, manifests, strict=True))
+    ]
+    bottom = max(deepest(manifest, mine) / manifest.L for _, manifest, mine in runs)
+    figure = new_figure(2 * WIDTH / MOST_VOLUMES + 1.4)
+    panels = figure.subplots(2, len(shown), squeeze=False)
+    for row, (name, manifest, mine) in zip(panels, runs, strict=True):
+        views = rendered(manifest, mine, bottom * manifest.L)[0]
+        for axes, view, frame in zip(row, views, mine, strict=True):
+            axes.imshow(view)
+            axes.set_axis_off()
+            axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left")
+    figure.colorbar(
+        ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels, location="bottom", shrink=0.5,
+        aspect=40, label="depth over L",
+    )  # fmt: skip
+    return figure
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST else f"…{name[1 - LONGEST :]}"

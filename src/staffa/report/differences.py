@@ -1,0 +1,82 @@
+"""What differs between two runs besides their results: keys of the cases, facts of the runs."""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+from staffa.cases.model import Case
+from staffa.cases.writing import inline
+from staffa.records import Manifest
+from staffa.report.comparison import ABSENT, Table
+from staffa.report.pair import Pair
+
+# Facts of a manifest that are not in the case, or follow from more than one of its keys.
+FACTS = (
+    *("version", "commit", "ranks", "law", "scaled", "adaptive", "mesh", "cells", "unknowns"),
+    *("toughness_factor", "tip_reach"),
+)
+
+
+def case_differences(pair: Pair) -> Table:
+    """The keys of the cases whose values differ, defaults resolved; 5 mm and 0.005 m do not."""
+    cases = [dict(_keys(side.case)) for side in pair.sides]
+    rows = _rows(*cases, same=lambda a, b: a == b or inline(a) == inline(b), text=_value)
+    return Table(
+        header=("case", *pair.names),
+        rows=rows,
+        notes=() if rows else ("The cases do not differ.",),
+    )
+
+
+def manifest_differences(pair: Pair) -> Table:
+    """What differs of how the cases were run, and of the numbers derived from them."""
+    facts = [dict(_facts(side.run.manifest)) for side in pair.sides]
+    rows = _rows(*facts, same=lambda a, b: _fact(a) == _fact(b), text=_fact)
+    return Table(
+        header=("run", *pair.names),
+        rows=rows,
+        notes=() if rows else ("Version, ranks, mesh and derived numbers do not differ.",),
+    )
+
+
+def _rows(
+    one: Mapping[str, Any],
+    other: Mapping[str, Any],
+    *,
+    same: Callable[[Any, Any], bool],
+    text: Callable[[Any], str],
+) -> tuple[tuple[str, ...], ...]:
+    values = ((name, one.get(name), other.get(name)) for name in dict.fromkeys([*one, *other]))
+    return tuple((name, text(a), text(b)) for name, a, b in values if not same(a, b))
+
+
+def _keys(case: Case) -> Iterator[tuple[str, Any]]:
+    for section in Case.model_fields:
+        table = getattr(case, section)
+        if not isinstance(table, BaseModel):
+            yield section, table
+            continue
+        for key in type(table).model_fields:
+            yield f"{section}.{key}", getattr(table, key)
+
+
+def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
+    for name in FACTS:
+        yield name.replace("_", " "), getattr(manifest, name)
+    yield "planned times", len(manifest.times)
+    yield from manifest.scales.items()
+    yield from ((f"{name}, version", version) for name, version in manifest.versions.items())
+    yield from ((f"PETSc {name}", value) for name, value in manifest.petsc_options.items())
+
+
+def _value(value: Any) -> str:
+    return ABSENT if value is None else inline(value)
+
+
+def _fact(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,84 @@
+"""From two folders to a pair of finished runs, or to one sentence that says why not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from staffa.cases.model import Case
+from staffa.cases.reading import parse_case
+from staffa.errors import InputError, StaffaError
+from staffa.io.ensemble_directory import is_ensemble, members
+from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free
+from staffa.report.pair import Pair, Side
+from staffa.report.summary import summary
+
+
+def read_pair(one: Path, other: Path) -> Pair:
+    """Read two finished runs.
+
+    Raises
+    ------
+    InputError
+        A folder is no run, its run is damaged or not finished, or both are the same.
+    """
+    runs = [_finished(path) for path in (one, other)]
+    if one.samefile(other):
+        raise InputError(f"{one} and {other} are the same run; name two different ones")
+    names = [path.resolve().name for path in (one, other)]
+    if names[0] == names[1]:
+        names = [str(one), str(other)]
+    sides = [
+        Side(name=name, run=run, case=_case(run)) for name, run in zip(names, runs, strict=True)
+    ]
+    mixed = runs[0].manifest.scaled != runs[1].manifest.scaled
+    first, second = map(_over_sizes, sides) if mixed else sides
+    return Pair(first=first, second=second, mixed=mixed)
+
+
+def place_of(pair: Pair, asked: Path | None) -> Path:
+    """Where the page and the pictures go: as asked, or below runs/; an earlier page may be there.
+
+    Raises
+    ------
+    InputError
+        A run or an ensemble is there, or the folder cannot be made.
+    """
+    first, second = (side.run.path.resolve().name for side in pair.sides)
+    place = asked or Path("runs") / f"{first}-vs-{second}"
+    require_free(place)
+    if is_ensemble(place):
+        raise InputError(f"--out {place} holds an ensemble; choose another folder")
+    return place
+
+
+def _finished(path: Path) -> Run:
+    if is_ensemble(path):
+        one = next(iter(members(path).values()))
+        raise InputError(f"{path} is an ensemble; name one of its runs, like {one}")
+    if not (path / MANIFEST).is_file():
+        raise InputError(
+            f"{path} is no run directory: it has no {MANIFEST}; name a folder that `staffa run` "
+            f"made"
+        )
+    try:
+        run = read_run(path)
+    except StaffaError as error:
+        raise InputError(f"{error}; name another run, or run the case again") from None
+    if not run.finished:
+        status = next(fact.text for fact in summary(run) if fact.name == "status")
+        raise InputError(
+            f"the run in {path} is not finished ({status}); let it end, or run the case again"
+        )
+    return run
+
+
+def _case(run: Run) -> Case:
+    try:
+        return parse_case(run.case)
+    except InputError as error:
+        raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
+
+
+def _over_sizes(side: Side) -> Side:
+    """With L and Gc L (in 3-D Gc L^2) to divide by."""
+    L, Gc = side.run.manifest.L, float(side.case.material.Gc)
+    return replace(side, length=L, energy=Gc * L ** (side.dim - 1))

@@ -1,0 +1,280 @@
+"""Prestress, weight, tractions, pressure in pores and in cracks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bodies import body, printed_on, rock
+from staffa.cut import FlatCrack
+from staffa.errors import LoadError
+from staffa.evolution.march import march
+from staffa.evolution.problem import Problem
+from staffa.evolution.system import System, build
+from staffa.fields import owned
+from staffa.loads.forces import Forces, Traction
+from staffa.physics.elasticity import Isotropic
+from staffa.physics.split import SPLITS
+from staffa.records import Step, Stop
+from staffa.supports import SideSupport, at_rest
+
+E, NU = 2.0, 0.25
+FLOOR = SideSupport(side="bottom", components={1: at_rest})
+LEFT = SideSupport(side="left", components={0: at_rest})
+RIGHT = SideSupport(side="right", components={0: at_rest})
+
+
+EVENLY = np.array([1.0, 1.0, 1.0, 0, 0, 0])
+PULLED = np.array([1.0, 0, 0, 0, 0, 0])
+
+
+def strong(state: str = "plane stress", **changes):
+    """Rock that nothing here breaks."""
+    return rock(E=E, nu=NU, ell=0.2, Gc=1e6, state=state, residual_stiffness=1e-12, **changes)
+
+
+def last(problem: Problem) -> tuple[System, Step]:
+    system = build(problem)
+    steps = list(march(problem, system))
+    assert not any(step.audit.violations for step in steps)
+    return system, steps[-1]
+
+
+def largest(system: System) -> float:
+    """Largest displacement."""
+    return float(np.abs(owned(system.state.u)).max())
+
+
+def uniaxial(stress: float):
+    return lambda x, t: np.array([np.full(x.shape[1], stress * t), np.zeros(x.shape[1])])
+
+
+@pytest.mark.parametrize("split", ["none", "no-tension"])
+@pytest.mark.parametrize("pulled", [True, False])
+def test_traction(split: str, pulled: bool) -> None:
+    """A bar under stress that grows with time: strain sigma/E, and its work is its energy."""
+    sigma = 0.3 if pulled else -0.3
+    problem = body(
+        (1.0, 0.5),
+        0.25,
+        sides=(LEFT, FLOOR),
+        times=(0.5, 1.0),
+        material=strong(split=SPLITS[split]),
+        forces=Forces(sides=(Traction(side="right", force=uniaxial(sigma)),)),
+    )
+    system, step = last(problem)
+    x = system.spaces.alpha.tabulate_dof_coordinates()
+    u = system.state.u.x.array.reshape(-1, 2)
+    assert u[:, 0] == pytest.approx(sigma / E * x[:, 0], abs=1e-6)
+    assert u[:, 1] == pytest.approx(-NU * sigma / E * x[:, 1], abs=1e-6)
+    assert step.energies.elastic == pytest.approx(sigma**2 / (2 * E) * 0.5, rel=1e-5)
+    assert step.energies.loads == pytest.approx(-(sigma**2) / E * 0.5, rel=1e-5)
+    system.destroy()
+
+
+def test_pressure_is_a_traction_inwards() -> None:
+    """On a slanting or any face along its normal."""
+    pressed = {"top", "right"}
+    both = body(
+        (1.0, 0.5),
+        0.25,
+        sides=(LEFT, FLOOR),
+        material=strong(),
+        forces=Forces(
+            sides=tuple(
+                Traction(side=side, pressure=lambda x, t: np.full(x.shape[1], 0.1))
+                for side in sorted(pressed)
+            )
+        ),
+    )
+    system, _ = last(both)
+    x = system.spaces.alpha.tabulate_dof_coordinates()[:, :2]
+    strain = -0.1 * (1 - NU) / E
+    assert system.state.u.x.array.reshape(-1, 2) == pytest.approx(strain * x, abs=1e-9)
+    system.destroy()
+
+
+def test_weight() -> None:
+    """A column sinks by rho g L^2/(2 E) at its top, if nu = 0."""
+    problem = body(
+        (0.5, 1.0),
+        0.125,
+        sides=(FLOOR,),
+        material=replace(strong(rho=3.0), nu=0.0),
+        forces=Forces(gravity=(0.0, -0.1)),
+    )
+    system, _ = last(problem)
+    assert largest(system) == pytest.approx(3.0 * 0.1 / (2 * E), rel=1e-9)
+    system.destroy()
+
+
+@pytest.mark.parametrize("elasticity", [None, Isotropic(E=E, nu=NU)])
+@pytest.mark.parametrize("split", ["none", "volumetric-deviatoric"])
+@pytest.mark.parametrize("state", ["plane strain", "solid"])
+def test_rock_under_its_weight_stays_where_it_is(elasticity, split: str, state: str) -> None:
+    """Prestress that grows with depth balances weight and pressure on top: no displacement."""
+    dim = 2 if state == "plane strain" else 3
+    size = (1.0, 1.0) if dim == 2 else (0.5, 0.5, 1.0)
+    rho, g, lateral, top = 3.0, 0.1, 0.6, 0.2
+
+    def stress(x: np.ndarray) -> np.ndarray:
+        vertical = -top - rho * g * (1.0 - x[dim - 1])
+        found = np.zeros((6, x.shape[1]))
+        found[:3] = lateral * vertical
+        found[dim - 1] = vertical
+        return found
+
+    sides = [
+        FLOOR if dim == 2 else SideSupport(side="bottom", components={2: at_rest}),
+        LEFT,
+        RIGHT,
+    ]
+    if dim == 3:
+        sides += [SideSupport(side=side, components={1: at_rest}) for side in ("front", "back")]
+    problem = body(
+        size,
+        0.25,
+        cells="triangle" if dim == 2 else "tetrahedron",
+        sides=tuple(sides),
+        material=strong(state, rho=rho, elasticity=elasticity, split=SPLITS[split]),
+        forces=Forces(
+            gravity=(*(0.0,) * (dim - 1), -g),
+            prestress=stress,
+            sides=(Traction(side="top", pressure=lambda x, t: np.full(x.shape[1], top)),),
+        ),
+    )
+    system, _ = last(problem)
+    assert largest(system) < 1e-11
+    system.destroy()
+
+
+@pytest.mark.parametrize("biot", [0.5, 1.0])
+def test_pore_pressure(biot: float) -> None:
+    """A body without stress on the whole is in equilibrium, its rock pulled by b p on all sides."""
+    pores = Forces(pore_pressure=lambda x: np.full(x.shape[1], 0.3), biot=biot)
+    system, step = last(body((0.5, 0.5, 0.5), 0.25, material=strong("solid"), forces=pores))
+    assert largest(system) < 1e-11
+    pulled = biot * 0.3
+    density = 3 * (1 - 2 * NU) / (2 * E) * pulled**2
+    assert step.energies.elastic == pytest.approx(density * 0.125, rel=1e-9)
+    system.destroy()
+
+
+def test_drawn_down_pores() -> None:
+    """A free body whose pore pressure is none, and whose rock was pulled by b p before, shrinks."""
+    pulled = 0.3
+    relaxed = Forces(prestress=lambda x: np.full((6, len(x[0])), pulled) * EVENLY[:, None])
+    system, _ = last(body((0.5, 0.5, 0.5), 0.25, material=strong("solid"), forces=relaxed))
+    u = system.state.u.x.array.reshape(-1, 3)
+    strain = -(1 - 2 * NU) / E * pulled
+    assert np.ptp(u[:, 0]) == pytest.approx(-strain * 0.5, rel=1e-6)
+    system.destroy()
+
+
+@pytest.mark.parametrize("state", ["plane stress", "solid"])
+@pytest.mark.parametrize("split", ["none", "no-tension"])
+@pytest.mark.parametrize("s", [0.0, 0.25, 0.6])
+def test_onset_under_prestress(state: str, split: str, s: float) -> None:
+    """Rock held along x and pressed by s (times the strength) along it: cooling damages it when
+    E expansion dT = sigma_c + s; 1 %."""
+    ell = 0.5
+    strength = np.sqrt(3 * E / (8 * ell))
+
+    class Evenly:
+        def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+            return np.full(x.shape[1], -t)
+
+    def stress(x: np.ndarray) -> np.ndarray:
+        return np.array([-s * strength, 0, 0, 0, 0, 0])[:, None] * np.ones(x.shape[1])
+
+    # What no split keeps: in plane stress (1 - nu^2) of a bar's energy drives damage without
+    # tension, in 3-D 1 - 2 nu^2/(1 - nu): see test_split.
+    kept = {"plane stress": NU**2, "solid": 2 * NU**2 / (1 - NU)}[state]
+    drop = strength / E * (s + (1 / np.sqrt(1 - kept) if split == "no-tension" else 1))
+    size = (1.0, 0.5) if state == "plane stress" else (1.0, 0.5, 0.5)
+    problem = body(
+        size,
+        0.25,
+        sides=(LEFT, RIGHT),
+        times=tuple(drop * np.array([0.5, 0.992, 1.008])),
+        load=Evenly(),
+        material=rock(E=E, nu=NU, ell=ell, state=state, split=SPLITS[split]),
+        forces=Forces(prestress=stress),
+        stop=Stop(change=1e-6, residual=1e-5),
+    )
+    system = build(problem)
+    damage = []
+    for step in march(problem, system):
+        assert not step.audit.violations
+        damage.append(system.state.alpha.x.array.max())
+    system.destroy()
+    assert damage[1] < 1e-8 < damage[2]
+
+
+def test_stress_that_cracks_the_rock_by_itself() -> None:
+    """It is told, with the place and the way out, before the first step."""
+    problem = body(
+        (1.0, 0.5),
+        0.05,
+        sides=(LEFT, RIGHT),
+        material=rock(ell=0.15),
+        forces=Forces(prestress=lambda x: np.full((6, len(x[0])), 2.0) * PULLED[:, None]),
+    )
+    system = build(problem)
+    with pytest.raises(LoadError, match="cracks the rock by itself, most at"):
+        next(march(problem, system))
+    system.destroy()
+
+
+def cracked(forces: Forces, split: str = "none", *, size=(1.0, 1.0), h=0.05, times=(1.0,), **more):
+    """Half of a plate with a crack in the middle, a fluid in it."""
+    crack = FlatCrack(center=(0.0, 0.5 + h / 4, 0.0), normal=(0.0, 1.0, 0.0), radius=0.3)
+    material = rock(
+        E=1.0, nu=0.2, ell=0.15, state="plane strain", cracks=(crack,), split=SPLITS[split]
+    )
+    return body(size, h, sides=(LEFT,), material=material, forces=forces, times=times, **more)
+
+
+@pytest.mark.parametrize("split", ["none", "no-tension"])
+def test_volume_and_pressure_in_a_crack(split: str) -> None:
+    """The pressure that a volume takes holds just this volume open, and its work is V dp."""
+    given, _ = last(cracked(Forces(crack_pressure=lambda t: 0.2 * t), split, times=(0.5, 1.0)))
+    volume = given.energy.crack_volume()
+    assert volume > 0.01
+    held, step = last(cracked(Forces(crack_volume=lambda t: volume * t), split, times=(0.5, 1.0)))
+    assert held.energy.crack_volume() == pytest.approx(volume, rel=1e-8)
+    assert float(held.energy.external.pressure.value) == pytest.approx(0.2, rel=1e-3)
+    assert step.energies.loads == pytest.approx(0.0, abs=1e-10)
+    for system in (given, held):
+        system.destroy()
+
+
+def test_no_crack_to_fill() -> None:
+    """A volume needs a crack that it opens."""
+    problem = body((1.0, 0.5), 0.1, material=rock(ell=0.3), forces=Forces(crack_volume=lambda t: t))
+    system = build(problem)
+    with pytest.raises(Exception, match="no crack is open to the fluid"):
+        next(march(problem, system))
+    system.destroy()
+
+
+ON_RANKS = """
+from dataclasses import replace
+
+from dataclasses import replace
+
+from staffa.stack import MPI  # noqa: F401
+from test_forces import *
+held, step = last(cracked(Forces(crack_volume=lambda t: 0.1 * t), "no-tension", times=(0.5, 1.0)))
+pressure = float(held.energy.external.pressure.value)
+if MPI.COMM_WORLD.rank == 0:
+    print(repr(pressure), repr(step.energies.elastic), repr(step.energies.surface))
+"""
+
+
+@pytest.mark.mpi
+def test_ranks_agree() -> None:
+    """A fluid of given volume in rock without tension, on 1, 2 and 3 ranks."""
+    alone, *others = (np.array(printed_on(n, ON_RANKS)[0], dtype=float) for n in (1, 2, 3))
+    for found in others:
+        assert found == pytest.approx(alone, rel=1e-6)
