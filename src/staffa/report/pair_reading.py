@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from staffa.cases.model import Case
+from staffa.cases.pieces import averages, pieces
 from staffa.cases.reading import parse_case
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
@@ -80,5 +81,5 @@ def _case(run: Run) -> Case:
 
 def _over_sizes(side: Side) -> Side:
     """With L and Gc L (in 3-D Gc L^2) to divide by."""
-    L, Gc = side.run.manifest.L, float(side.case.material.Gc)
+    L, Gc = side.run.manifest.L, averages(pieces(side.case)[0]).Gc
     return replace(side, length=L, energy=Gc * L ** (side.dim - 1))
