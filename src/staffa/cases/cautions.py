@@ -11,7 +11,7 @@ import numpy as np
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
-from staffa.cases.pieces import averages, pieces
+from staffa.cases.pieces import Piece, averages, has_directions, pieces
 from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
@@ -67,11 +67,23 @@ def rare_factor(case: Case) -> float:
     return float(np.exp(-RARE * np.sqrt(variance) - variance / 2)) if variance else 1.0
 
 
-def differing(case: Case) -> bool:
-    """True if what the rock breaks by differs from place to place, beyond [toughness]."""
-    names = ("E", "nu", "G", "E_axis", "nu_axis", "G_axis", "Gc", "expansion")
-    found = [item for piece in pieces(case) for item in piece.properties()]
-    return any(varies(value) and name in names for name, _, value in found)
+def uneven(case: Case) -> bool:
+    """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
+    varies, has directions, or strains otherwise in a region than around it."""
+    body, *regions = (_strained_by(piece) for piece in pieces(case))
+    kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
+    return kinds or any(region != body for region in regions)
+
+
+def _strained_by(piece: Piece) -> tuple[float, ...]:
+    rock = averages(piece)
+    return rock.E, rock.nu, rock.expansion
+
+
+def piece_varies(piece: Piece) -> bool:
+    """Whether what a rock breaks by differs from place to place."""
+    of_heat = ("k", "rho", "c")
+    return any(varies(value) and name not in of_heat for name, _, value in piece.properties())
 
 
 def other_causes(case: Case) -> tuple[str, ...]:
@@ -213,9 +225,9 @@ def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, .
     if largest > dT_c * sqrt(rare_factor(case)):
         what = f"perhaps {what}"
         where = ", or at less where the random toughness is low"
-    elif differing(case):
+    elif uneven(case):
         what = f"perhaps {what}"
-        where = ", or at less where the rock is weaker than its averages"
+        where = ", or at less where the rock differs from its averages"
     return (
         f"{what}: the face drops by {largest:.3g} at most, and damage starts at {dT_c:.3g}{where}; "
         f"{''.join(f'{cause}; ' for cause in causes)}to start cracks by cooling, raise the drop, "

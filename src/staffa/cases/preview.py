@@ -7,11 +7,12 @@ from staffa.cases.cautions import (
     WAVELENGTH,
     cautions,
     cell_edge,
-    differing,
     first_and_last,
     other_causes,
     peak_drop,
+    piece_varies,
     rare_factor,
+    uneven,
 )
 from staffa.cases.clock import conductivities
 from staffa.cases.exchange import exchanges, strongest
@@ -84,7 +85,7 @@ def _mesh_facts(case: Case) -> list[Fact]:
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Which numbers stand for a rock that is not one number, if it is not."""
     others = ["differs by region"] if case.regions else []
-    if differing(case):
+    if any(piece_varies(piece) for piece in pieces(case)):
         others.append("varies from place to place")
     if any(has_directions(piece.keys) for piece in pieces(case)):
         others.append("has directions")
@@ -164,7 +165,7 @@ def _where(case: Case, derived: Numbers) -> str:
     weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"
     region = "" if derived.weakest == "material" else f", in {derived.weakest}"
     noise = "; less where the random toughness is low" if case.toughness.amplitude else ""
-    varied = "; more or less where the rock varies" if differing(case) else ""
+    varied = "; more or less where the rock differs" if uneven(case) else ""
     return f"{blocked}{region}{weak}{noise}{varied}"
 
 
@@ -186,8 +187,8 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
         said = "hardly", "damage starts, but the drop is little above dT_c"
     elif ratio > sqrt(rare_factor(case)):
         said = "perhaps", "the face cools enough only where the random toughness is low"
-    elif differing(case):
-        said = "perhaps", "the averages of the rock stand it, but it varies"
+    elif uneven(case):
+        said = "perhaps", "the averages of the rock stand it, but it differs from them"
     elif causes:
         said = "no new crack", "by cooling: the face never cools enough to damage sound rock"
     else:
