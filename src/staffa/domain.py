@@ -11,11 +11,11 @@ import numpy as np
 from dolfinx import mesh as dmesh
 
 from staffa.errors import InputError, choices
+from staffa.geometry.layer import broken_layer
+from staffa.geometry.outline import Outline
+from staffa.geometry.simplices import Simplices, keys, outline
 from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
-from staffa.layer import broken_layer
-from staffa.outline import Outline
 from staffa.parallel import on_root
-from staffa.simplices import Simplices, keys, outline
 from staffa.unstructured import unstructured
 
 CELLS = {

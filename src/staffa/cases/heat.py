@@ -7,7 +7,6 @@ from staffa.cases.clock import conductivities, heat_capacity
 from staffa.cases.formula import formula
 from staffa.cases.heat_keys import Formula, Geotherm, HeatBand, HeatKeys, InTime
 from staffa.cases.model import Case
-from staffa.grid import SIDES
 from staffa.heat.body import (
     Bath,
     Conduction,
@@ -34,18 +33,20 @@ def conduction(case: Case) -> Conduction:
         stress_free=None if keys.stress_free is None else at_start(keys.stress_free, dim),
         k_factor=_factor(keys.bands, "k"),
         rho_c_factor=_factor(keys.bands, "capacity"),
-        sides=_sides(keys, dim),
+        sides=_sides(case),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
-        kinks=_kinks(keys, dim),
+        kinks=_kinks(case),
         tolerance=keys.tolerance,
         agreement=keys.agreement,
     )
 
 
-def _kinks(keys: HeatKeys, dim: int) -> tuple[float, ...]:
+def _kinks(case: Case) -> tuple[float, ...]:
     """The times of all tables."""
-    surfaces = [*(getattr(keys, side) for side in SIDES[dim]), keys.cracks]
+    keys = case.heat
+    assert keys is not None
+    surfaces = [*(keys.on(side) for side in case.outline.faces), keys.cracks]
     given = [getattr(surface, name, None) for surface in surfaces for name in ("h", "T", "flux")]
     tables = [value for value in (keys.source, *given) if isinstance(value, InTime)]
     return tuple(sorted({float(t) for table in tables for t in table.t}))
@@ -57,10 +58,12 @@ def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:
     return lambda x: product(x, ((band, getattr(band, name)) for band in bands))
 
 
-def _sides(keys: HeatKeys, dim: int) -> tuple[Held | Inflow | Film, ...]:
+def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
+    keys, dim = case.heat, case.dim
+    assert keys is not None
     found: list[Held | Inflow | Film] = []
-    for side in SIDES[dim]:
-        given = getattr(keys, side)
+    for side in case.outline.faces:
+        given = keys.on(side)
         if given is None:
             continue
         if given.flux is not None:

@@ -83,3 +83,13 @@ class Section(BaseModel):
     """A table of the case file: no unknown key, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SidesSection(Section):
+    """A table that also takes the names of a body's faces as keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    def on(self, face: str) -> Any:
+        """What is said of a face, None if nothing is."""
+        return getattr(self, face, None)

@@ -8,7 +8,6 @@ from staffa.cases.clock import depth, diffusivity, times_in
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.rules import times_given
-from staffa.grid import SIDES, face_position
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
@@ -19,13 +18,16 @@ from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
 class Numbers:
     """What follows from a case, in SI or scaled as the case is.
 
-    L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
-    drop at which damage starts where the bands leave the least toughness, None for a law without
-    threshold; ell0: None without cooling; kappa: diffusivity across the cooled face.
+    face: the flat side from which depths are measured, None without one. cooled: whether anything
+    is. L: depth of the body below the cooled face (see `clock.depth`); dT: temperature drop, 0
+    without cooling; dT_c: the drop at which damage starts where the bands leave the least
+    toughness, None for a law without threshold; ell0: None without cooling; kappa: diffusivity
+    across the cooled face.
     """
 
     state: str
     law: DamageLaw
+    cooled: bool
     face: Face | None
     L: float
     kappa: float
@@ -53,7 +55,7 @@ def numbers(case: Case) -> Numbers:
     """Derive them."""
     m, ell, law = case.material, case.damage.ell, LAWS[case.damage.law]
     state = SOLID if case.dim == 3 else PLANE_STRAIN if m.plane == "strain" else PLANE_STRESS
-    face = cooled_face(case)
+    cooled = case.temperature.profile != "none"
     L = depth(case)
     dT, severity = drop(case, L)
     elastic = {"E": m.E, "nu": m.nu, "expansion": m.expansion}
@@ -61,14 +63,15 @@ def numbers(case: Case) -> Numbers:
     return Numbers(
         state=state,
         law=law,
-        face=face,
+        cooled=cooled,
+        face=cooled_face(case),
         L=L,
         kappa=diffusivity(case),
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
         dT_c=scales.critical_drop(law, **elastic, Gc=weakest, ell=ell, state=state)
-        if face
+        if cooled
         else None,
         ell0=scales.ell0(**elastic, Gc=m.Gc, dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, times_given(case))),
@@ -77,12 +80,12 @@ def numbers(case: Case) -> Numbers:
 
 
 def cooled_face(case: Case) -> Face | None:
-    """The cooled side as a plane, or None without cooling."""
-    if case.temperature.profile == "none":
+    """The cooled side as a plane, or None without cooling, or if it is no flat side of the body."""
+    if case.temperature.profile == "none" or case.outline.sides[case.temperature.face] is None:
         return None
-    axis, end = SIDES[case.dim][case.temperature.face]
-    size = tuple(float(s) for s in case.domain.size)
-    return Face(axis=axis, position=face_position(case.temperature.face, size), inward=-end)
+    plane = case.outline.faces[case.temperature.face]
+    assert plane is not None
+    return Face(axis=plane.axis, position=plane.position, inward=-plane.out)
 
 
 def least_factor(case: Case) -> float:
@@ -92,9 +95,10 @@ def least_factor(case: Case) -> float:
     it are multiplied.
     """
     cuts = [
-        np.unique(np.clip([0.0, size, *lows, *highs], 0.0, size))
-        for size, lows, highs in zip(
-            case.domain.size,
+        np.unique(np.clip([low, high, *lows, *highs], low, high))
+        for low, high, lows, highs in zip(
+            case.outline.lower,
+            case.outline.upper,
             _corners(case, "lower"),
             _corners(case, "upper"),
             strict=True,

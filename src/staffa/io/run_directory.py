@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -68,9 +69,12 @@ def require_free(path: Path) -> None:
         raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
 
 
-def create(path: Path, case: str, manifest: Manifest) -> None:
-    """Make a run directory with its case and manifest, and no step yet."""
+def create(path: Path, case: str, manifest: Manifest, mesh: Path | None = None) -> None:
+    """Make a run directory with its case, a copy of the mesh that it names, its manifest, and no
+    step yet."""
     (path / FIELDS).mkdir(parents=True, exist_ok=True)
+    if mesh is not None:
+        shutil.copyfile(mesh, path / mesh.name)
     write_aside(path / CASE, case)
     write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
     (path / STEPS).touch()

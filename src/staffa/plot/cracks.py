@@ -78,21 +78,23 @@ def draw_panel(
         axes.tricontour(
             triangles, theta, levels=levels, colors=colors, linewidths=0.7, linestyles="solid"
         )
-    width, height = manifest.size[:2]
-    axes.set_xlim(0, width)
+    (left, bottom), (width, height) = manifest.corner, manifest.size
+    axes.set_xlim(left, left + width)
     axes.locator_params(axis="x", nbins=5)
-    axes.set_ylim(0, height)
+    axes.set_ylim(bottom, bottom + height)
     for side in axes.spines.values():
         side.set_visible(True)
-    if manifest.face:
-        _mark_face(axes, manifest.face, manifest.size)
+    if manifest.cooled_side:
+        _mark_face(axes, manifest, manifest.cooled_side)
     axes.set_title(moment(manifest, frame.step), loc="left", pad=3)
 
 
-def _mark_face(axes: Axes, face: str, size: tuple[float, ...]) -> None:
-    """A blue line along the cooled face, just outside the body."""
-    axis, end = SIDES[2][face]
-    at, ends = face_position(face, size), [0, size[1 - axis]]
+def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
+    """A blue line along the cooled side, just outside the body."""
+    axis, end = SIDES[2][side]
+    lower, size = manifest.corner, manifest.size
+    at = lower[axis] + face_position(side, size)
+    ends = [lower[1 - axis], lower[1 - axis] + size[1 - axis]]
     line = ([at, at], ends) if axis == 0 else (ends, [at, at])
     outwards = end * (FACE + 1) / 2
     shift = {"x": outwards} if axis == 0 else {"y": outwards}

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from staffa.errors import InputError
-from staffa.simplices import Simplices, facets, keys, parts
-from staffa.with_gmsh import SIMPLEX, opened
+from staffa.geometry.gmsh_model import SIMPLEX, opened
+from staffa.geometry.simplices import Simplices, facets, keys, parts
 
 BEGINNING = b"$MeshFormat"  # of every .msh file; Gmsh would run other files as scripts
 WAY_OUT = "give domain.size for a rectangle or a box"

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from staffa.outline import Outline, Plane, pairs
+from staffa.geometry.outline import Outline, Plane, pairs
 
 # Parts of a body are flat, or at one place, up to this fraction of its extent.
 ROUND_OFF = 1e-9

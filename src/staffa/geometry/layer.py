@@ -4,7 +4,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from staffa.simplices import facets, keys
+from staffa.geometry.simplices import facets, keys
 
 
 def broken_layer(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:

@@ -8,12 +8,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from staffa.errors import StaffaError
+from staffa.geometry.gmsh_model import generate, opened
+from staffa.geometry.msh import collected
+from staffa.geometry.outline import Outline, box_edges, flat_sides, pairs
+from staffa.geometry.simplices import Simplices
 from staffa.grid import simplices
-from staffa.msh import collected
-from staffa.outline import Outline, box_edges, flat_sides, pairs
-from staffa.simplices import Simplices
-from staffa.unstructured import generate
-from staffa.with_gmsh import opened
 
 ROCK = "rock"  # the region of a body that has but one
 FLAT = 1e-3  # in cells: Gmsh's boxes around parts are wider by 1e-7

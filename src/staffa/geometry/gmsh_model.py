@@ -1,4 +1,4 @@
-"""How Gmsh is opened: with a model of its own, and an error in one sentence if it is not there."""
+"""How Gmsh is opened, with a model of its own or an error in one sentence, and how it meshes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,6 +6,18 @@ from typing import Any
 
 from staffa.errors import InputError
 
+# Gmsh's plain Delaunay refinement, in 2-D and on the faces of a box. How well its edges spread over
+# the directions theta, as |mean exp(i k theta)| over all 20,000 of 2 x 1 with h = 0.02 (0 without
+# any order), and over those in each square of 6 h:
+#     algorithm             k = 4   k = 6   k = 6, in 6 h   mean quality   mean edge
+#     5, Delaunay           0.01    0.02    0.18            0.95           0.95 h
+#     1, MeshAdapt          0.02    0.13    0.27            0.96           0.98 h
+#     6, Frontal-Delaunay   0.00    0.94    0.94            1.00           1.00 h
+#     9, packing            0.16    0.20    0.49            0.92           1.10 h
+# Frontal-Delaunay makes one crystal along the sides; four triangles to a square have 0.33, k = 4.
+PLANE, SOLID = 5, 1
+# Asked for edges of this times h, Gmsh makes them h long in the mean, within 5 %.
+ASKED = {2: 1.0, 3: 0.8}
 SIMPLEX = {1: 1, 2: 2, 3: 4}  # Gmsh's numbers of lines, triangles and tetrahedra
 OPTIONS = {
     "General.Terminal": 0,
@@ -53,3 +65,13 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
         yield gmsh
     finally:
         gmsh.finalize() if mine else gmsh.model.remove()
+
+
+def generate(gmsh: Any, dim: int) -> None:
+    """Mesh what is modelled with lengths counted in h."""
+    gmsh.option.setNumber("Mesh.Algorithm", PLANE)
+    gmsh.option.setNumber("Mesh.Algorithm3D", SOLID)
+    gmsh.option.setNumber("Mesh.ElementOrder", 1)
+    for end in ("Min", "Max"):
+        gmsh.option.setNumber(f"Mesh.MeshSize{end}", ASKED[dim])
+    gmsh.model.mesh.generate(dim)
