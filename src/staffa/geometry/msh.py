@@ -1,6 +1,7 @@
 """Reads meshes with named parts: Gmsh's .msh files, or a model that Gmsh has open."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from staffa.geometry.gmsh_model import SIMPLEX, opened
 from staffa.geometry.simplices import Simplices, facets, keys, parts
 
 BEGINNING = b"$MeshFormat"  # of every .msh file; Gmsh would run other files as scripts
+ANNOUNCED = re.compile(rb'\d+\s+\d+\s+"(.*)"')
 WAY_OUT = "give domain.size for a rectangle or a box"
 KINDS = {0: "a point", 1: "a curve", 2: "a surface", 3: "a volume"}
 
@@ -41,7 +43,24 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
             gmsh.merge(str(path))
         except Exception as error:  # Gmsh raises this very class
             raise InputError(f"{where}: Gmsh cannot read it ({error}); save it anew") from error
+        for name in _announced(path):
+            if name not in {gmsh.model.getPhysicalName(*g) for g in gmsh.model.getPhysicalGroups()}:
+                raise InputError(
+                    f"{where}: '{name}' names nothing that is in the file; remove it, or save the "
+                    f"mesh anew, in format 4.1 without Mesh.SaveAll"
+                )
         return collected(gmsh, where, unit)
+
+
+def _announced(path: Path) -> Iterator[str]:
+    """The names that stand at the beginning of a file."""
+    with path.open("rb") as file:
+        for line in file:
+            if line.startswith((b"$Entities", b"$Nodes")):
+                return
+            named = ANNOUNCED.fullmatch(line.strip())
+            if named:
+                yield named[1].decode(errors="replace")
 
 
 def collected(gmsh: Any, where: str, unit: float) -> Simplices:

@@ -92,7 +92,7 @@ def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:
     behind = mesh.x[mesh.cells[_cells_at(mesh, rows)], axis].mean(axis=1) - x[0, axis]
     if behind.min() < 0 < behind.max():
         return None
-    return Plane(axis=axis, position=float(x[:, axis].mean()), out=-1 if behind[0] > 0 else 1)
+    return Plane(axis=axis, position=float(x[0, axis]), out=-1 if behind[0] > 0 else 1)
 
 
 def _cells_at(mesh: Simplices, rows: np.ndarray) -> np.ndarray:
