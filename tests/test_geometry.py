@@ -12,12 +12,15 @@ import pytest
 
 import meshes
 from bodies import needs_gmsh, printed_on
+from staffa.cases import catalog
 from staffa.cases.build import body_of, problem, side_supports
 from staffa.cases.experiment import run
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.rules.names import regions_are_there
-from staffa.domain import Domain
+from staffa.cases.survey import mesh_of
+from staffa.domain import Domain, body
 from staffa.errors import InputError
+from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.fields import corners, linear_spaces, vertices
@@ -25,6 +28,8 @@ from staffa.geometry.layer import broken_layer
 from staffa.geometry.msh import read_msh
 from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, outline
 from staffa.geometry.simplices import outline as found_outline
+from staffa.loads.closed_form import Face
+from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
 from staffa.supports import build_supports, rigid_modes, rollers
 
@@ -611,6 +616,16 @@ def test_a_run_of_a_mesh_keeps_a_copy_from_which_it_can_be_run_again(folder: Pat
 # How stress gathers around a hole
 
 
+WITH_HOLE = """
+damage = { ell = 0.1 }
+temperature = { profile = "none" }
+supports = { left = "rollers", right = { x = 0.002 } }
+time = { t = [1.0] }
+solver = { guess = "none" }
+domain = { shape = { kind = "plate with hole", size = [2.0, 2.0], radius = 0.1 } }
+"""
+
+
 def hoop(domain: Domain, u: np.ndarray, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Angle of each edge of the hole, and by how much it stretches."""
     import dolfinx.mesh
@@ -630,19 +645,17 @@ def hoop(domain: Domain, u: np.ndarray, center: np.ndarray) -> tuple[np.ndarray,
 def test_a_hole_in_a_pulled_plate_gathers_three_times_the_stress() -> None:
     """Kirsch: E times the hoop strain is sigma (1 - 2 cos 2 theta), 3 sigma at most; in a plate ten
     holes wide 3.03 sigma (Howland; Heywood's fit (2 + (1 - d/W)^3)/(1 - d/W)). sigma is the mean
-    stress, twice the energy over the strain. Edges of h average over h/r of angle, linear elements
-    are too stiff: with h = r/6 together 2 %, a quarter of it with half of h."""
-    pulled = """
-        damage = { ell = 0.1 }
-        temperature = { profile = "none" }
-        supports = { left = "rollers", right = { x = 0.002 } }
-        time = { t = [1.0] }
-        solver = { guess = "none" }
-        [domain]
-        h = 0.017
-        shape = { kind = "plate with hole", size = [2.0, 2.0], radius = 0.1 }
-    """
-    made = problem(parse_case(pulled))
+    stress, twice the energy over the strain. With h = r/1.5, r/3, r/6 and r/12 it is 2.45, 2.79,
+    2.96 and 3.00: of second order, so that two of them tell the limit."""
+    coarse, fine = peak_around_hole(0.034), peak_around_hole(0.017)
+    limit = fine + (fine - coarse) / 3
+    assert coarse < fine < 3.03, f"{coarse:.3f}, then {fine:.3f}"
+    assert limit == pytest.approx(3.03, rel=0.015), f"{limit:.3f} times the stress"
+
+
+def peak_around_hole(h: float) -> float:
+    """Largest hoop stress over the mean stress: of a + b cos 2 theta, fitted to the edges."""
+    made = problem(parse_case(WITH_HOLE, [f"domain.h={h}"]))
     system = build(made)
     equilibrium(system.alternation, system.supports.values(1.0))
     sigma = 2 * system.energy.energies().elastic / (0.002 / 2.0) / 4.0
@@ -650,25 +663,50 @@ def test_a_hole_in_a_pulled_plate_gathers_three_times_the_stress() -> None:
     system.destroy()
     waves = np.column_stack([np.ones(len(angle)), np.cos(2 * angle)])
     mean, wave = np.linalg.lstsq(waves, strain / sigma, rcond=None)[0]
-    assert (mean, wave) == pytest.approx((1.0, -2.0), rel=0.04), f"{mean:.3f}, {wave:.3f} cos 2t"
-    assert mean - wave == pytest.approx(3.03, rel=0.025), f"{mean - wave:.3f} times the stress"
-
-
-WELL = (
-    *("domain.h=30 mm", "damage.ell=60 mm", "damage.allow_coarse=true"),
-    *('time.t=["10 min", "1 hour"]', 'output.at=["1 hour"]'),
-)
+    return float(mean - wave)
 
 
 @needs_gmsh
-@pytest.mark.slow
-def test_a_cooled_borehole_cracks_outwards_all_around(tmp_path: Path) -> None:
-    from staffa.cases import catalog
+def test_a_borehole_has_no_depth_and_is_pinned_away_from_its_wall() -> None:
+    coarse = ("domain.h=60 mm", "damage.ell=60 mm")
+    made = problem(parse_case(catalog.text("wellbore"), coarse))
+    assert made.face is None and made.tau_of is None and made.anchor == "left"
+    assert made.domain.coarser is not None and made.domain.coarser().boundaries.keys() == {
+        *("left", "right", "bottom", "top", "hole")
+    }
 
-    case = parse_case(catalog.text("wellbore"), WELL)
-    made = problem(case)
-    steps = run(case, tmp_path / "run")
-    assert [step.status for step in steps] == ["converged"] * 2
-    assert steps[-1].heat and steps[-1].heat.entered["hole"] < 0
-    assert made.face is None and made.anchor == "left"
-    assert steps[-1].measures and steps[-1].measures.length_surface > 2 * np.pi * 0.15
+
+@needs_gmsh
+def test_depth_is_counted_from_where_the_body_begins(folder: Path) -> None:
+    """The same mesh at two places, cooled on its floor: the same tips, but for the shift."""
+    cooled = PULLED.replace('profile = "none"', 'severity = 60.0\nface = "floor"')
+    cooled = cooled.replace("east = { x = 0.02 }", 'east = "rollers"').replace("0.3", "0.2")
+    cooled = cooled.replace("t = [1.0]", "tau = [0.2]")
+    case = parse_case(cooled, folder=folder)
+    far = problem(case)
+    mesh = mesh_of(folder / "plate.msh", 1.0)
+    near = body(MPI.COMM_WORLD, lambda: replace(mesh, x=mesh.x - meshes.CORNER))
+    face = Face(axis=1, position=0.0, inward=1)
+    load = replace(far.load, face=face)  # type: ignore[type-var]
+    found = []
+    for made in (far, replace(far, domain=near, face=face, load=load)):
+        system = build(made)
+        step = list(march(made, system))[-1]
+        gauge = Gauge(
+            face=made.face,
+            depths=(0.6,),
+            threshold=0.8,
+            prominence=0.2,
+            h=0.1,
+            toughness_factor=1.0,
+        )
+        found.append(
+            (step.energies.total, measures(made.domain, system.state, system.energy, gauge))
+        )
+        system.destroy()
+    (energy, there), (same, here) = found
+    assert energy == pytest.approx(same, rel=1e-6)
+    assert there.front == pytest.approx(here.front, rel=1e-6) and there.front > 0.2
+    assert len(there.tips) == len(here.tips) and there.sections[0].cracks > 0
+    shift = np.array([tip.position for tip in there.tips]) - [tip.position for tip in here.tips]
+    assert shift == pytest.approx(np.broadcast_to(meshes.CORNER, shift.shape))

@@ -72,8 +72,8 @@ def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
         value = getattr(table, name)
         if not tables and not isinstance(value, str):
             continue
-        if explained and field:
-            yield from _comment(field.description or "")
+        if explained:
+            yield from _comment(field.description or "" if field else "a face of the body")
         if value is not None:
             yield f"{_key(name)} = {inline(value)}"
         elif explained and field:
