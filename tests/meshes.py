@@ -28,7 +28,7 @@ def written(path: Path, draw: Callable[[Any], None], *, h: float, version: float
 
 def plate(gmsh: Any, *, fault: tuple[float, float] | None = (0.5, 1.0)) -> None:
     """A plate of a seam (shale) and what lies on it (sand), with four faces: west, east, floor and
-    roof, and a crack (fault) that stands in its middle between two heights, as parts of its own."""
+    the roof, and a crack (fault) that stands in its middle between two parts of its height."""
     occ, model = gmsh.model.occ, gmsh.model
     (x, y), (width, height) = CORNER, SIZE
     layers = [
@@ -46,7 +46,7 @@ def plate(gmsh: Any, *, fault: tuple[float, float] | None = (0.5, 1.0)) -> None:
     if fault is not None:
         model.addPhysicalGroup(1, [tag for _, tag in pieces[2]], name="fault")
     for name, axis, at in (
-        ("west", 0, x), ("east", 0, x + width), ("floor", 1, y), ("roof", 1, y + height)
+        ("west", 0, x), ("east", 0, x + width), ("floor", 1, y), ("the roof", 1, y + height)
     ):  # fmt: skip
         model.addPhysicalGroup(1, _at(model, axis, at), name=name)
 

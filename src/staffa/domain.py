@@ -150,12 +150,11 @@ def body(
     around, names, identity = on_root(comm, described)
     x, corners = (held[0].x, held[0].cells) if held else _nothing(around.dim)
     mesh = _distributed(comm, x, corners)
-    number = {int(cell): i for i, cell in enumerate(mesh.topology.original_cell_index)}
+    known = np.asarray(mesh.topology.original_cell_index)
     own = mesh.topology.index_map(around.dim).size_local
 
     def here(cells: np.ndarray) -> np.ndarray:
-        found = (number.get(cell, -1) for cell in cells.tolist())
-        return np.array(sorted(i for i in found if i >= 0), dtype=np.int32)
+        return np.flatnonzero(np.isin(known, cells)).astype(np.int32)
 
     cracks = {name: here(cells) for name, cells in names.layers.items()}
     return Domain(

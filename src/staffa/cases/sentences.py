@@ -28,17 +28,8 @@ RULES = {
 }
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
 ALTERNATIVES = (
-    *(
-        "a table",
-        "adaptive steps",
-        "a value",
-        "a list",
-        "a formula",
-        "a segment",
-        "a disc",
-        "a named one",
-        *KINDS,
-    ),
+    *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
+    *("a named one", *(f"kind {kind}" for kind in KINDS)),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {
@@ -121,6 +112,9 @@ def _wrong_value(detail: Any) -> str:
         rule = str(context["error"])
     elif kind == "literal_error":
         rule = _one_of(keys, detail["input"], re.findall(r"'([^']*)'", context["expected"]))
+    elif kind == "union_tag_invalid" and context["tag"].startswith("kind "):
+        given = context["tag"].removeprefix("kind ")
+        rule = f"its kind must be one of {', '.join(map(inline, KINDS))}.{nearest(given, KINDS)}"
     elif kind in RULES:
         rule = RULES[kind].format(**context)
     else:

@@ -86,15 +86,16 @@ class Layers(Section):
 
 
 def _kind(value: Any) -> str | None:
+    """Which shape is meant; with a word before it, since a key may be called as a kind is."""
     found = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
-    return found if found in KINDS else None
+    return f"kind {found}"
 
 
 ShapeKeys = Annotated[
-    Annotated[PlateWithHole, Tag("plate with hole")]
-    | Annotated[Wellbore, Tag("wellbore")]
-    | Annotated[RoundPlate, Tag("disc")]
-    | Annotated[Cylinder, Tag("cylinder")]
-    | Annotated[Layers, Tag("layers")],
+    Annotated[PlateWithHole, Tag("kind plate with hole")]
+    | Annotated[Wellbore, Tag("kind wellbore")]
+    | Annotated[RoundPlate, Tag("kind disc")]
+    | Annotated[Cylinder, Tag("kind cylinder")]
+    | Annotated[Layers, Tag("kind layers")],
     Discriminator(_kind),
 ]

@@ -5,6 +5,7 @@ from math import ceil
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -71,6 +72,7 @@ def draw_panel(
     axes.grid(False)
     axes.set_aspect("equal")
     axes.tripcolor(triangles, frame.alpha, cmap=DAMAGE, vmin=0, vmax=1, shading="gouraud")
+    axes.add_collection(LineCollection(list(rim(triangles)), colors="#555555", linewidths=0.6))
     theta = frame.T / dT if dT else frame.T
     levels = [level for level in ISOTHERMS if theta.min() < level < theta.max()]
     if levels:
@@ -108,6 +110,13 @@ def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
     """The drop dT by which temperatures are divided (K): the case's, or the largest seen."""
     known = manifest.scales.get("dT")
     return known if known else max(float(np.abs(frame.T).max()) for frame in frames)
+
+
+def rim(triangles: Triangulation) -> np.ndarray:
+    """The edges around the body and its holes, shape (n, 2, 2)."""
+    cell, side = np.nonzero(triangles.neighbors < 0)
+    ends = triangles.triangles[cell[:, None], np.column_stack([side, (side + 1) % 3])]
+    return np.stack([triangles.x[ends], triangles.y[ends]], axis=-1)
 
 
 def triangulation(grid: Grid) -> Triangulation:
