@@ -15,6 +15,7 @@ from bodies import needs_gmsh, printed_on
 from staffa.cases import catalog
 from staffa.cases.build import body_of, problem, side_supports
 from staffa.cases.experiment import run
+from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.rules.names import regions_are_there
 from staffa.cases.survey import mesh_of
@@ -231,11 +232,35 @@ from staffa.cases.build import problem
 from staffa.cases.reading import read_case
 from staffa.parallel import on_root
 comm = MPI.COMM_WORLD
-case = on_root(comm, lambda: read_case(Path({path!r})))
-made = problem(case, comm=comm)
-numbers = fields_of(made)
-if comm.rank == 0:
-    print(*(repr(n) for n in numbers))
+for path in {paths!r}:
+    case = on_root(comm, lambda: read_case(Path(path)))
+    numbers = fields_of(problem(case, comm=comm))
+    if comm.rank == 0:
+        print(*(repr(n) for n in numbers))
+"""
+# In space, a region that comes twice.
+STACKED = """
+[domain]
+h = 0.15
+[domain.shape]
+kind = "layers"
+base = [0.6, 0.5]
+layers = [
+    { region = "shale", thickness = 0.3 },
+    { region = "sand", thickness = 0.15 },
+    { region = "shale", thickness = 0.15 },
+]
+[damage]
+ell = 0.4
+[temperature]
+profile = "none"
+[supports]
+bottom = "clamped"
+top = { z = 0.01 }
+[solver]
+displacement = "direct"
+[time]
+t = [1.0]
 """
 
 
@@ -244,18 +269,18 @@ def fields_of(made: Problem) -> list[float]:
     import ufl
     from dolfinx import fem, mesh
 
-    domain, comm = made.domain, made.domain.comm
+    domain, comm, dim = made.domain, made.domain.comm, made.domain.dim
     found = []
     one = fem.Constant(domain.mesh, 1.0)
     for name in sorted(domain.regions):
         cells = domain.cells(name)
-        own = cells[cells < domain.mesh.topology.index_map(2).size_local]
-        tags = mesh.meshtags(domain.mesh, 2, own, np.ones(len(own), dtype=np.int32))
+        own = cells[cells < domain.mesh.topology.index_map(dim).size_local]
+        tags = mesh.meshtags(domain.mesh, dim, own, np.ones(len(own), dtype=np.int32))
         form = fem.form(one * ufl.Measure("dx", domain.mesh, subdomain_data=tags)(1))
         found.append(comm.allreduce(fem.assemble_scalar(form)))
     for name in sorted(domain.boundaries):
         facets = np.sort(domain.facets(name))
-        tags = mesh.meshtags(domain.mesh, 1, facets, np.ones(len(facets), dtype=np.int32))
+        tags = mesh.meshtags(domain.mesh, dim - 1, facets, np.ones(len(facets), dtype=np.int32))
         form = fem.form(one * ufl.Measure("ds", domain.mesh, subdomain_data=tags)(1))
         found.append(comm.allreduce(fem.assemble_scalar(form)))
     system = build(made)
@@ -269,11 +294,15 @@ def fields_of(made: Problem) -> list[float]:
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_any_number_of_ranks_finds_the_same_parts_and_energies(folder, ranks: int) -> None:
-    (folder / "my.toml").write_text(PULLED)
-    alone = fields_of(problem(read_case(folder / "my.toml")))
-    (line,) = printed_on(ranks, TOLD.format(path=str(folder / "my.toml")))
-    assert [float(word) for word in line] == pytest.approx(alone, rel=1e-9)
-    assert alone[:6] == pytest.approx([1.2, 0.8, 1.0, 2.0, 2.0, 1.0])
+    paths = [str(folder / name) for name in ("my.toml", "stacked.toml")]
+    for path, text in zip(paths, (PULLED, STACKED), strict=True):
+        Path(path).write_text(text)
+    alone = [fields_of(problem(read_case(Path(path)))) for path in paths]
+    together = printed_on(ranks, TOLD.format(paths=paths))
+    for one, line in zip(alone, together, strict=True):
+        assert [float(word) for word in line] == pytest.approx(one, rel=1e-9, abs=1e-12)
+    assert alone[0][:6] == pytest.approx([1.2, 0.8, 1.0, 2.0, 2.0, 1.0])
+    assert alone[1][:8] == pytest.approx([0.045, 0.135, 0.36, 0.3, 0.36, 0.3, 0.3, 0.3])
 
 
 def cut(tmp_path: Path, draw: Any, text: str = PULLED, h: float = 0.1) -> Problem:
@@ -689,6 +718,18 @@ def peak_around_hole(h: float) -> float:
     waves = np.column_stack([np.ones(len(angle)), np.cos(2 * angle)])
     mean, wave = np.linalg.lstsq(waves, strain / sigma, rcond=None)[0]
     return float(mean - wave)
+
+
+@needs_gmsh
+def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None:
+    said = {
+        name: (value, why) for name, value, why in preview(parse_case(PULLED, folder=folder)).facts
+    }
+    assert said["body"] == ("2 x 1", "the box around it, which begins at (1, 2)")
+    assert said["faces"][0] == "east, floor, the roof, west"
+    assert said["regions"][0] == "sand, shale" and said["cracks"][0] == "fault"
+    cells = int(said["cells"][0].replace(",", ""))
+    assert cells == len(mesh_of(folder / "plate.msh", 1.0).cells)
 
 
 @needs_gmsh

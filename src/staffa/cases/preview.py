@@ -44,7 +44,7 @@ class Preview:
 def preview(case: Case) -> Preview:
     """Say what the physics and the cost will be, and warn of what is off."""
     derived = numbers(case)
-    facts = [*_mesh_facts(case), *_strength_facts(case, derived)]
+    facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -63,6 +63,26 @@ def memory(case: Case) -> float:
 
 def _unit(case: Case, unit: str) -> str:
     return "" if is_scaled(case) else f" {unit}"
+
+
+def _body_facts(case: Case) -> list[Fact]:
+    """What a shape or a mesh is from outside, and the names that it knows."""
+    if case.domain.is_block:
+        return []
+    body, metre = case.outline, _unit(case, "m")
+    size = " x ".join(f"{length:.4g}" for length in body.size)
+    begins = ", ".join(f"{c:.4g}" for c in body.lower)
+    flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
+    named = {
+        "faces": (body.faces, f"names for [supports] and [heat]; flat: {flat}"),
+        "regions": (body.regions, "parts of the body"),
+        "cracks": (body.cracks, "that are there from the start"),
+    }
+    return [
+        ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
+        ("h", f"{body.h:.3g}{metre}", "mean edge of the cells"),
+        *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
+    ]
 
 
 def _mesh_facts(case: Case) -> list[Fact]:

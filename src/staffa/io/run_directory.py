@@ -142,8 +142,9 @@ def read_run(path: Path) -> Run:
             f"{path} has format {record.get('format')}, this staffa reads {FORMAT}; use the "
             f"staffa that wrote it, {record.get('version')}"
         )
-    for name in ("times", "taus", "requested", "size"):
-        record[name] = tuple(record[name])
+    for name in ("times", "taus", "requested", "size", "lower"):
+        if record.get(name) is not None:  # a run of version 0.1.0 has no lower
+            record[name] = tuple(record[name])
     steps = _read_steps(path / STEPS)
     standing = kept(steps)
     rejected = tuple(step for step in steps if step.status == REJECTED)
