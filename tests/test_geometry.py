@@ -1,5 +1,6 @@
 """Bodies of any shape: what a mesh or a shape names is where it should be, breaks, and holds."""
 
+import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +34,7 @@ from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
 from staffa.supports import build_supports, rigid_modes, rollers
+from test_run import launch
 
 LAYERS = (("shale", 0.3), ("sand", 0.2), ("shale", 0.25))
 SHAPES: dict[str, tuple[Shape, float]] = {
@@ -521,6 +523,30 @@ def test_a_mesh_that_a_case_does_not_fit_is_refused_in_one_sentence(folder, what
     (folder / "script.msh").write_text("SystemCall 'touch here';\n")
     settings, *parts = ABOUT_MESHES[what]
     refused(PULLED, *parts, settings=settings, folder=folder)
+
+
+@needs_gmsh
+@pytest.mark.mpi
+def test_two_ranks_refuse_a_wrong_name_once_and_write_nothing(folder: Path) -> None:
+    (folder / "my.toml").write_text(PULLED.replace("west =", "wets ="))
+    done = launch(2, "run", folder / "my.toml", "--out", folder / "run")
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.count("supports.wets: the mesh has no such face") == 1, done.stderr
+    assert "Did you mean 'west'?" in done.stderr and "Traceback" not in done.stderr
+    assert not (folder / "run").exists()
+
+
+@pytest.mark.parametrize("body", ["shape={kind='disc',radius=1.0}", "mesh='plate.msh'"])
+def test_without_gmsh_a_shape_or_a_mesh_is_refused_with_the_way_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, body: str
+) -> None:
+    (tmp_path / "plate.msh").write_text("$MeshFormat\n")
+    monkeypatch.setitem(sys.modules, "gmsh", None)
+    text = SHAPED.replace('[supports]\nleft = "rollers"\nright = "rollers"\n', "")
+    text = text.replace("hole", "side").replace("h = 0.1", "h = 0.1" if "disc" in body else "")
+    shape = next(line for line in text.splitlines() if line.startswith("shape"))
+    with pytest.raises(InputError, match=r"domain\..* needs Gmsh, .* pip install gmsh, or give"):
+        body_of(parse_case(text.replace(shape, body), folder=tmp_path), MPI.COMM_SELF)
 
 
 def _group(gmsh: Any, dim: int, tags: list[int], name: str = "") -> None:

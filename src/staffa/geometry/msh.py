@@ -77,11 +77,9 @@ def collected(gmsh: Any, where: str, unit: float) -> Simplices:
         raise InputError(f"{where} is a surface in space; give a volume, or a plane z = constant")
     cells = place.reshape(corners.shape).astype(np.int64)
     rows, row_name = _named(gmsh, dim - 1, names, where)
-    if not np.isin(rows, used).all():
-        outside = sorted(set(row_name[~np.isin(rows, used).all(axis=1)]) - {""})
-        if outside:
-            raise InputError(_stray(where, outside[0]))
     inside = np.isin(rows, used).all(axis=1)
+    for stray in sorted(set(row_name[~inside]) - {""}):
+        raise InputError(_stray(where, stray))
     rows, row_name = np.searchsorted(used, rows[inside]), row_name[inside]
     faces, cracks = _parted(cells, rows, row_name, where)
     mesh = Simplices(
