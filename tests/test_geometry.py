@@ -509,6 +509,10 @@ ABOUT_MESHES = {
     ),
     "crack": (("cracks=[{name='falt'}]",), '"falt"', "it has fault. Did you mean 'fault'?"),
     "unused crack": (("cracks=[]",), "names 'fault' inside the body", 'name = "fault"'),
+    "coarse": (
+        ("damage.ell=0.05",),
+        "damage.ell = 0.05 is less than the mesh's mean edge, 0.09",
+    ),
     "crack twice": (("cracks=[{name='fault'},{name='fault'}]",), "is there twice"),
     "a crack outside": (
         ("cracks=[{name='fault'},{start=[0.5,0.5],end=[2.0,2.5]}]",),

@@ -55,8 +55,8 @@ def mesh_carries_cracks(case: Case) -> None:
         )
     if ell * ROUND_OFF < h and not case.damage.allow_coarse:
         raise InputError(
-            f"damage.ell = {inline(ell)} is less than domain.h = {inline(h)}: the mesh would steer "
-            f"the cracks; take h <= ell/3, or set damage.allow_coarse = true to do it knowingly"
+            f"damage.ell = {inline(ell)} is less than {_edge_in_words(case)}: the mesh would "
+            f"steer the cracks; take h <= ell/3, or set damage.allow_coarse = true to do it knowingly"
         )
     if ell > smallest * ROUND_OFF:
         raise InputError(
@@ -70,7 +70,7 @@ def mesh_can_be_numbered(case: Case) -> None:
     unknowns = case.dim * case.outline.n_vertices
     if unknowns > LARGEST:
         raise InputError(
-            f"domain.h = {inline(_edge(case))} gives {unknowns:.2g} unknowns of displacement, "
+            f"{_edge_in_words(case)} gives {unknowns:.2g} unknowns of displacement, "
             f"more than the {LARGEST:.0e} that can be numbered; take a larger h"
         )
 
@@ -155,6 +155,11 @@ def _extent(case: Case) -> str:
 def _edge(case: Case) -> float:
     """The edge of its cells, as it is written if it is."""
     return case.outline.h if case.domain.h is None else case.domain.h
+
+
+def _edge_in_words(case: Case) -> str:
+    h = case.domain.h
+    return f"the mesh's mean edge, {case.outline.h:.3g}" if h is None else f"domain.h = {inline(h)}"
 
 
 def _smallest(case: Case) -> float:
