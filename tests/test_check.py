@@ -372,11 +372,13 @@ EXPECTED = {
     "bar": ["the smallest extent is 3 ell"],
     "glass-slab": ["nucleation is not resolved"],
     "granite-face": ["nucleation is not resolved"],
+    "wellbore": ["nucleation is not resolved"],
 }
 
 
 @pytest.mark.parametrize("name", catalog.names())
-def test_a_ready_case_warns_of_what_is_known_and_no_more(name):
+def test_a_ready_case_warns_of_what_is_known_and_no_more(name, monkeypatch):
+    monkeypatch.setattr(cautions, "find_spec", lambda package: package)  # as if Gmsh were there
     found, expected = preview(catalog.ready_case(name)).warnings, EXPECTED.get(name, [])
     assert len(found) == len(expected), f"{found}"
     assert all(part in sentence for part, sentence in zip(expected, found, strict=True)), found
@@ -389,7 +391,10 @@ LARGE = ("ceramic-quench",)
 @pytest.mark.parametrize("name", catalog.names())
 def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
     case = catalog.ready_case(name)
-    cells, unknowns = numbers(case), fact(preview(case), "unknowns").split(" ")[0]
+    cells, unknowns = (
+        numbers(case),
+        fact(preview(case), "unknowns").removeprefix("about ").split(" ")[0],
+    )
     assert 10 < len(case.title) < 70 and cells.times
     assert int(unknowns.replace(",", "")) < (1_100_000 if name in LARGE else 120_000)
 

@@ -16,7 +16,8 @@ from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
 from staffa.cases.writing import inline
-from staffa.grid import UNSTRUCTURED, edge
+from staffa.geometry.gmsh_model import missing
+from staffa.geometry.msh import WAY_OUT
 from staffa.physics.scales import diffusion_length
 from staffa.units import Quantity
 from staffa.unstructured import MISSING
@@ -32,15 +33,14 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
     found = [*_of_mesh(case), *_of_rock(case), *_of_memory(memory)]
-    if derived.face:
+    if derived.cooled:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
 
 
 def cell_edge(case: Case) -> float:
     """The longest cell edge, domain.h or a little less; the mean of unstructured cells."""
-    size = tuple(float(s) for s in case.domain.size)
-    return edge(size, float(case.domain.h), str(case.domain.cells))
+    return case.outline.h
 
 
 def first_and_last(derived: Numbers) -> tuple[float, float]:
@@ -51,10 +51,10 @@ def first_and_last(derived: Numbers) -> tuple[float, float]:
 
 def peak_drop(case: Case, derived: Numbers) -> float:
     """Largest drop of the cooled face by the end of the run."""
-    assert derived.face is not None
     if case.heat is not None:
         coldest = strongest(exchanges(case), case.temperature.face)
         return coldest.reached if coldest else 0.0
+    assert derived.face is not None
     on_face = np.zeros((3, 1))
     on_face[derived.face.axis] = derived.face.position
     _, last = first_and_last(derived)
@@ -110,9 +110,9 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
 
 
 def _of_mesh(case: Case) -> Iterator[str]:
-    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.domain.size)
-    if case.domain.cells == UNSTRUCTURED and find_spec("gmsh") is None:
-        yield MISSING
+    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.outline.size)
+    if case.domain.has_simplices and find_spec("gmsh") is None:
+        yield MISSING if case.domain.is_block else missing("domain.shape", WAY_OUT)
     if ell / h < 1 - 1e-9:
         yield (
             f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
