@@ -186,6 +186,8 @@ LENGTHS = {"west": 1.0, "east": 1.0, "floor": 2.0, "the roof": 2.0}
 PULLED = """
 [domain]
 mesh = "plate.msh"
+[regions.shale]
+[regions.sand]
 [damage]
 ell = 0.3
 [temperature]
@@ -252,6 +254,8 @@ layers = [
     { region = "sand", thickness = 0.15 },
     { region = "shale", thickness = 0.15 },
 ]
+[regions.shale]
+[regions.sand]
 [damage]
 ell = 0.4
 [temperature]
@@ -353,7 +357,9 @@ def leaning(gmsh: Any) -> None:
 @pytest.mark.slow
 def test_a_block_that_a_named_crack_cuts_through_carries_nothing(tmp_path: Path) -> None:
     text = (
-        PULLED.replace('{ x = 0.02 }\n"the roof" = "free"', "{ z = 0.02 }")
+        PULLED.replace('{ x = 0.02 }\n"the roof" = "free"', "{ z = 0.02 }").replace(
+            "[regions.shale]\n[regions.sand]\n", ""
+        )
         + "[solver]\ndisplacement = 'direct'"
     )
     made = cut(tmp_path, leaning, text, h=0.12)

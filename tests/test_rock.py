@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from bodies import printed_on, run
+from bodies import needs_gmsh, printed_on, run
 from staffa.cases.build import problem
 from staffa.cases.numbers import numbers
 from staffa.cases.pieces import averages, pieces
@@ -116,6 +116,55 @@ def test_of_regions_that_overlap_the_last_one_counts() -> None:
     more = "regions.lens={lower=[0.0,0.5], upper=[1.0,0.75], E=9.0}"
     found = built(f"regions.cap={{{TOP}, E=7.0}}", more).domain
     assert (len(found.cells("cap")), len(found.cells("lens"))) == (12, 4)
+
+
+LAYERS = """
+[domain]
+h = 0.1
+[domain.shape]
+kind = "layers"
+base = [2.0]
+layers = [{ region = "sand", thickness = 0.4 }, { region = "shale", thickness = 0.6 }]
+[damage]
+ell = 0.3
+[temperature]
+dT = 3.0
+[time]
+t = [0.1]
+"""
+BOTH = ("regions.sand={E=2.0}", "regions.shale={}")
+
+
+@needs_gmsh
+def test_the_regions_of_a_shape_go_by_their_names() -> None:
+    found = problem(parse_case(LAYERS, BOTH), comm=MPI.COMM_SELF)
+    assert {name: rock.E for name, rock in found.regions.items()} == {"sand": 2.0, "shale": 1.0}
+    assert np.all(middles(found.domain.mesh)[1, found.domain.cells("sand")] < 0.4)
+
+
+@needs_gmsh
+def test_where_a_shape_has_no_rock_a_formula_need_not_be_a_number() -> None:
+    hole = 'domain={shape={kind="plate with hole", size=[2.0,2.0], radius=0.3}, h=0.1}'
+    pole = "1/where((x-1)**2 + (y-1)**2 > 0.05, 1, 0)"
+    settings = (hole, f'material.E={{formula="{pole}"}}')
+    text = LAYERS[LAYERS.index("[damage]") :]
+    case = parse_case(text, settings)
+    assert problem(case, comm=MPI.COMM_SELF).domain.dim == 2 and averages(pieces(case)[0]).E == 1.0
+    with pytest.raises(InputError, match=r"material.E = .*in the middle of every cell"):
+        problem(parse_case(text, (hole, 'material.E={formula="1.5 - x"}')))
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        (BOTH[:1], r"the body has a region 'shale', of which the case says nothing"),
+        ((*BOTH, "regions.silt={}"), r"regions.silt: the body has no such region; it has sand"),
+        ((*BOTH, "regions.sand.lower=[0,0]"), r"\[regions.sand\] has a box"),
+    ],
+)
+def test_regions_that_a_shape_does_not_have_are_refused(settings, said) -> None:
+    with pytest.raises(InputError, match=said):
+        parse_case(LAYERS, settings)
 
 
 def test_a_region_takes_elasticity_and_directions_each_as_a_whole() -> None:

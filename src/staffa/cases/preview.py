@@ -104,7 +104,8 @@ def _mesh_facts(case: Case) -> list[Fact]:
 
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Which numbers stand for a rock that is not one number, if it is not."""
-    others = ["differs by region"] if case.regions else []
+    other = any(piece.keys != case.material for piece in pieces(case))
+    others = ["differs by region"] if other else []
     if any(piece_varies(piece) for piece in pieces(case)):
         others.append("varies from place to place")
     if any(has_directions(piece.keys) for piece in pieces(case)):
