@@ -165,8 +165,8 @@ class MaterialKeys(RockKeys):
 
 
 class RegionKeys(RockKeys):
-    """A part of the body whose rock differs: a box of a block, by a name of its own, or a region of a
-    shape or a mesh by its name. What of [material] is left out is as there: the elasticity as a
+    """A part of the body whose rock differs: a box of a block, with a name of its own, or a region
+    that a shape or a mesh names. What of [material] is left out is as there: the elasticity as a
     whole, but E and nu singly if no other key of it is given, and the directions as a whole. Where
     boxes overlap, the last one counts."""
 
