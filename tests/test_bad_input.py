@@ -34,7 +34,7 @@ SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 JARGON = (
     "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
     "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|AdaptiveT|Prescribed|Quantity|namespace|recursion"
-    "|Formula\\b|Geotherm|InTime|Heat[A-Z]|numexpr|Node"
+    "|Formula\\b|Geotherm|InTime|Heat[A-Z]|Force[A-Z]|SideF|StressW|numexpr|Node"
 )
 ENDS, PACE = "start=0.1,stop=0.2", "shortest=0.01,longest=0.1"
 BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
@@ -470,6 +470,77 @@ UNIT = [[float(i == j) for j in range(6)] for i in range(6)]
 UNEVEN = [[1.0, 0.5, 0.0, 0.0, 0.0, 0.0], *UNIT[1:]]
 NEGATIVE = [[-1.0, 0.0, 0.0, 0.0, 0.0, 0.0], *UNIT[1:]]
 CLAY = "regions.clay={lower=[0.0,0.0], upper=[1.0,0.5], "
+PORES = ('material.plane="strain"',)
+CRACK = ("cracks=[{start=[0.5,0.0],end=[0.5,0.3]}]",)
+FORCES = [
+    (("forces={}",), "[forces] says nothing", "give prestress, gravity"),
+    (("forces=3",), "forces = 3", "a line [forces] with its keys below it"),
+    (("forces.prestres={xx=1.0}",), "[forces] has no key 'prestres'", "Did you mean 'prestress'?"),
+    (("forces.prestress=1.0",), "forces.prestress = 1.0", "write prestress like { xx = "),
+    (("forces.prestress={xx=true}",), "forces.prestress.xx = true", 'a text like "70 GPa"'),
+    (("forces.prestress={zx=1.0}",), "forces.prestress has no key 'zx'", "it has xx, xy"),
+    (("forces.prestress={zz=1.0}",), "forces.prestress.zz: plane stress has none", "leave it out"),
+    (("forces.prestress={xz=1.0}",), "forces.prestress.xz: a 2-D body has none", "leave it out"),
+    (
+        ("forces.prestress={xx={value=1.0,gradient=[1.0]}}",),
+        "forces.prestress.xx.gradient = [1.0]",
+        "it needs 2 numbers",
+    ),
+    (('forces.prestress={xx={formula="z"}}',), "'z' is not known there", "it may use"),
+    (('forces.prestress={xx={formula="t"}}',), "'t' is not known there", "it may use"),
+    (('forces.prestress={xx={formula="1/x"}}',), "not finite at x = 0", "it must be so everywhere"),
+    (("forces.gravity=[0.0,-1.0]",), "material.rho, which is missing", 'rho = "2700 kg/m^3"'),
+    (
+        ("forces.gravity=[-1.0]", "material.rho=1.0"),
+        "forces.gravity = [-1.0]",
+        "it needs 2 numbers",
+    ),
+    (("forces.gravity=-1.0",), "forces.gravity = -1.0", "write gravity like ["),
+    (("material.rho=1.0",), "material.rho = 1.0 has no meaning", "leave it out"),
+    (("forces.sides={topp={pressure=1.0}}",), "no boundary 'topp'", "Did you mean 'top'?"),
+    (("forces.sides={front={pressure=1.0}}",), "no boundary 'front'", "bottom, left, right, top"),
+    (("forces.sides={top={}}",), "forces.sides.top says nothing", "give pressure, x or y"),
+    (("forces.sides={top={z=1.0}}",), "forces.sides.top.z", "a 2-D body has no such axis"),
+    (
+        ("forces.sides={top={p=1.0}}",),
+        "forces.sides.top has no key 'p'",
+        "it has pressure, x, y, z",
+    ),
+    (("forces.sides={top=3}",), "forces.sides.top = 3", "it must be a table"),
+    (
+        ("forces.sides={top={pressure={t=[0.0,1.0],value=[1.0]}}}",),
+        "t has 2 numbers and value has 1",
+        "give as many of each",
+    ),
+    (('forces.sides={top={x={formula="1/x"}}}',), "forces.sides.top.x.formula", "so everywhere"),
+    (("forces.pore_pressure=1.0",), "in plane stress pores", 'material.plane = "strain"'),
+    ((*PORES, "forces.pore_pressure=true"), "forces.pore_pressure = true", "a text like"),
+    (("forces.biot=0.5", "forces.prestress={xx=-1.0}"), "forces.biot = 0.5", "leave it out"),
+    ((*PORES, "forces={biot=1.5,pore_pressure=1.0}"), "forces.biot = 1.5", "at most 1"),
+    ((*CRACK, "forces={crack_pressure=1.0,crack_volume=1.0}"), "crack_volume", "one of them out"),
+    ((*CRACK, 'forces.crack_pressure={formula="x"}'), "'x' is not known there", "pi, t, "),
+    (("forces.crack_volume=1.0",), "no crack for the fluid", "give one in [[cracks]]"),
+    ((*CRACK, "forces.crack_volume=-1.0"), "forces.crack_volume = -1.0", "must not be negative"),
+    (
+        (*CRACK, "forces.crack_volume=1.0", 'solver.stability="report"'),
+        'solver.stability = "report"',
+        "take forces.crack_pressure",
+    ),
+    (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
+    (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
+    (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
+    (
+        ('damage.split="spectral"', "material.nu=-0.1"),
+        "material.nu = -0.1",
+        "volumetric-deviatoric",
+    ),
+    (
+        ('damage.split="no-tension"', "material={E=[1,2], nu=[0.2], G=[1]}"),
+        "is for isotropic rock",
+        '"volumetric-deviatoric"',
+    ),
+]
+
 ROCK = [
     # a value that varies
     ("material.E={}", "material.E = {}", 'write E like "70 GPa"'),
@@ -601,6 +672,11 @@ def test_a_bad_rock_is_refused_in_one_sentence(setting, names, way_out):
 @pytest.mark.parametrize(("setting", "names", "way_out"), ROCK_3D, ids=lambda v: v[:40])
 def test_a_bad_rock_of_a_solid_is_refused_in_one_sentence(setting, names, way_out):
     check_sentence(sentence_of(lambda: parse_case(GOOD, [*SOLID, setting])), names, way_out)
+
+
+@pytest.mark.parametrize(("settings", "names", "way_out"), FORCES, ids=lambda v: str(v[-1])[:40])
+def test_a_bad_force_is_refused_in_one_sentence(settings, names, way_out):
+    check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
 
 
 def test_the_rock_of_a_case_in_units_has_them_throughout():

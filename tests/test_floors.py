@@ -17,7 +17,7 @@ FLOORS = [
     },
     {"physics"},
     {"domain", "fields", "cut"},
-    {"energy", "supports", "loads"},
+    {"energy", "external", "strain", "supports", "loads"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -34,6 +34,8 @@ WITHIN = {
     "geometry": ["errors", "grid"],
     "fields": ["domain"],
     "cut": ["fields"],
+    "external": ["loads", "strain"],
+    "energy": ["external", "loads", "strain"],
     "report": ["plot"],
 }
 LIGHT = [
@@ -49,6 +51,8 @@ LIGHT = [
     "staffa.physics.elasticity",
     "staffa.physics.material",
     "staffa.physics.scales",
+    "staffa.physics.split",
+    "staffa.loads.forces",
     "staffa.loads.closed_form",
     "staffa.heat.body",
     "staffa.measure.statistics",

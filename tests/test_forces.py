@@ -278,3 +278,37 @@ def test_ranks_agree() -> None:
     alone, *others = (np.array(printed_on(n, ON_RANKS)[0], dtype=float) for n in (1, 2, 3))
     for found in others:
         assert found == pytest.approx(alone, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("split", "elasticity"),
+    [("no-tension", None), ("volumetric-deviatoric", Isotropic(E=E, nu=NU))],
+)
+@pytest.mark.parametrize("state", ["plane stress", "plane strain", "solid"])
+def test_stress(split: str, state: str, elasticity) -> None:
+    """Of a body at rest: the prestress itself, with what the pores carry, in every cell."""
+    dim = 3 if state == "solid" else 2
+    components = np.array([-0.5, 0.3, 0.2, 0.0, 0.0, 0.1])
+    if state == "plane stress":
+        components[2] = 0.0
+    held = tuple(
+        SideSupport(side=side, components=dict.fromkeys(range(dim), at_rest))
+        for side in ("left", "right", "bottom", "top", "front", "back")[: 2 * dim]
+    )
+    pores = None if state == "plane stress" else (lambda x: 0.4 + 0 * x[0])
+    problem = body(
+        (1.0, 0.5, 0.5)[:dim],
+        0.25,
+        sides=held,
+        material=strong(state, split=SPLITS[split], elasticity=elasticity),
+        forces=Forces(
+            prestress=lambda x: components[:, None] + 0 * x[0], pore_pressure=pores, biot=0.7
+        ),
+    )
+    system, _ = last(problem)
+    xx, yy, zz, _, _, xy = components
+    expected = np.array([[xx, xy, 0], [xy, yy, 0], [0, 0, zz]])
+    assert system.energy.stress() == pytest.approx(
+        np.broadcast_to(expected, (len(system.energy.stress()), 3, 3)), abs=2e-7
+    )
+    system.destroy()

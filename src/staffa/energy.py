@@ -1,10 +1,12 @@
 """The one functional: every force, matrix, and reported energy is derived from it."""
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 from staffa.stack import PETSc
 
+import basix
+import numpy as np
 import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
@@ -101,7 +103,7 @@ class Energy:
         rock: Rock,
         external: External | None = None,
     ) -> None:
-        self.comm = domain.comm
+        self.comm, self._mesh = domain.comm, domain.mesh
         self.state, self.law, self.split = state, rock.law, rock.split
         self.external = external or External(
             domain, spaces, Forces(), fem.Constant(domain.mesh, 0.0)
@@ -147,6 +149,8 @@ class Energy:
         length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
         volume = crack_volume(u, alpha) * dx
 
+        e = ufl.variable(strain(u, T, rock))
+        self._stress_density = ufl.diff(density(e), e)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(fem.form, jit_options=jit_options(domain.comm))
         self._elastic = form(density(strain(u, T, rock)) * dx)
@@ -221,6 +225,27 @@ class Energy:
         whatever the profile.
         """
         return self._integral(self._variation)
+
+    def stress(self) -> np.ndarray:
+        """The stress (Pa) in the middle of each cell that this rank owns, what pores carry
+        included; shape (n, 3, 3), zero across the plane in plane stress."""
+        cells = np.arange(self._mesh.topology.index_map(self._mesh.topology.dim).size_local)
+        found = self._stress.eval(self._mesh, cells.astype(np.int32))
+        size = self._stress_density.ufl_shape[0]
+        stress = np.zeros((len(cells), 3, 3))
+        stress[:, :size, :size] = found.reshape(len(cells), size, size)
+        return stress
+
+    @cached_property
+    def _stress(self) -> fem.Expression:
+        stress = ufl.sym(self._stress_density)
+        pores = self.external.pore_pressure
+        if pores is not None:
+            biot = self.external.forces.biot
+            stress -= biot * pores * ufl.Identity(stress.ufl_shape[0])
+        cell = self._mesh.basix_cell()
+        middle = basix.geometry(cell).mean(axis=0)[None, :]
+        return fem.Expression(stress, middle, jit_options=jit_options(self.comm))
 
     def thermal_power(self) -> float:
         """Derivative of the energy along the temperature change held in `direction`."""

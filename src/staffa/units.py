@@ -27,6 +27,10 @@ SI_UNITS = {
     "film coefficient": "W/(m**2*K)",
     "heat source": "W/m**3",
     "rotation": "deg",  # as case files count them
+    "acceleration": "m/s**2",
+    "stress gradient": "Pa/m",
+    "volume": "m**3",
+    "volume per thickness": "m**2",
 }
 EXAMPLES = {
     "length": "5 mm",
@@ -45,6 +49,10 @@ EXAMPLES = {
     "film coefficient": "500 W/(m^2 K)",
     "heat source": "2e-6 W/m^3",
     "rotation": "30 deg",
+    "acceleration": "-9.81 m/s^2",
+    "stress gradient": "0.02 MPa/m",
+    "volume": "0.2 m^3",
+    "volume per thickness": "0.2 m^2",
 }
 
 # A number, then a product of units: stricter than pint, which would read "10^-6/K" as ten to the

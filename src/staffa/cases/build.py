@@ -8,6 +8,7 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.cases.forces import forces
 from staffa.cases.heat import conduction
 from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
@@ -28,6 +29,7 @@ from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time, time_of_tau
+from staffa.physics.split import EnergySplit
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
@@ -37,24 +39,26 @@ def problem(
     *,
     comm: MPI.Comm = MPI.COMM_WORLD,
     damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> Problem:
     """Build the mesh and everything else that a case describes. Collective.
 
     Parameters
     ----------
-    damage, temperature : a law or a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
     """
     derived = numbers(case)
     keys = case.solver
     domain = body_of(case, comm)
-    material, regions = materials(case, derived, domain.h, damage)
+    material, regions = materials(case, derived, domain.h, damage, split)
     check_rock(case, domain)
     return Problem(
         domain=domain,
         material=material,
         regions=regions,
         load=temperature or (conduction(case) if case.heat else load(case, derived)),
+        forces=forces(case),
         schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
         section=_section(case),

@@ -15,6 +15,7 @@ from staffa.cases.pieces import Piece, averages, has_directions, pieces
 from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
+from staffa.cases.split import presses
 from staffa.cases.writing import inline
 from staffa.geometry.gmsh_model import missing
 from staffa.geometry.msh import WAY_OUT
@@ -32,7 +33,7 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
-    found = [*_of_mesh(case), *_of_rock(case), *_of_memory(memory)]
+    found = [*_of_mesh(case), *_of_rock(case), *_of_split(case), *_of_memory(memory)]
     if derived.cooled:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
@@ -90,7 +91,8 @@ def other_causes(case: Case) -> tuple[str, ...]:
     """What may break the body besides nucleation by cooling."""
     given = ("the given cracks may grow",) if case.cracks else ()
     moved = ("the moved sides load it too",) if is_moved(case) else ()
-    return (*given, *moved, *_causes_of_heat(case))
+    pressed = (f"[forces] act too ({presses(case)})",) if case.forces else ()
+    return (*given, *moved, *pressed, *_causes_of_heat(case))
 
 
 def _causes_of_heat(case: Case) -> Iterator[str]:
@@ -153,6 +155,21 @@ def _of_rock(case: Case) -> Iterator[str]:
                 f"that depends on it; take {2 * case.damage.ell:.3g}, which is 2 ell, or more"
             )
     yield from _of_regions(case)
+
+
+def _of_split(case: Case) -> Iterator[str]:
+    pressing = presses(case)
+    if pressing and case.damage.split == "none":
+        yield (
+            f'damage.split = "none": rock under pressure (forces.{pressing}) breaks as easily as '
+            f"under tension, and its cracks close without resistance; leave damage.split out"
+        )
+    if pressing and case.damage.split == "volumetric-deviatoric":
+        yield (
+            'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear at little '
+            'more than its strength in tension; of isotropic rock take "no-tension", else a '
+            "smaller damage.ell"
+        )
 
 
 def _written(case: Case) -> Iterator[tuple[str, Any]]:

@@ -26,6 +26,7 @@ from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
+from staffa.physics.split import EnergySplit
 from staffa.records import Manifest, Moment, Step, kept
 
 
@@ -45,13 +46,14 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     watcher: Watcher | None = None,
     damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> tuple[Step, ...]:
     """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
 
     Parameters
     ----------
-    damage, temperature : a law or a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def run(
     """
     watcher = watcher or Watcher()
     on_root(comm, lambda: run_directory.require_free(directory))
-    setup = problem(case, comm=comm, damage=damage, temperature=temperature)
+    setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
     manifest = on_root(comm, lambda: describe(case, setup, system, factor))
@@ -113,7 +115,7 @@ def _observers(
         if not (case.output.fields == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        writer.write(directory / name, system.state)
+        writer.write(directory / name, system.state, system.energy.stress())
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         on_root(comm, lambda: run_directory.write_series(directory, written))
         return name

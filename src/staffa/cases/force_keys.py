@@ -2,17 +2,20 @@
 
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from staffa.cases.heat_keys import Formula, InTime, form
+from staffa.cases.heat_keys import InTime, form
 from staffa.cases.kinds import (
     Acceleration,
     CrackVolume,
+    Formula,
     Number,
     Section,
     Stress,
     StressGradient,
 )
+from staffa.physics.elasticity import PointFunction
 
 STRESS_EXAMPLES = [
     "-20 MPa",
@@ -30,6 +33,11 @@ class StressWithDepth(Section):
         description="its change along x, y (2-D) or x, y, z (3-D)",
         examples=[["0 MPa/m", "0.02 MPa/m"]],
     )
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values."""
+        origin, gradient = float(self.value), np.array(self.gradient, dtype=float)
+        return lambda x: origin + gradient @ x[:dim]
 
 
 StressInSpace = Annotated[
@@ -110,7 +118,9 @@ class ForceKeys(Section):
         default=None,
         description="stress of the undeformed body before cooling, what its pores carry included; "
         "each component a value, one with a gradient, or a formula of x, y (and z)",
-        examples=[{"xx": "-20 MPa", "yy": {"value": "-30 MPa", "gradient": ["0 MPa/m", "0.03 MPa/m"]}}],
+        examples=[
+            {"xx": "-20 MPa", "yy": {"value": "-30 MPa", "gradient": ["0 MPa/m", "0.03 MPa/m"]}}
+        ],
     )
     gravity: tuple[Acceleration, ...] | None = Field(
         default=None,

@@ -1,11 +1,18 @@
 """Case -> what acts on the body besides cold."""
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from staffa.cases.force_keys import ForceKeys, Prestress, SideForce
-from staffa.cases.heat import in_space, in_time
+from staffa.cases.formula import formula
+from staffa.cases.heat import in_time
+from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
-from staffa.loads.forces import Forces, InSpace, InTime, Traction
+from staffa.cases.properties import point_property
+from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
+from staffa.physics.elasticity import values
 
 # In the order of `loads.forces.Forces.prestress`.
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -20,16 +27,20 @@ def forces(case: Case) -> Forces:
         gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
         sides=tuple(_traction(name, side, dim) for name, side in keys.sides.items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
-        pore_pressure=None if keys.pore_pressure is None else in_space(keys.pore_pressure, dim),
+        pore_pressure=None if keys.pore_pressure is None else _in_space(keys.pore_pressure, dim),
         biot=keys.biot,
         crack_pressure=_of_time(keys, "crack_pressure"),
         crack_volume=_of_time(keys, "crack_volume"),
     )
 
 
+def _in_space(value: Any, dim: int) -> InSpace:
+    return partial(values, point_property(value, dim))
+
+
 def _prestress(keys: Prestress, dim: int) -> InSpace:
     given = [getattr(keys, name) for name in COMPONENTS]
-    parts = [None if value is None else in_space(value, dim) for value in given]
+    parts = [None if value is None else _in_space(value, dim) for value in given]
 
     def stress(x: np.ndarray) -> np.ndarray:
         return np.array([np.zeros(x.shape[1]) if part is None else part(x) for part in parts])
@@ -58,9 +69,14 @@ def _traction(name: str, side: SideForce, dim: int) -> Traction:
     )
 
 
+def _in_time(value: Any) -> InSpaceAndTime:
+    function = formula(value.formula, ("t",)) if isinstance(value, Formula) else in_time(value, 0)
+    return lambda x, t: np.full(x.shape[1], function(x, t))
+
+
 def _of_time(keys: ForceKeys, name: str) -> InTime | None:
     value = getattr(keys, name)
     if value is None:
         return None
-    function, nowhere = in_time(value, 0), np.zeros((3, 1))
+    function, nowhere = _in_time(value), np.zeros((3, 1))
     return lambda t: float(np.ravel(function(nowhere, t))[0])

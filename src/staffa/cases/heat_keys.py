@@ -76,7 +76,8 @@ def _is_formula(value: Any) -> bool:
     return isinstance(value, Formula) or (isinstance(value, dict) and "formula" in value)
 
 
-def _form(value: Any) -> str:
+def form(value: Any) -> str:
+    """Which alternative of a value in space or time is meant."""
     return "a formula" if _is_formula(value) else kind(value)
 
 
@@ -84,31 +85,31 @@ TemperatureValue = Annotated[
     Annotated[Temperature, Tag("a value")]
     | Annotated[TemperatureInTime, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 FluxValue = Annotated[
     Annotated[HeatFlux, Tag("a value")]
     | Annotated[FluxInTime, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 FilmValue = Annotated[
     Annotated[FilmCoefficient, POSITIVE, Tag("a value")]
     | Annotated[FilmInTime, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 SourceValue = Annotated[
     Annotated[HeatSource, Tag("a value")]
     | Annotated[SourceInTime, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 Start = Annotated[
     Annotated[Temperature, Tag("a value")]
     | Annotated[Geotherm, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 
 START_EXAMPLES = [

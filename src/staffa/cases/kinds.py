@@ -1,6 +1,6 @@
 """The kinds of values that a case file holds: quantities, numbers, flags, and tables."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from pydantic import (
@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from staffa.cases.formula import LONGEST, formula, names
-from staffa.errors import InputError
+from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
@@ -34,6 +34,17 @@ def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 def _reads(dimension: str) -> BeforeValidator:
     return BeforeValidator(_or_value_error(lambda value: parse(value, dimension)))
+
+
+def _reads_volume(value: Any) -> Any:
+    """A volume of a 3-D body or, if it is written so, one per thickness of a 2-D body."""
+    try:
+        return parse(value, "volume")
+    except InputError:
+        try:
+            return parse(value, "volume per thickness")
+        except InputError:
+            return parse(value, "volume")
 
 
 def _positive(value: Any) -> Any:
@@ -71,6 +82,11 @@ HeatFlux = Annotated[InstanceOf[Quantity], _reads("heat flux")]
 HeatSource = Annotated[InstanceOf[Quantity], _reads("heat source")]
 FilmCoefficient = Annotated[InstanceOf[Quantity], _reads("film coefficient")]
 Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIVE]
+Acceleration = Annotated[InstanceOf[Quantity], _reads("acceleration")]
+StressGradient = Annotated[InstanceOf[Quantity], _reads("stress gradient")]
+CrackVolume = Annotated[
+    InstanceOf[Quantity], BeforeValidator(_or_value_error(_reads_volume)), NOT_NEGATIVE
+]
 Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]
@@ -79,6 +95,19 @@ Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
+
+
+def one_of(known: Iterable[str]) -> AfterValidator:
+    """One of the names of a registry, so that what is added there is a case's at once."""
+    names = tuple(known)
+
+    def is_known(value: str) -> str:
+        if value not in names:
+            listed = ", ".join(f'"{name}"' for name in names)
+            raise ValueError(f"it must be one of {listed}.{nearest(value, names)}")
+        return value
+
+    return AfterValidator(is_known)
 
 
 def kind(value: Any) -> str:

@@ -6,6 +6,7 @@ from pydantic import Discriminator, Field, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
 from staffa.cases.domain_keys import DomainKeys
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import (
     Drop,
@@ -19,10 +20,13 @@ from staffa.cases.kinds import (
     Section,
     SidesSection,
     kind,
+    one_of,
 )
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
 from staffa.geometry.outline import Outline
+from staffa.physics.damage import LAWS
+from staffa.physics.split import SPLITS
 from staffa.records import Stop
 from staffa.units import EXAMPLES
 
@@ -30,8 +34,21 @@ from staffa.units import EXAMPLES
 class DamageKeys(Section):
     """How cracks are carried by the damage field."""
 
-    law: Literal["AT1", "AT2"] = Field(
+    law: Annotated[str, one_of(LAWS)] = Field(
         default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
+    )
+    split: Annotated[str, one_of(SPLITS)] | None = Field(
+        default=None,
+        description="how much of its stiffness a crack keeps when it is pressed shut: "
+        f"{', '.join(SPLITS)}. Default: none where cold "
+        "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) with [forces]",
+        examples=["no-tension"],
+    )
+    gamma: Annotated[Number, Field(ge=0)] | None = Field(
+        default=None,
+        description="star-convex only: what it adds to the bulk modulus against compaction; "
+        "default 5",
+        examples=[5.0],
     )
     ell: Length = Field(
         description="regularization length; AT2: twice the paper's epsilon", examples=[0.03]
@@ -305,6 +322,7 @@ class Case(Section):
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()
     heat: HeatKeys | None = None
+    forces: ForceKeys | None = None
     supports: SupportKeys = SupportKeys()
     cracks: tuple[Crack, ...] = Field(
         default=(),

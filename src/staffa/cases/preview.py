@@ -20,6 +20,7 @@ from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pieces import has_directions, pieces
 from staffa.cases.rules import adaptive, is_scaled
+from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
 from staffa.grid import broken_layer
 from staffa.physics.damage import LAWS, discrete_toughness_factor
@@ -48,6 +49,7 @@ def preview(case: Case) -> Preview:
     """Say what the physics and the cost will be, and warn of what is off."""
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
+    facts += _split_facts(case)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -126,6 +128,17 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
         sooner = "; the given cracks may grow sooner" if case.cracks else ""
         facts.append(("will it crack", f"at a strain of {strain:.3g}", f"sigma_c/E{sooner}"))
     return facts
+
+
+def _split_facts(case: Case) -> list[Fact]:
+    pressing = presses(case)
+    if pressing:
+        why = f"forces.{pressing} may press cracks shut; sigma_c and dT_c do not count them"
+    elif case.damage.split == "none":
+        why = "cold alone acts, which pulls: cracks need no stiffness against pressure"
+    else:
+        why = "asked for, though cold alone acts, which pulls"
+    return [("energy split", str(case.damage.split), why)]
 
 
 def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:

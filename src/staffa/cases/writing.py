@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Disc, Segment
 from staffa.cases.rock_keys import RegionKeys
@@ -18,7 +19,7 @@ UNITS = """Numbers are either all scaled (then E = Gc = expansion = kappa = k = 
 be given), or all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", "9e-6 1/K", "2 min".
 """
 # Tables that a case may lack altogether.
-OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys}
+OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys, "forces": ForceKeys}
 
 
 def inline(value: Any) -> str:

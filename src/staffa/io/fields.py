@@ -31,8 +31,9 @@ class FieldWriter:
                 points=np.concatenate(points), cells=np.concatenate(connected), type=kind
             )
 
-    def write(self, path: Path, state: State) -> None:
-        """Write u (m, three components), alpha and T (K) of a state. Collective."""
+    def write(self, path: Path, state: State, stress: np.ndarray | None = None) -> None:
+        """Write u (m, three components), alpha and T (K) of a state; and, in its cells, the stress
+        (Pa) if it is given, shape (n_owned, 3, 3). Collective."""
         dim = state.u.function_space.dofmap.index_map_bs
         u = owned(state.u).reshape(-1, dim)
         local = {
@@ -41,10 +42,12 @@ class FieldWriter:
             "T": owned(state.T).copy(),
         }
         parts = {name: gather(self.comm, values) for name, values in local.items()}
+        tensors = None if stress is None else gather(self.comm, stress.reshape(-1, 9))
 
         def put() -> None:
             assert self.grid is not None
             whole = {name: np.concatenate(part) for name, part in parts.items() if part}
-            write_vtkhdf(path, self.grid, whole)
+            in_cells = {"stress": np.concatenate(tensors)} if tensors else {}
+            write_vtkhdf(path, self.grid, whole, in_cells)
 
         on_root(self.comm, put)

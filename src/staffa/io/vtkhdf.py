@@ -24,8 +24,14 @@ class Grid:
     type: int
 
 
-def write_vtkhdf(path: Path, grid: Grid, fields: Mapping[str, np.ndarray]) -> None:
-    """Write point values, shape (n,) or (n, components), aside; then put the file in place."""
+def write_vtkhdf(
+    path: Path,
+    grid: Grid,
+    fields: Mapping[str, np.ndarray],
+    in_cells: Mapping[str, np.ndarray] | None = None,
+) -> None:
+    """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
+    in place."""
     aside = path.with_name(path.name + ".part")
     n_cells, width = grid.cells.shape
     with h5py.File(aside, "w") as file:
@@ -43,6 +49,10 @@ def write_vtkhdf(path: Path, grid: Grid, fields: Mapping[str, np.ndarray]) -> No
         data = root.create_group("PointData")
         for name, values in fields.items():
             _put(data, name, values)
+        if in_cells:
+            data = root.create_group("CellData")
+            for name, values in in_cells.items():
+                _put(data, name, values)
     with aside.open("rb") as file:
         os.fsync(file.fileno())
     aside.replace(path)

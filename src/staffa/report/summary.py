@@ -90,7 +90,8 @@ def _state(run: Run) -> Iterator[Fact]:
     scaled = run.manifest.scaled
     unit = "" if scaled else " J/m" if plane else " J"
     e = step.energies
-    text = f"elastic {e.elastic:.5g}, surface {e.surface:.5g}, total {e.total:.5g}{unit}"
+    loads = f", of loads {e.loads:.5g}" if e.loads else ""
+    text = f"elastic {e.elastic:.5g}, surface {e.surface:.5g}{loads}, total {e.total:.5g}{unit}"
     yield Fact(name="energies", text=text)
     measures = step.measures
     if measures is None:

@@ -22,6 +22,12 @@ from staffa.cases.rules.cooling import (
     film_is_convective,
     measures_are_inside,
 )
+from staffa.cases.rules.forces import (
+    forces_fit_the_body,
+    forces_say_something,
+    formulas_of_forces_give_numbers,
+    split_fits_the_rock,
+)
 from staffa.cases.rules.heat import (
     formulas_give_numbers,
     heat_enters_or_leaves,
@@ -59,6 +65,7 @@ from staffa.cases.rules.units import (
     nothing_is_one_by_default,
     units_are_not_mixed,
 )
+from staffa.cases.split import GAMMA, default_split
 from staffa.grid import SIDES, UNSTRUCTURED
 from staffa.units import Quantity
 
@@ -95,6 +102,10 @@ RULES = (
     adaptive_steps_are_possible,
     cooling_has_begun,
     formulas_give_numbers,
+    forces_say_something,
+    forces_fit_the_body,
+    split_fits_the_rock,
+    formulas_of_forces_give_numbers,
     outputs_are_within,
     rollers_are_flat,
     section_owns_its_sides,
@@ -139,6 +150,9 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
         found["material"] |= {"E": None, "nu": None}
     if case.toughness.amplitude and case.toughness.correlation_length is None:
         found["toughness"] = {"correlation_length": _times(case.damage.ell, 2)}
+    found["damage"] = {"split": case.damage.split or default_split(case)}
+    if found["damage"]["split"] == "star-convex" and case.damage.gamma is None:
+        found["damage"]["gamma"] = GAMMA
     if case.solver.displacement == "auto":
         found["solver"] = {"displacement": "direct" if two else "iterative"}
     ones = ONES_OF_HEAT if case.heat else ONES

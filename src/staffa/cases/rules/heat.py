@@ -31,7 +31,8 @@ def heat_has_its_profile(case: Case) -> None:
                 f'"heat"'
             )
         for where, table in _rocks(case):
-            for name in ("k", "rho", "c"):
+            weighs = case.forces is not None and case.forces.gravity is not None
+            for name in ("k", "c") if weighs else ("k", "rho", "c"):
                 given = getattr(table, name)
                 if given is not None:
                     instead = ", which is k/(rho c)" if where == "material" else " in [material]"
@@ -181,7 +182,7 @@ def formulas_give_numbers(case: Case) -> None:
         known = names(case.dim, time=not at_start)
         try:
             function = formula(value.formula, known)
-            found = [trial(function, known, _places(case, side), t) for t in sorted(times)]
+            found = [trial(function, known, places(case, side), t) for t in sorted(times)]
             coldest = float(np.min(found))
             if (where.endswith(".T") or at_start) and coldest < 0 and not is_scaled(case):
                 raise InputError(
@@ -195,7 +196,7 @@ def formulas_give_numbers(case: Case) -> None:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
 
 
-def _places(case: Case, side: str | None) -> np.ndarray:
+def places(case: Case, side: str | None) -> np.ndarray:
     """Places in the box around the body, or on a flat side of it, ends included; shape (3, n)."""
     body = case.outline
     along = [np.linspace(*ends, TRIED) for ends in zip(body.lower, body.upper, strict=True)]

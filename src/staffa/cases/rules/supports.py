@@ -129,11 +129,11 @@ def _table(value: float | History) -> tuple[np.ndarray, np.ndarray]:
 
 
 def something_happens(case: Case) -> None:
-    """The body is cooled or moved."""
-    if case.temperature.profile == "none" and not is_moved(case):
+    """The body is cooled or moved, or forces act on it."""
+    if case.temperature.profile == "none" and not is_moved(case) and case.forces is None:
         raise InputError(
-            'the case loads nothing: temperature.profile = "none" and no prescribed displacement '
-            "other than zero; give one of them"
+            'the case loads nothing: temperature.profile = "none", no prescribed displacement '
+            "other than zero, and no [forces]; give one of them"
         )
 
 

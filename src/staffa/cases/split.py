@@ -1,0 +1,39 @@
+"""Which energy split a case takes, and why."""
+
+from staffa.cases.model import Case
+from staffa.cases.pieces import averages, pieces
+from staffa.cases.rock_keys import is_isotropic
+from staffa.physics.split import SPLITS, EnergySplit, StarConvex
+
+GAMMA = 5.0
+
+
+def presses(case: Case) -> str:
+    """What in [forces] may press cracks shut, or nothing."""
+    keys = case.forces
+    if keys is None:
+        return ""
+    named = ("prestress", "gravity", "sides", "pore_pressure", "crack_pressure", "crack_volume")
+    return ", ".join(name for name in named if getattr(keys, name))
+
+
+def is_anisotropic(case: Case) -> bool:
+    """Whether the stiffness of some rock of a case depends on the direction."""
+    return not all(is_isotropic(keys) for keys in (case.material, *case.regions.values()))
+
+
+def default_split(case: Case) -> str:
+    """None where cold alone acts: it pulls. Else what lets no rock break under pressure."""
+    if not presses(case):
+        return "none"
+    auxetic = any(averages(piece).nu < 0 for piece in pieces(case))
+    return "volumetric-deviatoric" if auxetic or is_anisotropic(case) else "no-tension"
+
+
+def energy_split(case: Case) -> EnergySplit:
+    """The split of a case."""
+    name = case.damage.split or default_split(case)
+    if name == "star-convex":
+        gamma = GAMMA if case.damage.gamma is None else case.damage.gamma
+        return StarConvex(gamma=gamma, name=name)
+    return SPLITS[name]
