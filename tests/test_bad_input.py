@@ -47,6 +47,32 @@ VALUES = [
     ("solver.backtracking=3", "solver.backtracking = 3", "true or false, without quotes"),
     ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance", "less than 1"),
     ("solver.backtracking_tolerance=0.0", "solver.backtracking_tolerance", "larger than zero"),
+    # probes
+    ("output.probes=3", "output.probes = 3", "write probes like"),
+    ('output.probes=[{name="a"}]', "output.probes, entry 1, point is missing", "point = [0.5"),
+    ("output.probes=[{point=[0.5,0.5]}]", "entry 1, name is missing", "name ="),
+    ('output.probes=[{name="",point=[0.5,0.5]}]', 'name = ""', "write name like"),
+    ('output.probes=[{name="a",point=[2.0,0.5]}]', "point = [2.0, 0.5] lies outside", "move it in"),
+    ('output.probes=[{name="a",point=[0.5]}]', "point = [0.5]", "it needs 2 numbers"),
+    ('output.probes=[{name="a",start=[0.0,0.0],end=[0.5,9.0]}]', "end = [0.5, 9.0]", "move it in"),
+    ('output.probes=[{name="a",start=[0.1,0.1],end=[0.1,0.1]}]', "start and end", "give a point"),
+    ('output.probes=[{name="a",start=[0.0,0.0]}]', "entry 1, end is missing", "end = [0.5"),
+    (
+        'output.probes=[{name="a",start=[0.0,0.0],end=[0.5,0.5],points=1}]',
+        "entry 1, points = 1",
+        "at least 2",
+    ),
+    (
+        'output.probes=[{name="a",start=[0.0,0.0],end=[0.5,0.5],points=5000}]',
+        "entry 1, points = 5000",
+        "at most 1,000",
+    ),
+    (
+        'output.probes=[{name="a",point=[0.1,0.1]},{name="a",point=[0.2,0.2]}]',
+        'entry 2, name = "a"',
+        "choose another",
+    ),
+    ('output.probes=[{name="a",point=[0.1,0.1],end=[0.2,0.2]}]', "'point'", "leave it or them out"),
     # the body
     ("domain.size=3", "domain.size = 3", "write size like [5.0, 1.0]"),
     ('domain.size="5 mm"', 'domain.size = "5 mm"', "write size like [5.0, 1.0]"),

@@ -59,6 +59,8 @@ LIGHT = [
     "staffa.measure.generations",
     "staffa.measure.tip",
     "staffa.measure.averages",
+    "staffa.measure.tracing",
+    "staffa.io.network",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",
     "staffa.io.vtkhdf",

@@ -70,7 +70,8 @@ class Supports:
     """Degrees of freedom that are not free, on this rank: local indices of entries that it owns.
 
     fixed: prescribed entries of u, at these points, shape (3, n_fixed). displacements: what is
-    prescribed, each with the places in `fixed` of the entries that follow it. moved: entries that
+    prescribed, each with the places in `fixed` of the entries that follow it; sides: by which
+    side each of these is. moved: entries that
     the unknowns of a section move; modes: for each of these, its unit displacement, shape
     (n_owned,).
     """
@@ -78,6 +79,7 @@ class Supports:
     fixed: np.ndarray
     points: np.ndarray
     displacements: tuple[tuple[Displacement, np.ndarray], ...]
+    sides: tuple[str, ...]
     moved: np.ndarray
     modes: tuple[np.ndarray, ...]
 
@@ -124,6 +126,7 @@ def build_supports(
             (displacement, np.flatnonzero(number == k))
             for k, displacement in enumerate(displacements)
         ),
+        sides=tuple(support.side for support in sides for _ in support.components),
         moved=moved,
         modes=modes,
     )

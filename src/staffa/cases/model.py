@@ -22,6 +22,7 @@ from staffa.cases.kinds import (
     kind,
     one_of,
 )
+from staffa.cases.probe_keys import ProbeKeys
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
 from staffa.geometry.outline import Outline
@@ -243,6 +244,17 @@ class OutputKeys(Section):
     fields: Literal["requested", "all"] = Field(
         default="requested",
         description="keep the fields of the requested times and the last step, or of all",
+    )
+    probes: tuple[ProbeKeys, ...] = Field(
+        default=(),
+        description="where T, u and damage are read off at every step, into probes.csv: a point, "
+        "or a line of so many points from start to end",
+        examples=[
+            [
+                {"name": "well", "point": [0.5, 0.5]},
+                {"name": "axis", "start": [0.5, 0.0], "end": [0.5, 1.0], "points": 50},
+            ]
+        ],
     )
 
 

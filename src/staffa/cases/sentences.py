@@ -31,6 +31,7 @@ ALTERNATIVES = (
     *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
     *("one value", "one property", "a random field", "a file"),
     *("a named one", *(f"kind {kind}" for kind in KINDS)),
+    *("a spot", "a line"),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {

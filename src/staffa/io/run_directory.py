@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import REJECTED, Manifest, Step, kept
+from staffa.records import REJECTED, Manifest, Probe, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -166,6 +166,10 @@ def _read_manifest(path: Path) -> Manifest:
             record[name] = tuple(record[name])
         if record.get("lower") is not None:  # a run of version 0.1.0 has none
             record["lower"] = tuple(record["lower"])
+        record["probes"] = tuple(
+            Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
+            for probe in record.get("probes", ())
+        )
         return Manifest(**record)
     except (KeyError, TypeError):
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None

@@ -36,6 +36,7 @@ from staffa.cases.rules.heat import (
     heat_is_complete,
 )
 from staffa.cases.rules.names import cracks_are_there, faces_are_there
+from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.rock import (
     elasticity_is_definite,
     properties_have_values,
@@ -98,6 +99,7 @@ RULES = (
     heat_is_complete,
     heat_enters_or_leaves,
     measures_are_inside,
+    probes_are_inside,
     times_increase,
     adaptive_steps_are_possible,
     cooling_has_begun,

@@ -104,7 +104,7 @@ def cracks_are_inside(case: Case) -> None:
             )
         points = _points(crack)
         for name, point in points.items():
-            _is_inside(case, f"{where}, {name} = {inline(point)}", point)
+            is_inside(case, f"{where}, {name} = {inline(point)}", point)
         if isinstance(crack, Disc):
             _has_a_direction(crack, where)
         elif crack.start == crack.end:
@@ -120,7 +120,8 @@ def _points(crack: Segment | Disc) -> dict[str, tuple[float, ...]]:
     return {"start": crack.start, "end": crack.end}
 
 
-def _is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
+def is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
+    """Raise if a point, named in `what`, has another dimension than the body or is outside."""
     body = case.outline
     if len(point) != case.dim:
         raise InputError(f"{what}: it needs {case.dim} numbers, as the body is {case.dim}-D")
