@@ -611,6 +611,7 @@ ROCK = [
     (f"material={{stiffness={UNIT}, E=2.0}}", "E cannot stand beside it", "one of them out"),
     (f"material.stiffness={UNEVEN}", "entries 1,2 and 2,1 differ", "give both the same"),
     (f"material.stiffness={NEGATIVE}", "smallest eigenvalue is -1", "off the diagonal"),
+    (f"{CLAY} {BEDDED}, axis=[0,1]}}\nmaterial.nu=0.5", "material.nu = 0.5", "0.49 or less"),
     # directions
     ("material.axis=[0,1]", "material.axis turns nothing", "leave it out"),
     ("material.angle=30", "material.angle turns nothing", "leave it out"),
@@ -690,7 +691,7 @@ def test_a_bad_value_of_the_heat_equation_is_refused_in_one_sentence(setting, na
 
 @pytest.mark.parametrize(("setting", "names", "way_out"), ROCK, ids=lambda v: v[:40])
 def test_a_bad_rock_is_refused_in_one_sentence(setting, names, way_out):
-    said = sentence_of(lambda: parse_case(GOOD, [setting]))
+    said = sentence_of(lambda: parse_case(GOOD, setting.splitlines()))
     check_sentence(said.replace(str(Path.cwd()), ""), names, way_out)
 
 

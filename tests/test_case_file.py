@@ -221,7 +221,7 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
 
 def test_a_table_that_is_not_there_is_explained_by_one_that_reads():
     text = to_toml(parse_case(PULLED_IN_UNITS), explained=True)
-    start, end = text.index("# [heat]"), text.index("# What holds the body")
+    start, end = text.index("# [heat]"), text.index("# [forces]")
     keys = re.findall(r"^# ([a-z_]+ = .*|\[heat\])$", text[start:end], re.MULTILINE)
     for_3d = ("front", "back", "bands")
     shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(for_3d)))

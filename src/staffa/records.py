@@ -343,13 +343,14 @@ class Manifest:
     """What a run is: written once, before its first step.
 
     title, law: the case's own. scaled: True if lengths and times are scaled, False if in m and s.
-    size: extent along each axis; face: name of the cooled face, if any; h: cell edge; L: depth of
-    the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
-    far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
-    all that the run will visit, or with adaptive steps those that it will not miss; requested:
-    whether each is an output time. threshold: damage above which a point counts as cracked.
-    probes: where fields are read off at each step. scales: the
-    derived numbers that `staffa check` prints, by name.
+    size: extent along each axis, lower: where the body begins (None: at the origin); face: name of
+    the cooled face, if it is a flat side of the body; side: which of a box's that is, if it has
+    another name; h: cell edge; L: depth of the body below the face. toughness_factor: measured
+    discrete toughness over Gc. tip_reach: how far sharp tips lie beyond the recorded ones (see
+    `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
+    steps those that it will not miss; requested: whether each is an output time. threshold: damage
+    above which a point counts as cracked. probes: where fields are read off at each step. scales:
+    the derived numbers that `staffa check` prints, by name.
     """
 
     version: str
@@ -376,9 +377,21 @@ class Manifest:
     petsc_options: dict[str, str]
     tip_reach: float | None = None
     adaptive: bool = False
+    lower: tuple[float, ...] | None = None
+    side: str | None = None
     probes: tuple[Probe, ...] = ()
     threshold: float = 0.8
     format: int = 1
+
+    @property
+    def corner(self) -> tuple[float, ...]:
+        """Lower corner of the box around the body."""
+        return self.lower or (0.0,) * len(self.size)
+
+    @property
+    def cooled_side(self) -> str | None:
+        """The side of a box that the cooled face is."""
+        return self.side or self.face
 
     def sharp(self, depth: float) -> float:
         """Depth (m) of the sharp tip of a crack whose recorded tip is so deep; 0 stays 0."""

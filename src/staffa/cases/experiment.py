@@ -73,7 +73,8 @@ def run(
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
     manifest = on_root(comm, lambda: describe(case, setup, system, factor))
-    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest))
+    mesh = case.domain.file
+    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest, mesh))
     watcher.started(manifest)
     steps: tuple[Step, ...] = ()
     try:
@@ -158,8 +159,10 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         title=case.title,
         law=setup.material.law.name,
         scaled=is_scaled(case),
+        lower=domain.lower,
         size=domain.size,
         face=case.temperature.face if setup.face else None,
+        side=case.outline.sides[case.temperature.face] if setup.face else None,
         h=domain.h,
         ell=setup.material.ell,
         L=derived.L,

@@ -137,3 +137,13 @@ class Formula(Section):
         """Its values where nothing depends on time."""
         evaluated = formula(self.formula, names(dim, time=False))
         return lambda x: evaluated(x, 0.0)
+
+
+class SidesSection(Section):
+    """A table that also takes the names of a body's faces as keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    def on(self, face: str) -> Any:
+        """What is said of a face, None if nothing is."""
+        return getattr(self, face, None)

@@ -19,7 +19,6 @@ from staffa.cases.split import energy_split
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, PointFunction, Property, nowhere
-from staffa.grid import UNSTRUCTURED
 from staffa.parallel import any_over_ranks
 from staffa.physics.damage import DamageLaw
 from staffa.physics.elasticity import Isotropic, checked, values
@@ -34,7 +33,7 @@ def materials(
     split: EnergySplit | None = None,
 ) -> tuple[Material, dict[str, Material]]:
     """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
-    blocks = case.domain.cells != UNSTRUCTURED
+    blocks = not case.domain.has_simplices
     body, *regions = pieces(case)
     common = partial(
         Material,

@@ -44,8 +44,8 @@ def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     rows = figure.subplots(panels, 1, squeeze=False, sharex=True)[:, 0]
     at = clock(seen)
     _draw_lengths(rows[0], manifest, at, measured)
-    if manifest.face:
-        axis = face_axis(manifest.face, len(manifest.size))
+    if manifest.cooled_side:
+        axis = face_axis(manifest.cooled_side, len(manifest.size))
         reach = manifest.tip_reach or 0.0
         followed = tracks(seen, axis=axis, reach=reach)
         found = arrests(seen, axis=axis, ell=manifest.ell, reach=reach)

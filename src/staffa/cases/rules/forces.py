@@ -19,7 +19,6 @@ from staffa.cases.sentences import shown
 from staffa.cases.split import is_anisotropic, presses
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
-from staffa.grid import SIDES
 from staffa.physics.split import SPLITS
 from staffa.units import Quantity, parse
 
@@ -69,10 +68,9 @@ def forces_fit_the_body(case: Case) -> None:
         return
     for name, side in keys.sides.items():
         where = f"forces.sides.{name}"
-        if name not in SIDES[dim]:
-            raise InputError(
-                f"{where}: the body has no boundary '{name}'; {choices(name, SIDES[dim])}"
-            )
+        faces = case.outline.faces
+        if name not in faces:
+            raise InputError(f"{where}: the body has no boundary '{name}'; {choices(name, faces)}")
         if not side.model_fields_set:
             raise InputError(f"{where} says nothing; give pressure, x or y, or leave it out")
         if dim == 2 and side.z is not None:
