@@ -41,7 +41,7 @@ xx = "-5 MPa"
 yy = { value = "-10 MPa", gradient = ["0 Pa/m", "0.03 MPa/m"] }
 zz = "-6 MPa"
 xy = { formula = "1e3*x*y" }
-[forces.sides.bottom]
+[forces.bottom]
 pressure = "10 MPa"
 x = { formula = "2e6*x*t/3600" }
 [time]

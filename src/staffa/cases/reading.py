@@ -7,7 +7,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
+from staffa.cases.kinds import SidesSection
 from staffa.cases.model import Case, SupportKeys
 from staffa.cases.property_keys import FOLDER
 from staffa.cases.rules import obey
@@ -92,12 +94,20 @@ def parse_case(
     return obey(surveyed(case, folder))
 
 
+# Tables whose keys may be the names of faces.
+SIDED: dict[str, type[SidesSection]] = {
+    "supports": SupportKeys,
+    "heat": HeatKeys,
+    "forces": ForceKeys,
+}
+
+
 def _name_sides(table: dict[str, Any]) -> None:
     """A block has no other faces than its sides, so that any other name is a key misspelled."""
     domain = table.get("domain")
     if isinstance(domain, dict) and {"mesh", "shape"} & set(domain):
         return
-    for name, model in (("supports", SupportKeys), ("heat", HeatKeys)):
+    for name, model in SIDED.items():
         keys = table.get(name)
         for key in keys if isinstance(keys, dict) else ():
             if key not in model.model_fields:

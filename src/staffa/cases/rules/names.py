@@ -2,23 +2,26 @@
 
 from collections.abc import Collection
 
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Named, SupportKeys
 from staffa.errors import InputError, choices
 from staffa.geometry.outline import Outline
 from staffa.grid import SIDES
 
-# What stands in [supports] and [heat] beside the names of faces.
+# What stands in these tables beside the names of faces.
 OWN = {
     "supports": set(SupportKeys.model_fields) - set(SIDES[3]),
     "heat": set(HeatKeys.model_fields) - set(SIDES[3]),
+    "forces": set(ForceKeys.model_fields) - set(SIDES[3]),
 }
 
 
 def faces_are_there(case: Case) -> None:
-    """[supports] and [heat] name faces that the body has, and no face is called as their keys."""
+    """Tables name faces that the body has, and no face is called as one of their own keys."""
     faces = case.outline.faces
-    for table, keys in (("supports", case.supports), ("heat", case.heat)):
+    for table in OWN:
+        keys = getattr(case, table)
         if keys is None:
             continue
         for name in sorted(OWN[table] & set(faces)):
