@@ -506,7 +506,7 @@ ABOUT_MESHES = {
     "a folder": (("domain.mesh=.",), "cannot be read", "name a .msh file"),
     "no mesh": (("domain.mesh=script.msh",), '"script.msh" is no .msh file', "save the mesh"),
     "no unit": (('damage.ell="3 mm"', 'time.t=["1 s"]'), "domain.unit is missing", 'unit = "1 mm"'),
-    "h": (("domain.h=0.1",), "domain.h = 0.1 and domain.mesh are both given", "leave out h"),
+    "h": (("domain.h=0.1",), "domain.h = 0.1: of a mesh", "at most the mean edge, 0.09"),
     "size": (("domain.size=[1.0,1.0]",), "domain.size and domain.mesh both", "leave one out"),
     "face": (
         ("supports.left=rollers",),

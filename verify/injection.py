@@ -31,6 +31,7 @@ title = "A crack that a given volume of fluid opens and drives"
 
 [domain]
 mesh = "{mesh}"
+h = {h}
 
 [material]
 {plane}nu = 0.2
@@ -139,6 +140,7 @@ def run_member(name: str) -> dict:
             law=law,
             plane='plane = "strain"\n' if dim == 2 else "",
             ell=sizes["ell"],
+            h=sizes["h"],
             supports="\n".join(f'{side} = "rollers"' for side in held),
             crack=crack,
             times=[round(float(r * first), 6) for r in ratios],

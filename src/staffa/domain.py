@@ -133,6 +133,7 @@ def body(
     comm: MPI.Comm,
     make: Callable[[], Simplices],
     coarser: Callable[[], Domain] | None = None,
+    h: float | None = None,
 ) -> Domain:
     """The body that a mesh with names fills, from triangles or tetrahedra. Collective.
 
@@ -140,6 +141,7 @@ def body(
     ----------
     make : gives the mesh; called on rank 0 only. Its errors are raised on all ranks.
     coarser : makes the same body with cells twice as long.
+    h : the edge of the cells where cracks run (m), their mean edge if None.
     """
     held: list[Simplices] = []
 
@@ -165,7 +167,7 @@ def body(
         cracks={name: cells[cells < own] for name, cells in cracks.items()},
         lower=around.lower,
         size=around.size,
-        h=around.h,
+        h=h or around.h,
         identity=hashlib.sha256(identity).hexdigest()[:16],
         coarser=coarser,
     )

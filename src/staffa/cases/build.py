@@ -93,7 +93,8 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     """The body of a case, from its block, its shape or its mesh. Collective."""
     keys = case.domain
     if keys.file is not None:
-        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0)))
+        h = None if keys.h is None else float(keys.h)
+        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0)), h=h)
     assert keys.h is not None
     if keys.shape is not None:
         return _shaped(comm, keys.shape.shape(), float(keys.h))

@@ -49,7 +49,8 @@ class DomainKeys(Section):
     )
     h: Length | None = Field(
         default=None,
-        description="cell edge; at most damage.ell/3 resolves a crack; a mesh has its own",
+        description="cell edge; at most damage.ell/3 resolves a crack; a mesh has its own, "
+        "and needs h only where it is finer there than in the mean",
         examples=[0.01],
     )
     cells: (

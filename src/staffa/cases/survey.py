@@ -1,5 +1,6 @@
 """Which body a case means: a block, a shape, or a mesh, which is looked at here."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,17 +53,19 @@ def surveyed(case: Case, folder: Path) -> Case:
 
 def _with_mesh(case: Case, file: Path) -> Case:
     keys = case.domain
-    if keys.h is not None:
-        raise InputError(
-            f"domain.h = {inline(keys.h)} and domain.mesh are both given, and a mesh has its own "
-            f"cells; leave out h"
-        )
     if keys.unit is None and not is_scaled(case):
         raise InputError(
             "domain.unit is missing: a mesh counts in numbers, and this case has units; write how "
             'long its 1 is, like unit = "1 mm"'
         )
     found = outline(mesh_of(file, float(keys.unit or 1.0)))
+    if keys.h is not None:
+        if keys.h > found.h:
+            raise InputError(
+                f"domain.h = {inline(keys.h)}: of a mesh it is the edge of its cells where cracks "
+                f"run, at most the mean edge, {found.h:.3g}; take a smaller one, or leave it out"
+            )
+        found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})
 
 
