@@ -189,7 +189,8 @@ def injection() -> Found:
         size = 2 * a if dim == 2 else np.pi * a**2
         on = a > a[0] + found["ell"]  # what has run by its ell runs on evenly
         toughness = float(np.polyfit(size[on], surface[on], 1)[0])
-        still = int(np.flatnonzero(a < a[0] + 0.05 * found["ell"])[-1])
+        still = int(np.flatnonzero(a < a[0] + 0.25 * found["ell"])[-1])
+        assert still > 0
         figures.append(
             Figure(
                 what=f"{name}: pressure over volume at {volume[still]:.3g}, before it grows, over "
