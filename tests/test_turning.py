@@ -155,7 +155,7 @@ def turning(
 
     width: of the plate (ell). Its ends attract or repel the crack, by what is odd about its middle:
     the notch is put where the crack crosses the middle halfway, and the angle is that of a line
-    through all of the crack but `width`/8 at its beginning and 2 ell at its end. rise: how far the
+    through all of this rise but `width`/8 at its beginning and 2 ell at its end. rise: how far the
     crack runs up (ell). stiffness: of the rock, if it has directions, too: no matter for the angle.
     """
     h, notch, front = 1 / cells_per_ell, 0.6 * width, 4.0
@@ -185,7 +185,8 @@ def turning(
         path = x[alpha > CRACKED]
     finally:
         system.destroy()
-    fitted = path[(path[:, 1] > notch + width / 8) & (path[:, 1] < top - 2.0)]
+    end = min(top, notch + rise) - 2.0  # its last step may carry it far beyond
+    fitted = path[(path[:, 1] > notch + width / 8) & (path[:, 1] < end)]
     slope = np.polyfit(fitted[:, 1], fitted[:, 0], 1)[0]
     return Path(angle=float(-np.degrees(np.arctan(slope))), x=path, fitted=fitted)
 

@@ -4,6 +4,7 @@ from arrays import array, doubling
 from conduction import cracks, heat, slab
 from energies import energies
 from figures import Check
+from injection import injection
 from onset import onset
 from quench import quench
 from second_order import second_order
@@ -43,6 +44,13 @@ CHECKS = {
         "as each depth, by their sharp tips, and the spacing at which an even array in a "
         "half-space doubles.",
         measure=quench,
+    ),
+    "injection": Check(
+        title="Cracks that a fluid drives",
+        text="A crack in a large plate, and a disc in a large block, filled by volume: "
+        "`verify/injection.py` ran them on Gmsh's cells, fine where the crack runs, as kept in "
+        "`verify/injection.json`.",
+        measure=injection,
     ),
     "second-order": Check(
         title="Uniqueness and stability",

@@ -38,7 +38,9 @@ def toughness_direction() -> Found:
         found = turning(A, **PLATE, **more)
         expected, meshed = direction(A)[0], direction(A, uneven)[0]
         stiff = ", stiffness too" if more else ""
-        name = f"Gc, {ratio:g} Gc at {angle:g} degrees{stiff}"
+        name = (
+            f"Gc, {ratio:g} Gc at {angle:g} degrees{stiff}" if ratio > 1 else "Gc in all directions"
+        )
         figures.append(
             Figure(
                 what=f"angle (degrees), {name}",
@@ -60,16 +62,17 @@ def toughness_direction() -> Found:
 
 
 def draw(paths: list[tuple[str, float, Any]]) -> None:
-    """The cracked vertices of each plate, and the direction that costs least."""
+    """The cracked vertices of each plate, and beside them the direction that costs least."""
 
     def drawn() -> Any:
-        figure = new_figure(2.8)
+        figure = new_figure(2.0)
         for number, (name, expected, path) in enumerate(paths, start=1):
             axes = figure.add_subplot(1, len(paths), number)
             axes.plot(*path.x.T, ".", color=BLACK, markersize=1.5)
             x, y = path.fitted.mean(axis=0)
             up = np.array([-PLATE["rise"], PLATE["rise"]]) / 2
-            axes.plot(x - np.tan(np.radians(expected)) * up, y + up, color=ORANGE, linewidth=1)
+            beside = x + 1.5 - np.tan(np.radians(expected)) * up
+            axes.plot(beside, y + up, color=ORANGE, linewidth=1)
             axes.set(aspect="equal", xlim=(0, PLATE["width"]), ylim=(0, 32), xticks=(), yticks=())
             axes.set_title(name.replace(" degrees", "°").replace(", stiff", ",\nstiff"), fontsize=6)
         return figure

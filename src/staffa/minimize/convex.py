@@ -99,17 +99,15 @@ def minimize(
             way.axpy(-1.0, u)
             slope = forces.dot(way)
             gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
+            done = gap <= ENOUGH or energy.quadratic
             # The first step puts on new prescribed values: it is no descent but a prediction.
-            if number == 0:
+            if done or number == 0:
                 u.axpy(1.0, way)
-                if energy.quadratic:
-                    return
-            elif gap <= ENOUGH:
-                u.axpy(1.0, way)
-                energy.move_to(u)
-                return
             else:
                 _step(energy, u, way, forces, slope)
+            if done:
+                energy.move_to(u)
+                return
         raise SolveError(
             f"the displacement was not solved for: after {MOST} of Newton's steps the next would "
             f"still change the energy by {gap:.1e} of it; try shorter time steps or a larger "
