@@ -89,7 +89,7 @@ CHECKS = {
         "across the second, the angle of the first axis to x. Angles from y to the left, by a line "
         "through the vertices with alpha > 0.9; unstructured cells of ell/4, width of the plate "
         "20 ell. Two of the rocks are mirror images, on one mesh. In rock that is the same in all "
-        "directions 2 degrees more cost 0.06 %, less than what uneven cells make of the toughness.",
+        "directions 2.5 degrees more cost 0.1 %, less than what uneven cells do to the toughness.",
         measure=toughness_direction,
     ),
     "array-fixed": Check(
