@@ -31,6 +31,8 @@ from staffa.strain import (
 
 # Exact for the damaged stiffness of simplices; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
 QUADRATURE_DEGREE = 2
+# A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
+FLAT = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +88,16 @@ def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     return (local + rock.ell * ufl.dot(gradient, rough)) / (4 * rock.law.c_w)
 
 
+def crack_measure(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
+    """`crack_density` without what the direction does to it, sqrt(n . A n), n along grad alpha."""
+    if rock.roughness is None:
+        return crack_density(alpha, rock)
+    gradient = ufl.grad(alpha)
+    square = ufl.dot(gradient, gradient) + FLAT / rock.ell**2
+    rough = ufl.dot(gradient, ufl.dot(rock.roughness, gradient)) + FLAT / rock.ell**2
+    return crack_density(alpha, rock) * ufl.sqrt(square / rough)
+
+
 class Energy:
     """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
@@ -136,8 +148,7 @@ class Energy:
             return elastic if loads is None else elastic + loads
 
         loads = self.external.potential(u, alpha, dx)
-        cracks = crack_density(alpha, rock)
-        surface = rock.Gc * cracks * dx
+        surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
 
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
@@ -157,7 +168,7 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
-        self._cracks = form(cracks * dx)
+        self._cracks = form(crack_measure(alpha, rock) * dx)
         self._variation = form(variation * length_dx)
         self._volume = form(volume)
         self._widening = form(ufl.derivative(volume, u, v))
@@ -215,7 +226,8 @@ class Energy:
         self._vector(self._widening, self._sums_u, out)
 
     def crack_length(self) -> float:
-        """Surface energy over Gc, toughness variations divided out: length in 2-D, area in 3-D."""
+        """Surface energy over the toughness where it is spent and across the crack: length in 2-D,
+        area in 3-D. Collective."""
         return self._integral(self._cracks)
 
     def crack_variation(self) -> float:
