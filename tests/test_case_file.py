@@ -7,6 +7,7 @@ import pytest
 from pydantic import BaseModel
 
 from staffa.cases import catalog
+from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
@@ -222,12 +223,14 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
 def test_a_table_that_is_not_there_is_explained_by_one_that_reads():
     text = to_toml(parse_case(PULLED_IN_UNITS), explained=True)
     start, end = text.index("# [heat]"), text.index("# What holds the body")
-    keys = re.findall(r"^# ([a-z_]+ = .*|\[heat\])$", text[start:end], re.MULTILINE)
+    keys = re.findall(r"^# ([a-z_]+ = .*|\[(?:heat|forces)\])$", text[start:end], re.MULTILINE)
     for_3d = ("front", "back", "bands")
     shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(for_3d)))
     heat = HeatKeys.model_validate(shown["heat"])
     assert set(HeatKeys.model_fields) - set(for_3d) == heat.model_fields_set
     assert heat.bottom.T == 278.15 and heat.tolerance == 1e-4
+    forces = ForceKeys.model_validate(shown["forces"])
+    assert set(ForceKeys.model_fields) == forces.model_fields_set
 
 
 def test_what_the_heat_equation_adds_to_the_rock_is_one_in_a_scaled_case_and_else_absent():

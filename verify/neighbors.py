@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from figures import Figure, Found
+from figures import Found
 from raster import Raster, raster
 from runs import ROOT, keep, origin, run_once
 
