@@ -12,7 +12,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from figures import Found
+from figures import Figure, Found
 from raster import Raster, raster
 from runs import ROOT, keep, origin, run_once
 
@@ -53,6 +53,7 @@ class Contrast:
 
 CONTRASTS = (
     *(Contrast(E=E, Gc=Gc) for Gc in (0.25, 1, 4) for E in (0.2, 1, 5)),
+    Contrast(Gc=16),
     *(Contrast(E=E, Gc=Gc, seam=0.25) for E, Gc in ((1, 1), (1, 4), (5, 1), (5, 4))),
 )
 
@@ -70,23 +71,22 @@ def run_members() -> dict:
 
 
 def outcome(run: Run) -> dict:
-    """How many of the cracks that come to the layer stop there, cross it, turn along it, and how
-    many start beyond it."""
+    """How many of the cracks that come to the upper layer cross it, turn along the seam, turn and
+    cross, or stop there; and how many start beyond it."""
     ell, reach = run.manifest.ell, run.manifest.tip_reach or 0.0
-    counts = dict.fromkeys(("stop", "cross", "turn", "beyond"), 0)
+    counts = dict.fromkeys(("cross", "turn", "both", "stop", "beyond"), 0)
     deepest = 0.0
     for crack in raster(run).cracks():
         low, tip = crack[:, 1].min(), crack[:, 1].max() + reach
         here = crack[(crack[:, 1] > SEAM - AT * ell) & (crack[:, 1] < UPPER + AT * ell)]
+        along = len(here) > 0 and np.ptp(here[:, 0]) > ALONG * ell
         deepest = max(deepest, tip)
-        if len(here) and np.ptp(here[:, 0]) > ALONG * ell:
-            counts["turn"] += 1
         if low > UPPER:
             counts["beyond"] += 1
         elif tip > UPPER + AT * ell:
-            counts["cross"] += 1
-        elif tip > UPPER - AT * ell:
-            counts["stop"] += 1
+            counts["both" if along else "cross"] += 1
+        elif along or tip > UPPER - AT * ell:
+            counts["turn" if along else "stop"] += 1
     return {**counts, "deepest": round(float(deepest), 4)}
 
 
@@ -117,16 +117,93 @@ def draw(drawn: dict[Contrast, Raster], kept: dict) -> None:
     plt.close(figure)
 
 
+WORDS = {
+    "cross": "cross",
+    "turn": "turn",
+    "both": "turn and cross",
+    "stop": "stop there",
+    "beyond": "start beyond",
+}
+
+
 def said_of(k: dict) -> str:
     """What became of the cracks, in words."""
-    words = (("cross", "cross"), ("stop", "stop there"), ("turn", "turn"), ("beyond", "new beyond"))
-    return ", ".join(f"{k[key]} {word}" for key, word in words if k[key]) or "none gets there"
+    return ", ".join(f"{k[key]} {word}" for key, word in WORDS.items() if k[key]) or "none"
 
 
 def layers() -> Found:
-    """What the contrast should do, and the table."""
+    """What a contrast should do, and the table of what it does."""
     kept = json.loads(KEPT.read_text())
-    return Found(figures=[], text="")
+    ell = 0.04  # as in the case
+    depth = {name: k["deepest"] for name, k in kept.items()}
+    even = depth["1-1-1"]
+    turned = {name: k["turn"] + k["both"] for name, k in kept.items()}
+    seams = [name for name in kept if not name.endswith("-1")]
+    figures = [
+        Figure(
+            what="deepest crack, upper layer 16 times as tough",
+            source="it stops at the layer; tolerance: 1.5 ell",
+            reference=UPPER,
+            measured=depth["1-16-1"],
+            tolerance=AT * ell,
+        ),
+        *(
+            Figure(
+                what=f"deepest crack, upper layer {what}",
+                source=f"between the face and that in uniform rock, {even:.3f}",
+                reference=even / 2,
+                measured=depth[name],
+                tolerance=even / 2,
+            )
+            for what, name in (("4 times as tough", "1-4-1"), ("a fifth as stiff", "0.2-1-1"))
+        ),
+        *(
+            Figure(
+                what=f"deepest crack, upper layer {what}",
+                source=f"between that in uniform rock, {even:.3f}, and the far side",
+                reference=(1 + even) / 2,
+                measured=depth[name],
+                tolerance=(1 - even) / 2,
+            )
+            for what, name in (("a quarter as tough", "1-0.25-1"), ("5 times as stiff", "5-1-1"))
+        ),
+        Figure(
+            what="cracks that turn where there is no weak seam",
+            source="none does",
+            reference=0,
+            measured=sum(n for name, n in turned.items() if name not in seams),
+            tolerance=0,
+        ),
+        Figure(
+            what=f"of {len(seams)} slabs with a weak seam, those in which cracks turn along it",
+            source="all",
+            reference=len(seams),
+            measured=sum(turned[name] > 0 for name in seams),
+            tolerance=0,
+        ),
+        Figure(
+            what="cracks that cross, weak seam under an upper layer 4 times as tough",
+            source="none does",
+            reference=0,
+            measured=kept["1-4-0.25"]["cross"] + kept["1-4-0.25"]["both"],
+            tolerance=0,
+        ),
+    ]
+    return Found(figures=figures, text=f"{table(kept)}\n\n![Layers](pictures/{PICTURE.name})")
+
+
+def table(kept: dict) -> str:
+    """A row for each contrast."""
+    lines = [
+        "| upper E | upper Gc | seam Gc | " + " | ".join(WORDS.values()) + " | deepest |",
+        "|" + " --- |" * (4 + len(WORDS)),
+    ]
+    for name, k in kept.items():
+        counts = " | ".join(str(k[key]) for key in WORDS)
+        lines.append(f"| {' | '.join(name.split('-'))} | {counts} | {k['deepest']:.3f} |")
+    k = kept["1-4-1"]
+    said = f"For example `{k['command']}`, {k['date']}, commit {k['commit'][:7]}"
+    return "\n".join(lines) + f"\n\n{said}"
 
 
 if __name__ == "__main__":

@@ -49,22 +49,20 @@ def run_members() -> dict:
 
 
 def history(name: str, run: Run) -> list[dict]:
-    """At each step how many cracks there are, and where the damage that each of the two has gained
-    has got to: the highest broken vertex on its side of the middle between them, and the x there.
-    """
+    """At each step the highest point of each of the two cracks, and whether they are one."""
     return [{"tau": step.tau} | look(name, raster(run, step)) for step in run.steps]
 
 
 def look(name: str, found: Raster) -> dict:
     """What `history` keeps of one step."""
-    cracks = found.cracks()
-    first = min(cracks, key=lambda c: np.hypot(*(c - [PAIRS[name][0][0], 0.0]).T).min())
-    top = first[first[:, 1] == first[:, 1].max()]
-    return {
-        "cracks": len(cracks),
-        "tops": [round(float(max(c[:, 1])), 3) for c in cracks],
-        "first": [round(float(top[:, 0].mean()), 3), round(float(top[0, 1]), 3)],
-    }
+    cracks, tips, which = found.cracks(), [], []
+    for x, low, _ in PAIRS[name]:
+        away = [np.hypot(*(crack - [x, low]).T).min() for crack in cracks]
+        which.append(int(np.argmin(away)))
+        crack = cracks[which[-1]]
+        top = crack[crack[:, 1] == crack[:, 1].max()].mean(axis=0)
+        tips.append([round(float(c), 4) for c in top])
+    return {"tips": tips, "one": which[0] == which[1]}
 
 
 def draw(runs: dict[str, Run]) -> None:
