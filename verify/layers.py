@@ -201,7 +201,7 @@ def table(kept: dict) -> str:
     for name, k in kept.items():
         counts = " | ".join(str(k[key]) for key in WORDS)
         lines.append(f"| {' | '.join(name.split('-'))} | {counts} | {k['deepest']:.3f} |")
-    k = kept["1-4-1"]
+    k = kept["1-16-1"]
     said = f"For example `{k['command']}`, {k['date']}, commit {k['commit'][:7]}"
     return "\n".join(lines) + f"\n\n{said}"
 
