@@ -154,7 +154,10 @@ CHECKS = {
     ),
     "neighbors": Check(
         title="Two cracks under cooling",
-        text="`verify/neighbors`: a body of 1 x 1 cooled from below, severity 12, ell = 0.03 = 3 h.",
+        text="`verify/neighbors`: a body of 0.5 x 1 cooled from below, severity 6, ell = 0.03 = "
+        "3 h. A crack from the cooled face that is alone; one beside another that is a little "
+        "shorter; one below another that is not in line with it; one below another that is. As "
+        "kept in `verify/neighbors.json`.",
         measure=neighbors,
     ),
 }
