@@ -11,7 +11,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from figures import Found
+from figures import Figure, Found
 from raster import Raster, raster
 from runs import ROOT, keep, origin, run_once
 
@@ -70,7 +70,7 @@ def look(name: str, found: Raster) -> dict:
 
 def draw(runs: dict[str, Run]) -> None:
     """Each at the first step, before two meet or half way, and at the end."""
-    figure, axes = plt.subplots(3, len(runs), figsize=(8, 12), layout="constrained")
+    figure, axes = plt.subplots(3, len(runs), figsize=(8, 10), layout="constrained")
     for column, (name, run) in zip(axes.T, runs.items(), strict=True):
         for panel, step in zip(column, chosen(name, run), strict=True):
             found = raster(run, step)
@@ -126,7 +126,7 @@ def neighbors() -> Found:
             tolerance=(1.0 - longer - 0.25) / 2,
         ),
         Figure(
-            what="attract: how far the tip has turned to the other crack, last step before they meet",
+            what="attract: how far the tip has turned to the other, last step before they meet",
             source="some of the way there, more than h",
             reference=(other - start + H) / 2,
             measured=before["tips"][0][0] - start,
