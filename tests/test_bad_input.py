@@ -47,6 +47,32 @@ VALUES = [
     ("solver.backtracking=3", "solver.backtracking = 3", "true or false, without quotes"),
     ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance", "less than 1"),
     ("solver.backtracking_tolerance=0.0", "solver.backtracking_tolerance", "larger than zero"),
+    # probes
+    ("output.probes=3", "output.probes = 3", "write probes like"),
+    ('output.probes=[{name="a"}]', "output.probes, entry 1, point is missing", "point = [0.5"),
+    ("output.probes=[{point=[0.5,0.5]}]", "entry 1, name is missing", "name ="),
+    ('output.probes=[{name="",point=[0.5,0.5]}]', 'name = ""', "write name like"),
+    ('output.probes=[{name="a",point=[2.0,0.5]}]', "point = [2.0, 0.5] lies outside", "move it in"),
+    ('output.probes=[{name="a",point=[0.5]}]', "point = [0.5]", "it needs 2 numbers"),
+    ('output.probes=[{name="a",start=[0.0,0.0],end=[0.5,9.0]}]', "end = [0.5, 9.0]", "move it in"),
+    ('output.probes=[{name="a",start=[0.1,0.1],end=[0.1,0.1]}]', "start and end", "give a point"),
+    ('output.probes=[{name="a",start=[0.0,0.0]}]', "entry 1, end is missing", "end = [0.5"),
+    (
+        'output.probes=[{name="a",start=[0.0,0.0],end=[0.5,0.5],points=1}]',
+        "entry 1, points = 1",
+        "at least 2",
+    ),
+    (
+        'output.probes=[{name="a",start=[0.0,0.0],end=[0.5,0.5],points=5000}]',
+        "entry 1, points = 5000",
+        "at most 1,000",
+    ),
+    (
+        'output.probes=[{name="a",point=[0.1,0.1]},{name="a",point=[0.2,0.2]}]',
+        'entry 2, name = "a"',
+        "choose another",
+    ),
+    ('output.probes=[{name="a",point=[0.1,0.1],end=[0.2,0.2]}]', "'point'", "leave it or them out"),
     # the body
     ("domain.size=3", "domain.size = 3", "write size like [5.0, 1.0]"),
     ('domain.size="5 mm"', 'domain.size = "5 mm"', "write size like [5.0, 1.0]"),
@@ -497,22 +523,26 @@ FORCES = [
     ),
     (("forces.gravity=-1.0",), "forces.gravity = -1.0", "write gravity like ["),
     (("material.rho=1.0",), "material.rho = 1.0 has no meaning", "leave it out"),
-    (("forces.sides={topp={pressure=1.0}}",), "no boundary 'topp'", "Did you mean 'top'?"),
-    (("forces.sides={front={pressure=1.0}}",), "no boundary 'front'", "bottom, left, right, top"),
-    (("forces.sides={top={}}",), "forces.sides.top says nothing", "give pressure, x or y"),
-    (("forces.sides={top={z=1.0}}",), "forces.sides.top.z", "a 2-D body has no such axis"),
+    (("forces.topp={pressure=1.0}",), "[forces] has no key 'topp'", "Did you mean 'top'?"),
     (
-        ("forces.sides={top={p=1.0}}",),
-        "forces.sides.top has no key 'p'",
+        ("forces.front={pressure=1.0}",),
+        "forces.front: a 2-D body has no such side",
+        "bottom, left, right, top",
+    ),
+    (("forces.top={}",), "forces.top says nothing", "give pressure, x or y"),
+    (("forces.top={z=1.0}",), "forces.top.z", "a 2-D body has no such axis"),
+    (
+        ("forces.top={p=1.0}",),
+        "forces.top has no key 'p'",
         "it has pressure, x, y, z",
     ),
-    (("forces.sides={top=3}",), "forces.sides.top = 3", "it must be a table"),
+    (("forces.top=3",), "forces.top = 3", "write top like {"),
     (
-        ("forces.sides={top={pressure={t=[0.0,1.0],value=[1.0]}}}",),
+        ("forces.top={pressure={t=[0.0,1.0],value=[1.0]}}",),
         "t has 2 numbers and value has 1",
         "give as many of each",
     ),
-    (('forces.sides={top={x={formula="1/x"}}}',), "forces.sides.top.x.formula", "so everywhere"),
+    (('forces.top={x={formula="1/x"}}',), "forces.top.x.formula", "so everywhere"),
     (("forces.pore_pressure=1.0",), "in plane stress pores", 'material.plane = "strain"'),
     ((*PORES, "forces.pore_pressure=true"), "forces.pore_pressure = true", "a text like"),
     (("forces.biot=0.5", "forces.prestress={xx=-1.0}"), "forces.biot = 0.5", "leave it out"),
@@ -585,6 +615,7 @@ ROCK = [
     (f"material={{stiffness={UNIT}, E=2.0}}", "E cannot stand beside it", "one of them out"),
     (f"material.stiffness={UNEVEN}", "entries 1,2 and 2,1 differ", "give both the same"),
     (f"material.stiffness={NEGATIVE}", "smallest eigenvalue is -1", "off the diagonal"),
+    (f"{CLAY} {BEDDED}, axis=[0,1]}}\nmaterial.nu=0.5", "material.nu = 0.5", "0.49 or less"),
     # directions
     ("material.axis=[0,1]", "material.axis turns nothing", "leave it out"),
     ("material.angle=30", "material.angle turns nothing", "leave it out"),
@@ -664,7 +695,7 @@ def test_a_bad_value_of_the_heat_equation_is_refused_in_one_sentence(setting, na
 
 @pytest.mark.parametrize(("setting", "names", "way_out"), ROCK, ids=lambda v: v[:40])
 def test_a_bad_rock_is_refused_in_one_sentence(setting, names, way_out):
-    said = sentence_of(lambda: parse_case(GOOD, [setting]))
+    said = sentence_of(lambda: parse_case(GOOD, setting.splitlines()))
     check_sentence(said.replace(str(Path.cwd()), ""), names, way_out)
 
 

@@ -138,14 +138,20 @@ def test_of_rock_that_varies_the_numbers_are_those_of_its_averages_and_check_say
     assert fact(known, "rock") == "E 1, nu 0.2, Gc 4, expansion 1"
     assert fact(known, "sigma_c") == "5"  # sqrt(3*1*4/(8*.06))
     assert "varies from place to place" in str(known.facts)
-    assert "more or less where the rock varies" in str(known.facts)
+    assert "more or less where the rock differs" in str(known.facts)
     assert not any(name == "rock" for name, _, _ in said().facts)
 
 
 def test_whether_it_cracks_is_open_where_the_rock_varies():
     assert fact(said(*COLD), "will it crack") == "no"
-    varied = "material.expansion={mean=1.0, variation=0.3, length=0.2}"
-    assert fact(said(*COLD, varied), "will it crack") == "perhaps"
+    for varied in (
+        "material.expansion={mean=1.0, variation=0.3, length=0.2}",
+        "material.expansion=[1.0, 1.5]",
+        "regions.a={lower=[0,0], upper=[1,1], E=1.5}",
+    ):
+        assert fact(said(*COLD, varied), "will it crack") == "perhaps"
+    tougher = "regions.a={lower=[0,0], upper=[1,1], Gc=2.0}"
+    assert fact(said(*COLD, tougher), "will it crack") == "no"
 
 
 def test_the_averages_of_a_rock_with_directions_are_those_over_all_of_them():
@@ -366,12 +372,17 @@ EXPECTED = {
     "bar": ["the smallest extent is 3 ell"],
     "glass-slab": ["nucleation is not resolved"],
     "granite-face": ["nucleation is not resolved"],
+<<<<<<< HEAD
     "squeezed": ["nucleation is not resolved"],
+=======
+    "wellbore": ["nucleation is not resolved"],
+>>>>>>> origin/rock
 }
 
 
 @pytest.mark.parametrize("name", catalog.names())
-def test_a_ready_case_warns_of_what_is_known_and_no_more(name):
+def test_a_ready_case_warns_of_what_is_known_and_no_more(name, monkeypatch):
+    monkeypatch.setattr(cautions, "find_spec", lambda package: package)  # as if Gmsh were there
     found, expected = preview(catalog.ready_case(name)).warnings, EXPECTED.get(name, [])
     assert len(found) == len(expected), f"{found}"
     assert all(part in sentence for part, sentence in zip(expected, found, strict=True)), found
@@ -384,7 +395,10 @@ LARGE = ("ceramic-quench",)
 @pytest.mark.parametrize("name", catalog.names())
 def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
     case = catalog.ready_case(name)
-    cells, unknowns = numbers(case), fact(preview(case), "unknowns").split(" ")[0]
+    cells, unknowns = (
+        numbers(case),
+        fact(preview(case), "unknowns").removeprefix("about ").split(" ")[0],
+    )
     assert 10 < len(case.title) < 70 and cells.times
     assert int(unknowns.replace(",", "")) < (1_100_000 if name in LARGE else 120_000)
 

@@ -386,7 +386,7 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
         "energies-of-both",
         "growth-of-both",
     ]
-    assert drawn.skipped == () and drawn.table is None
+    assert drawn.skipped == () and drawn.tables == ()
     for picture in drawn.pictures:
         assert_shows_something(picture)
     text = drawn.page.read_text(encoding="utf-8")

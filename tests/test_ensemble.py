@@ -9,6 +9,8 @@ from statistics import mean, stdev
 
 import pytest
 
+from staffa.cases.ensemble import member, seeds_from
+from staffa.cases.reading import parse_case
 from staffa.errors import SolveError
 from staffa.grid import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
@@ -387,3 +389,18 @@ def test_two_ranks_give_the_numbers_of_one(real: Path, tmp_path: Path) -> None:
     assert done.returncode == 2, done.stderr
     assert done.stderr.count("seed-4 holds a run that is not finished") == 1, done.stderr
     assert files_in(tmp_path) == before
+
+
+def test_a_member_has_other_seeds_in_every_random_property() -> None:
+    """Those of regions too; and what is not random stays."""
+    random = "{mean=1.0, variation=0.1, length=0.1, seed=7}"
+    settings = [
+        f"material.E={random}",
+        f"regions.top={{lower=[0.0,0.5], upper=[1.0,0.8], Gc={random}}}",
+        "toughness.seed=3",
+    ]
+    case = parse_case(SMALL, [*settings, "toughness.amplitude=0"])
+    other = member(case, 5)
+    assert (other.toughness.seed, other.material.E.seed, other.regions["top"].Gc.seed) == (5, 9, 9)
+    assert other.material.nu == case.material.nu and member(case, 3) == case
+    assert seeds_from(case, count=2) == range(3, 5)

@@ -11,7 +11,10 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
-    {"errors", "units", "records", "options", "parallel", "stack", "grid", "jit", "unstructured"},
+    {
+        *("errors", "units", "records", "options", "parallel", "stack", "grid", "jit"),
+        *("unstructured", "geometry"),
+    },
     {"physics"},
     {"domain", "fields", "cut"},
     {"energy", "external", "strain", "supports", "loads"},
@@ -27,7 +30,8 @@ WITHIN = {
     "parallel": ["stack"],
     "options": ["errors", "stack"],
     "jit": ["parallel", "stack"],
-    "unstructured": ["errors"],
+    "unstructured": ["errors", "geometry"],
+    "geometry": ["errors", "grid"],
     "fields": ["domain"],
     "cut": ["fields"],
     "external": ["loads", "strain"],
@@ -41,6 +45,8 @@ LIGHT = [
     "staffa.records",
     "staffa.grid",
     "staffa.unstructured",
+    "staffa.geometry.shapes",
+    "staffa.geometry.layer",
     "staffa.physics.damage",
     "staffa.physics.elasticity",
     "staffa.physics.material",
@@ -53,6 +59,8 @@ LIGHT = [
     "staffa.measure.generations",
     "staffa.measure.tip",
     "staffa.measure.averages",
+    "staffa.measure.tracing",
+    "staffa.io.network",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",
     "staffa.io.vtkhdf",

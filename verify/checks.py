@@ -4,9 +4,13 @@ from arrays import array, doubling
 from conduction import cracks, heat, slab
 from energies import energies
 from figures import Check
+<<<<<<< HEAD
 from grain import grain
 from layers import layers
 from neighbors import neighbors
+=======
+from injection import injection
+>>>>>>> origin/rock
 from onset import onset
 from quench import quench
 from second_order import second_order
@@ -46,6 +50,13 @@ CHECKS = {
         "as each depth, by their sharp tips, and the spacing at which an even array in a "
         "half-space doubles.",
         measure=quench,
+    ),
+    "injection": Check(
+        title="Cracks that a fluid drives",
+        text="A crack in a large plate, and a disc in a large block, filled by volume: "
+        "`verify/injection.py` ran them on Gmsh's cells, fine where the crack runs, as kept in "
+        "`verify/injection.json`.",
+        measure=injection,
     ),
     "second-order": Check(
         title="Uniqueness and stability",

@@ -31,10 +31,11 @@ DEEP = 0.1
 def settings(share: float) -> list[str]:
     """What a member changes in the case: the prestress, all else is common to them."""
     return [
-        "domain.size=[1.5,1.0]",
+        "domain.size=[1.0,1.0]",
         "damage.ell=0.04",
-        "domain.h=0.01",
+        "domain.h=0.0133",
         "damage.split=no-tension",
+        "damage.residual_stiffness=1e-5",
         "supports.right=rollers",
         "time.tau={start=0.02,stop=0.3,steps=15}",
         f"output.at={list(LOOKED_AT)}",

@@ -11,7 +11,10 @@ import numpy as np
 from dolfinx import mesh as dmesh
 
 from staffa.errors import InputError, choices
-from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_position
+from staffa.geometry.layer import broken_layer
+from staffa.geometry.outline import Outline
+from staffa.geometry.simplices import Simplices, keys, outline
+from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
 from staffa.parallel import on_root
 from staffa.unstructured import unstructured
 
@@ -27,16 +30,21 @@ CELLS = {
 class Domain:
     """A mesh, its named boundaries and regions (local facets and cells), its nominal cell size.
 
-    regions: the cells of each named region, ghosts included; no cell is in two, and one that is in
-    none belongs to the rest. size: extent along each axis (m), the lower corner at the origin. h:
-    cell edge (m).
+    axes: of each boundary that is flat across an axis, that axis. regions: the cells of each named
+    region, ghosts included; no cell is in two, and one that is in none belongs to the rest. cracks:
+    the cells of this rank that break with each crack that the mesh has. lower: corner of the box
+    around the body (m); size: its extent along each axis (m). h: cell edge (m), of triangles and
+    tetrahedra in the mean.
     identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
     same body with cells twice as long, boundaries and all; None where that cannot be done.
     """
 
     mesh: dmesh.Mesh
     boundaries: Mapping[str, np.ndarray]
+    axes: Mapping[str, int]
     regions: Mapping[str, np.ndarray] = field(default_factory=dict)
+    cracks: Mapping[str, np.ndarray] = field(default_factory=dict)
+    lower: tuple[float, ...]
     size: tuple[float, ...]
     h: float
     identity: str
@@ -111,12 +119,86 @@ def block(
     return Domain(
         mesh=mesh,
         boundaries=_sides(mesh, size),
+        axes={side: face_axis(side, len(size)) for side in SIDES[len(size)]},
         regions=_regions(mesh, parts or {}),
+        lower=(0.0,) * len(size),
         size=size,
         h=edge(size, h, cells),
         identity=hashlib.sha256(description).hexdigest()[:16],
         coarser=_coarser(comm, size, h, cells, parts or {}),
     )
+
+
+def body(
+    comm: MPI.Comm,
+    make: Callable[[], Simplices],
+    coarser: Callable[[], Domain] | None = None,
+    h: float | None = None,
+) -> Domain:
+    """The body that a mesh with names fills, from triangles or tetrahedra. Collective.
+
+    Parameters
+    ----------
+    make : gives the mesh; called on rank 0 only. Its errors are raised on all ranks.
+    coarser : makes the same body with cells twice as long.
+    h : the edge of the cells where cracks run (m), their mean edge if None.
+    """
+    held: list[Simplices] = []
+
+    def described() -> tuple[Outline, _Names, bytes]:
+        held.append(make())
+        return outline(held[0]), _Names.of(held[0]), _digest(held[0].x, held[0].cells)
+
+    around, names, identity = on_root(comm, described)
+    x, corners = (held[0].x, held[0].cells) if held else _nothing(around.dim)
+    mesh = _distributed(comm, x, corners)
+    known = np.asarray(mesh.topology.original_cell_index)
+    own = mesh.topology.index_map(around.dim).size_local
+
+    def here(cells: np.ndarray) -> np.ndarray:
+        return np.flatnonzero(np.isin(known, cells)).astype(np.int32)
+
+    cracks = {name: here(cells) for name, cells in names.layers.items()}
+    return Domain(
+        mesh=mesh,
+        boundaries=_faces(mesh, names.faces),
+        axes={n: plane.axis for n, plane in around.faces.items() if plane is not None},
+        regions={name: here(cells) for name, cells in names.regions.items()},
+        cracks={name: cells[cells < own] for name, cells in cracks.items()},
+        lower=around.lower,
+        size=around.size,
+        h=h or around.h,
+        identity=hashlib.sha256(identity).hexdigest()[:16],
+        coarser=coarser,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Names:
+    """What every rank is told of a mesh: the cells of each region and those that break with each
+    crack, and the corners of each face's facets, in the numbers of rank 0."""
+
+    regions: Mapping[str, np.ndarray]
+    layers: Mapping[str, np.ndarray]
+    faces: Mapping[str, np.ndarray]
+
+    @staticmethod
+    def of(mesh: Simplices) -> "_Names":
+        layers = {name: broken_layer(mesh.cells, rows) for name, rows in mesh.cracks.items()}
+        return _Names(regions=mesh.regions, layers=layers, faces=mesh.faces)
+
+
+def _faces(mesh: dmesh.Mesh, faces: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The facets on the surface whose corners are those of each face."""
+    dim = mesh.topology.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    surface = dmesh.exterior_facet_indices(mesh.topology)
+    nodes = dmesh.entities_to_geometry(mesh, dim - 1, surface).reshape(-1, dim)
+    mine = mesh.geometry.input_global_indices[nodes]
+    number = keys(np.concatenate([mine, *faces.values()]))  # one number for the same corners
+    ends = np.cumsum([len(mine), *(len(rows) for rows in faces.values())])
+    named = zip(faces, np.split(number, ends)[1:], strict=False)
+    return {name: surface[np.isin(number[: len(mine)], rows)] for name, rows in named}
 
 
 def _structured(
@@ -139,19 +221,33 @@ def _unstructured(
 ) -> tuple[dmesh.Mesh, bytes]:
     """The mesh, made on rank 0, and what identifies it: another Gmsh may make another mesh."""
     dim = len(size)
-    x, corners = np.zeros((0, dim)), np.zeros((0, dim + 1), dtype=np.int64)
+    x, corners = _nothing(dim)
 
     def make() -> bytes:
         nonlocal x, corners
         x, corners = unstructured(size, h)
-        return hashlib.sha256(x.tobytes() + corners.tobytes()).digest()
+        return _digest(x, corners)
 
     identity = on_root(comm, make)
+    return _distributed(comm, x, corners), identity
+
+
+def _distributed(comm: MPI.Comm, x: np.ndarray, corners: np.ndarray) -> dmesh.Mesh:
+    """The mesh of simplices that rank 0 holds, handed out."""
+    dim = x.shape[1]
     shape = "triangle" if dim == 2 else "tetrahedron"
     element = basix.ufl.element("Lagrange", shape, 1, shape=(dim,), dtype=np.float64)
     # As blocks have it: a rank also knows the cells across a facet that it shares.
     ghosts = dmesh.create_cell_partitioner(dmesh.GhostMode.shared_facet, 2)
-    return dmesh.create_mesh(comm, corners, element, x, partitioner=ghosts), identity
+    return dmesh.create_mesh(comm, corners, element, x, partitioner=ghosts)
+
+
+def _nothing(dim: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.zeros((0, dim)), np.zeros((0, dim + 1), dtype=np.int64)
+
+
+def _digest(x: np.ndarray, corners: np.ndarray) -> bytes:
+    return hashlib.sha256(x.tobytes() + corners.tobytes()).digest()
 
 
 def _coarser(

@@ -69,14 +69,20 @@ def broken_layer(dim: int, cells: str) -> float:
 
 
 def _about(size: tuple[float, ...]) -> tuple[int, int]:
-    """Number of unstructured cells and vertices, from the size in cells.
+    """Number of unstructured cells and vertices of a block, from the size in cells."""
+    content = prod(size)
+    surface = 2 * sum(content / length for length in size)
+    return simplices(content, surface, 4 * sum(size), len(size))
 
-    Fitted to meshes of 400 to 40,000 cells, of cubes and of thin bodies.
+
+def simplices(content: float, surface: float, edges: float, dim: int) -> tuple[int, int]:
+    """Number of triangles or tetrahedra that Gmsh makes in a body, and of their vertices, about.
+
+    content: area, or volume; surface: what bounds it; edges: length of the edges of a 3-D body; all
+    counted in h. Fitted to meshes of 400 to 40,000 cells, of cubes and of thin bodies.
     """
-    if len(size) == 2:
-        n_cells, around = 2.63 * prod(size), 2 * sum(size)
-        return round(n_cells), round((n_cells + around) / 2 + 1)  # Euler: C = 2 V - 2 - boundary
-    volume, edges = prod(size), 4 * sum(size)
-    surface = 2 * sum(volume / length for length in size)
-    n_cells = 8.37 * volume + 2.63 * surface
-    return round(n_cells), round(1.456 * volume + 1.146 * surface + 1.135 * edges)
+    if dim == 2:
+        n_cells = 2.63 * content
+        return round(n_cells), round((n_cells + surface) / 2 + 1)  # Euler: C = 2 V - 2 - boundary
+    n_cells = 8.37 * content + 2.63 * surface
+    return round(n_cells), round(1.456 * content + 1.146 * surface + 1.135 * edges)

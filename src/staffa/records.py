@@ -124,12 +124,23 @@ class Tip:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Fluid:
+    """What presses in the cracks: its pressure (Pa), and the volume on which that does work,
+    -int u . grad alpha (m^3; in 2-D m^2)."""
+
+    pressure: float
+    volume: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Measures:
     """The crack network of one state.
 
     front: depth of the deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
+    volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
+    fluid: in the cracks, if there is one.
     """
 
     sections: tuple[Section, ...]
@@ -137,6 +148,8 @@ class Measures:
     front: float
     length_surface: float
     length_geometry: float
+    volume: float = 0.0
+    fluid: Fluid | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +225,14 @@ class Return:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Probe:
+    """Points of the body at which fields are read off: shape (n, 2 or 3), m."""
+
+    name: str
+    points: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Moment:
     """Which step, and when: index, time (s), and tau, None where nothing diffuses."""
 
@@ -233,6 +254,8 @@ class Step:
     status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
     the last one before that, without audit and measures), or "rejected" (the step was too long, and
     is taken again: it stands for no state of the run). fields: the file of its fields, if kept.
+    reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
+    (m) and alpha at the points of the manifest's probes, one after the other.
     """
 
     index: int
@@ -250,6 +273,8 @@ class Step:
     returned: Return | None = None
     stability: Stability | None = None
     heat: Heat | None = None
+    reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    probed: tuple[tuple[float, ...], ...] = ()
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -266,6 +291,7 @@ class Step:
         measures = known.pop("measures")
         returned, stability = known.pop("returned", None), known.pop("stability", None)
         heat = known.pop("heat", None)
+        held = known.pop("reactions", {})
         # Runs of version 0.1.0 counted nothing else.
         effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
         return Step(
@@ -276,6 +302,8 @@ class Step:
             returned=None if returned is None else Return(**returned),
             stability=None if stability is None else Stability(**stability),
             heat=None if heat is None else Heat(**heat),
+            reactions={side: tuple(force) for side, force in held.items()},
+            probed=tuple(tuple(row) for row in known.pop("probed", ())),
             **known,
         )
 
@@ -305,6 +333,8 @@ def _measures(record: dict[str, Any]) -> Measures:
         front=record["front"],
         length_surface=record["length_surface"],
         length_geometry=record["length_geometry"],
+        volume=record.get("volume", 0.0),
+        fluid=Fluid(**record["fluid"]) if record.get("fluid") else None,
     )
 
 
@@ -313,11 +343,14 @@ class Manifest:
     """What a run is: written once, before its first step.
 
     title, law: the case's own. scaled: True if lengths and times are scaled, False if in m and s.
-    size: extent along each axis; face: name of the cooled face, if any; h: cell edge; L: depth of
-    the body below the face. toughness_factor: measured discrete toughness over Gc. tip_reach: how
-    far sharp tips lie beyond the recorded ones (see `measure.tip`), None if not known. times, taus:
-    all that the run will visit, or with adaptive steps those that it will not miss; requested:
-    whether each is an output time. scales: the derived numbers that `staffa check` prints, by name.
+    size: extent along each axis, lower: where the body begins (None: at the origin); face: name of
+    the cooled face, if it is a flat side of the body; side: which of a box's that is, if it has
+    another name; h: cell edge; L: depth of the body below the face. toughness_factor: measured
+    discrete toughness over Gc. tip_reach: how far sharp tips lie beyond the recorded ones (see
+    `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
+    steps those that it will not miss; requested: whether each is an output time. threshold: damage
+    above which a point counts as cracked. probes: where fields are read off at each step. scales:
+    the derived numbers that `staffa check` prints, by name.
     """
 
     version: str
@@ -344,7 +377,21 @@ class Manifest:
     petsc_options: dict[str, str]
     tip_reach: float | None = None
     adaptive: bool = False
+    lower: tuple[float, ...] | None = None
+    side: str | None = None
+    probes: tuple[Probe, ...] = ()
+    threshold: float = 0.8
     format: int = 1
+
+    @property
+    def corner(self) -> tuple[float, ...]:
+        """Lower corner of the box around the body."""
+        return self.lower or (0.0,) * len(self.size)
+
+    @property
+    def cooled_side(self) -> str | None:
+        """The side of a box that the cooled face is."""
+        return self.side or self.face
 
     def sharp(self, depth: float) -> float:
         """Depth (m) of the sharp tip of a crack whose recorded tip is so deep; 0 stays 0."""

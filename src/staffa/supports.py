@@ -7,11 +7,11 @@ from staffa.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import fem
+from dolfinx.mesh import exterior_facet_indices
 
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import Spaces, vertices
-from staffa.grid import face_axis
 from staffa.parallel import best_candidate, sum_over_ranks
 
 # A displacement component (m): of points x, shape (3, n), and time t -> shape (n,), or one value.
@@ -32,9 +32,20 @@ class SideSupport:
 
 
 def rollers(domain: Domain, side: str) -> SideSupport:
-    """No displacement across the side, free along it."""
+    """No displacement across the side, free along it.
+
+    Raises
+    ------
+    InputError
+        There is no such side, or it is not flat across an axis.
+    """
     domain.facets(side)
-    return SideSupport(side=side, components={face_axis(side, domain.dim): at_rest})
+    if side not in domain.axes:
+        raise InputError(
+            f"rollers need a side that is flat across an axis, and '{side}' is not; flat are "
+            f"{', '.join(sorted(domain.axes)) or 'none'}"
+        )
+    return SideSupport(side=side, components={domain.axes[side]: at_rest})
 
 
 def clamped(domain: Domain, side: str) -> SideSupport:
@@ -59,7 +70,8 @@ class Supports:
     """Degrees of freedom that are not free, on this rank: local indices of entries that it owns.
 
     fixed: prescribed entries of u, at these points, shape (3, n_fixed). displacements: what is
-    prescribed, each with the places in `fixed` of the entries that follow it. moved: entries that
+    prescribed, each with the places in `fixed` of the entries that follow it; sides: by which
+    side each of these is. moved: entries that
     the unknowns of a section move; modes: for each of these, its unit displacement, shape
     (n_owned,).
     """
@@ -67,6 +79,7 @@ class Supports:
     fixed: np.ndarray
     points: np.ndarray
     displacements: tuple[tuple[Displacement, np.ndarray], ...]
+    sides: tuple[str, ...]
     moved: np.ndarray
     modes: tuple[np.ndarray, ...]
 
@@ -91,7 +104,7 @@ def build_supports(
     The pins are as many components of single vertices as there are free rigid motions, so that
     they carry no reaction under loads in equilibrium, and bend nothing. They are sought on the
     boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
-    all boundaries. Collective.
+    all boundaries, or on the whole surface if none has a name. Collective.
     """
     displacements: list[Displacement] = []
     follows: dict[int, int] = {}
@@ -113,6 +126,7 @@ def build_supports(
             (displacement, np.flatnonzero(number == k))
             for k, displacement in enumerate(displacements)
         ),
+        sides=tuple(support.side for support in sides for _ in support.components),
         moved=moved,
         modes=modes,
     )
@@ -138,15 +152,18 @@ def _section_modes(
     if not section.bending:
         return moved, (stretch,)
     bend = np.zeros_like(stretch)
-    bend[moved] = x[moved // 2, 1] - domain.size[1] / 2
+    bend[moved] = x[moved // 2, 1] - _middle(domain)[1]
     return moved, (stretch, bend)
+
+
+def _middle(domain: Domain) -> np.ndarray:
+    return np.array(domain.lower) + np.array(domain.size) / 2
 
 
 def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
     """Translations and rotations about the body's middle, of order 1; shape (n_local, 3 or 6)."""
     dim = domain.dim
-    middle = np.array(domain.size) / 2
-    x = (vertices(spaces.alpha)[:, :dim] - middle) / max(domain.size)
+    x = (vertices(spaces.alpha)[:, :dim] - _middle(domain)) / max(domain.size)
     planes = [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (2, 0)]
     modes = np.zeros((len(x), dim, dim + len(planes)))
     for axis in range(dim):
@@ -167,8 +184,11 @@ def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) 
     strength, directions = np.linalg.eigh(gram / count)
     free = modes @ directions[:, strength < 1e-9]  # what no support resists, to round-off
 
-    names = [anchor] if anchor else list(domain.boundaries)
-    facets = np.unique(np.concatenate([domain.facets(name) for name in names]))
+    if anchor or domain.boundaries:
+        names = [anchor] if anchor else list(domain.boundaries)
+        facets = np.unique(np.concatenate([domain.facets(name) for name in names]))
+    else:
+        facets = exterior_facet_indices(domain.mesh.topology)
     candidates = fem.locate_dofs_topological(spaces.alpha, dim - 1, facets)
     candidates = candidates[candidates * dim < n_owned]
     dofs = (candidates[:, None] * dim + np.arange(dim)).ravel()

@@ -49,7 +49,7 @@ EXAMPLES = {
     "film coefficient": "500 W/(m^2 K)",
     "heat source": "2e-6 W/m^3",
     "rotation": "30 deg",
-    "acceleration": "-9.81 m/s^2",
+    "acceleration": "9.81 m/s^2",
     "stress gradient": "0.02 MPa/m",
     "volume": "0.2 m^3",
     "volume per thickness": "0.2 m^2",

@@ -14,7 +14,8 @@ from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.rules import adaptive
-from staffa.domain import Domain, block
+from staffa.cases.survey import mesh_of
+from staffa.domain import Domain, block, body
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -24,10 +25,11 @@ from staffa.evolution.problem import (
     Solvers,
 )
 from staffa.evolution.schedule import Pace, schedule
-from staffa.grid import SIDES, opposite
+from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time, time_of_tau
+from staffa.physics.split import EnergySplit
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
@@ -37,24 +39,19 @@ def problem(
     *,
     comm: MPI.Comm = MPI.COMM_WORLD,
     damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> Problem:
     """Build the mesh and everything else that a case describes. Collective.
 
     Parameters
     ----------
-    damage, temperature : a law or a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
     """
     derived = numbers(case)
     keys = case.solver
-    domain = block(
-        comm,
-        size=tuple(float(s) for s in case.domain.size),
-        h=float(case.domain.h),
-        cells=str(case.domain.cells),
-        parts=parts(case),
-    )
-    material, regions = materials(case, derived, domain.h, damage)
+    domain = body_of(case, comm)
+    material, regions = materials(case, derived, domain.h, damage, split)
     check_rock(case, domain)
     return Problem(
         domain=domain,
@@ -65,7 +62,7 @@ def problem(
         schedule=schedule(derived.times, derived.requested, pace(case, derived)),
         sides=side_supports(case, domain),
         section=_section(case),
-        anchor=opposite(case.temperature.face, case.dim) if derived.face else None,
+        anchor=case.outline.across(case.temperature.face) if derived.cooled else None,
         face=derived.face,
         tau_of=_tau(case, derived),
         irreversibility=Irreversibility(
@@ -92,6 +89,27 @@ def problem(
     )
 
 
+def body_of(case: Case, comm: MPI.Comm) -> Domain:
+    """The body of a case, from its block, its shape or its mesh. Collective."""
+    keys = case.domain
+    if keys.file is not None:
+        h = None if keys.h is None else float(keys.h)
+        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0)), h=h)
+    assert keys.h is not None
+    if keys.shape is not None:
+        return _shaped(comm, keys.shape.shape(), float(keys.h))
+    assert keys.size is not None
+    size = tuple(float(s) for s in keys.size)
+    return block(comm, size=size, h=float(keys.h), cells=str(keys.cells), parts=parts(case))
+
+
+def _shaped(comm: MPI.Comm, shape: Shape, h: float) -> Domain:
+    """A shape with cells of mean edge h. Points on the surface of a round one lie outside of its
+    coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
+    coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h)
+    return body(comm, partial(meshed, shape, h, "domain.shape"), coarser)
+
+
 def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
     if derived.face is None:
         return None
@@ -114,7 +132,7 @@ def pace(case: Case, derived: Numbers) -> Pace | None:
         shortest=float(keys.shortest),
         longest=float(keys.longest),
         advance=keys.advance * float(case.damage.ell),
-        growth=keys.growth if derived.face else None,
+        growth=keys.growth if derived.cooled else None,
         **clock,
     )
 
@@ -129,8 +147,8 @@ def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
     """The supports of a case, side by side; a section's rollers included."""
     held_by_section = {"none": (), "fixed": ("left", "right")}.get(case.supports.section, ("left",))
     found = []
-    for side in SIDES[domain.dim]:
-        support = getattr(case.supports, side)
+    for side in domain.boundaries:
+        support = case.supports.on(side)
         if side in held_by_section or support == "rollers":
             found.append(rollers(domain, side))
         elif support == "clamped":

@@ -1,5 +1,6 @@
 """The ready cases that come with staffa."""
 
+from collections.abc import Sequence
 from importlib.resources import files
 
 from staffa.cases.model import Case
@@ -28,6 +29,6 @@ def text(name: str) -> str:
     return (files("staffa.cases") / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def ready_case(name: str) -> Case:
-    """A ready case."""
-    return parse_case(text(name), name=name)
+def ready_case(name: str, settings: Sequence[str] = ()) -> Case:
+    """A ready case, with `section.key=value` settings put over it."""
+    return parse_case(text(name), settings, name=name)

@@ -11,13 +11,14 @@ import numpy as np
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
-from staffa.cases.pieces import averages, pieces
+from staffa.cases.pieces import Piece, averages, has_directions, pieces
 from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved
 from staffa.cases.split import presses
 from staffa.cases.writing import inline
-from staffa.grid import UNSTRUCTURED, edge
+from staffa.geometry.gmsh_model import missing
+from staffa.geometry.msh import WAY_OUT
 from staffa.physics.scales import diffusion_length
 from staffa.units import Quantity
 from staffa.unstructured import MISSING
@@ -33,15 +34,14 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
     found = [*_of_mesh(case), *_of_rock(case), *_of_split(case), *_of_memory(memory)]
-    if derived.face:
+    if derived.cooled:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
 
 
 def cell_edge(case: Case) -> float:
     """The longest cell edge, domain.h or a little less; the mean of unstructured cells."""
-    size = tuple(float(s) for s in case.domain.size)
-    return edge(size, float(case.domain.h), str(case.domain.cells))
+    return case.outline.h
 
 
 def first_and_last(derived: Numbers) -> tuple[float, float]:
@@ -52,10 +52,10 @@ def first_and_last(derived: Numbers) -> tuple[float, float]:
 
 def peak_drop(case: Case, derived: Numbers) -> float:
     """Largest drop of the cooled face by the end of the run."""
-    assert derived.face is not None
     if case.heat is not None:
         coldest = strongest(exchanges(case), case.temperature.face)
         return coldest.reached if coldest else 0.0
+    assert derived.face is not None
     on_face = np.zeros((3, 1))
     on_face[derived.face.axis] = derived.face.position
     _, last = first_and_last(derived)
@@ -68,11 +68,23 @@ def rare_factor(case: Case) -> float:
     return float(np.exp(-RARE * np.sqrt(variance) - variance / 2)) if variance else 1.0
 
 
-def differing(case: Case) -> bool:
-    """True if what the rock breaks by differs from place to place, beyond [toughness]."""
-    names = ("E", "nu", "G", "E_axis", "nu_axis", "G_axis", "Gc", "expansion")
-    found = [item for piece in pieces(case) for item in piece.properties()]
-    return any(varies(value) and name in names for name, _, value in found)
+def uneven(case: Case) -> bool:
+    """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
+    varies, has directions, or strains otherwise in a region than around it."""
+    body, *regions = (_strained_by(piece) for piece in pieces(case))
+    kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
+    return kinds or any(region != body for region in regions)
+
+
+def _strained_by(piece: Piece) -> tuple[float, ...]:
+    rock = averages(piece)
+    return rock.E, rock.nu, rock.expansion
+
+
+def piece_varies(piece: Piece) -> bool:
+    """Whether what a rock breaks by differs from place to place."""
+    of_heat = ("k", "rho", "c")
+    return any(varies(value) and name not in of_heat for name, _, value in piece.properties())
 
 
 def other_causes(case: Case) -> tuple[str, ...]:
@@ -100,9 +112,9 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
 
 
 def _of_mesh(case: Case) -> Iterator[str]:
-    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.domain.size)
-    if case.domain.cells == UNSTRUCTURED and find_spec("gmsh") is None:
-        yield MISSING
+    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.outline.size)
+    if case.domain.has_simplices and find_spec("gmsh") is None:
+        yield MISSING if case.domain.is_block else missing("domain.shape", WAY_OUT)
     if ell / h < 1 - 1e-9:
         yield (
             f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
@@ -230,9 +242,9 @@ def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, .
     if largest > dT_c * sqrt(rare_factor(case)):
         what = f"perhaps {what}"
         where = ", or at less where the random toughness is low"
-    elif differing(case):
+    elif uneven(case):
         what = f"perhaps {what}"
-        where = ", or at less where the rock is weaker than its averages"
+        where = ", or at less where the rock differs from its averages"
     return (
         f"{what}: the face drops by {largest:.3g} at most, and damage starts at {dT_c:.3g}{where}; "
         f"{''.join(f'{cause}; ' for cause in causes)}to start cracks by cooling, raise the drop, "

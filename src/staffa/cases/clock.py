@@ -5,21 +5,26 @@ What a scaled case leaves out is 1. Of a rock that varies these are the averages
 
 import numpy as np
 
+from staffa.cases import pieces as rock
 from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
-from staffa.cases.pieces import conductivity, pieces
-from staffa.grid import face_axis
 from staffa.physics.scales import time_of_tau
 
 
 def conductivities(case: Case) -> tuple[float, ...]:
     """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
-    return tuple(np.diag(conductivity(pieces(case)[0])).tolist())
+    return tuple(np.diag(rock.conductivity(rock.pieces(case)[0])).tolist())
+
+
+def conductivity(case: Case, face: str) -> float:
+    """Conductivity across a face; the mean one if that is not flat across an axis (W/(m K))."""
+    along, axis = conductivities(case), case.outline.axis(face)
+    return sum(along) / len(along) if axis is None else along[axis]
 
 
 def heat_capacity(case: Case) -> float:
     """rho c, of a case with profile "heat" (J/(m^3 K))."""
-    body = pieces(case)[0]
+    body = rock.pieces(case)[0]
     return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 
@@ -27,15 +32,17 @@ def diffusivity(case: Case, side: str | None = None) -> float:
     """kappa (m^2/s) across a side, by default the one from which depths are measured."""
     if case.heat is None:
         return float(case.material.kappa or ONE)
-    axis = face_axis(side or case.temperature.face, case.dim)
-    return conductivities(case)[axis] / heat_capacity(case)
+    return conductivity(case, side or case.temperature.face) / heat_capacity(case)
 
 
 def depth(case: Case) -> float:
-    """L, the extent of the body below the cooled face; its height without cooling (m)."""
-    cooled = case.temperature.profile != "none"
-    axis = face_axis(case.temperature.face, case.dim) if cooled else case.dim - 1
-    return float(case.domain.size[axis])
+    """L, the extent of the body below the cooled face, if that is one of its flat sides, else the
+    least of its extents; its height without cooling (m)."""
+    size, face = case.outline.size, case.temperature.face
+    if case.temperature.profile == "none":
+        return size[-1]
+    axis = case.outline.axis(face)
+    return min(size) if axis is None or case.outline.sides[face] is None else size[axis]
 
 
 def times_in(case: Case, given: np.ndarray) -> list[float]:

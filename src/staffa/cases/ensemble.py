@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 from staffa.stack import MPI
 
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
+from staffa.cases.property_keys import RandomField
+from staffa.cases.rock_keys import RockKeys
 from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError
 from staffa.io import run_directory
@@ -25,7 +28,7 @@ def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
     InputError
         There would be no ensemble of them.
     """
-    if case.toughness.amplitude == 0:
+    if not _is_random(case):
         raise InputError(
             "toughness.amplitude = 0: every seed would give the same rock; give an amplitude, "
             "like --set toughness.amplitude=0.05, or run the case once with `staffa run`"
@@ -47,8 +50,33 @@ def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
 
 
 def member(case: Case, seed: int) -> Case:
-    """The case with another seed."""
-    return case.model_copy(update={"toughness": case.toughness.model_copy(update={"seed": seed})})
+    """The case with another seed of [toughness]; the seeds of its random properties are as much
+    larger."""
+    shift = seed - case.toughness.seed
+    return case.model_copy(
+        update={
+            "toughness": case.toughness.model_copy(update={"seed": seed}),
+            "material": _reseeded(case.material, shift),
+            "regions": {name: _reseeded(keys, shift) for name, keys in case.regions.items()},
+        }
+    )
+
+
+def _is_random(case: Case) -> bool:
+    rocks = (case.material, *case.regions.values())
+    return case.toughness.amplitude > 0 or any(_reseeded(keys, 1) != keys for keys in rocks)
+
+
+def _reseeded(value: Any, shift: int) -> Any:
+    """The same with other seeds in every random field that it holds."""
+    if isinstance(value, RandomField):
+        return value.model_copy(update={"seed": (value.seed + shift) % (LARGEST_SEED + 1)})
+    if isinstance(value, tuple):
+        return tuple(_reseeded(item, shift) for item in value)
+    if isinstance(value, RockKeys):
+        keys = {name: _reseeded(getattr(value, name), shift) for name in value.model_fields_set}
+        return value.model_copy(update=keys)
+    return value
 
 
 def finished_members(case: Case, seeds: range, directory: Path) -> frozenset[int]:

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from staffa.cases.clock import conductivities, diffusivity, times_in
+from staffa.cases.clock import conductivity, diffusivity, times_in
 from staffa.cases.heat import at_start, in_time
 from staffa.cases.heat_keys import HeatCracks, HeatSide, InTime
 from staffa.cases.model import Case
 from staffa.cases.rules.times import times_given
-from staffa.grid import SIDES, face_axis
 from staffa.loads.closed_form import Convective, Face
 
 SAMPLES = 50  # times at which a formula is looked at
@@ -49,7 +48,7 @@ def exchanges(case: Case) -> tuple[Exchange, ...]:
     keys, face = case.heat, case.temperature.face
     assert keys is not None
     last = times_in(case, times_given(case)[-1:])[0]
-    named = {side: getattr(keys, side) for side in SIDES[case.dim]}
+    named = {side: keys.on(side) for side in case.outline.faces}
     found = [_exchange(case, side, side, g, last) for side, g in named.items() if g is not None]
     if keys.cracks is not None and keys.cracks.h is not None:
         found.append(_exchange(case, "cracks", face, keys.cracks, last))
@@ -69,7 +68,7 @@ def _exchange(
 ) -> Exchange:
     middle = _middle(case, side)
     if isinstance(given, HeatSide) and given.flux is not None:
-        k = conductivities(case)[face_axis(side, case.dim)]
+        k = conductivity(case, side)
         flux = _history(case, given.flux, middle, last)
         shift = 2 * sqrt(diffusivity(case, side) * last / pi) / k
         drop, rise = _shares(-flux * shift)
@@ -82,7 +81,7 @@ def _exchange(
     if given.h is None:
         at_once = bool(drop > 0 and below[0] >= AT_ONCE * drop)
         return Exchange(where=where, drop=drop, rise=rise, reached=drop, at_once=at_once)
-    k = conductivities(case)[face_axis(side, case.dim)]
+    k = conductivity(case, side)
     film = float(np.max(_history(case, given.h, middle, last))) / k
     return Exchange(
         where=where,
@@ -114,9 +113,10 @@ def _history(case: Case, value: Any, x: np.ndarray, last: float) -> np.ndarray:
 
 
 def _middle(case: Case, side: str) -> np.ndarray:
-    """The middle of a side, shape (3, 1)."""
-    axis, end = SIDES[case.dim][side]
-    x = np.zeros((3, 1))
-    x[: case.dim, 0] = [s / 2 for s in case.domain.size]
-    x[axis] = case.domain.size[axis] if end > 0 else 0.0
+    """The middle of a side, shape (3, 1); of the body, if the side is not flat across an axis."""
+    body, x = case.outline, np.zeros((3, 1))
+    x[: case.dim, 0] = (np.array(body.lower) + np.array(body.upper)) / 2
+    plane = body.faces[side]
+    if plane:
+        x[plane.axis] = plane.position
     return x

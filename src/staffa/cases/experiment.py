@@ -7,9 +7,12 @@ from pathlib import Path
 
 from staffa.stack import MPI, PETSc
 
+import numpy as np
+
 from staffa.cases.build import problem
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
+from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
 from staffa.cases.writing import to_toml
@@ -22,11 +25,13 @@ from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.loads.closed_form import Load
 from staffa.measure.crack import Gauge, measures
+from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
-from staffa.records import Manifest, Moment, Step, kept
+from staffa.physics.split import EnergySplit
+from staffa.records import Manifest, Moment, Probe, Step, kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +50,14 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     watcher: Watcher | None = None,
     damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> tuple[Step, ...]:
     """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
 
     Parameters
     ----------
-    damage, temperature : a law or a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
 
     Raises
     ------
@@ -62,15 +68,17 @@ def run(
     """
     watcher = watcher or Watcher()
     on_root(comm, lambda: run_directory.require_free(directory))
-    setup = problem(case, comm=comm, damage=damage, temperature=temperature)
+    setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
+    looks = Probes(setup.domain, probes(case))
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
     manifest = on_root(comm, lambda: describe(case, setup, system, factor))
-    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest))
+    mesh = case.domain.file
+    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest, mesh))
     watcher.started(manifest)
     steps: tuple[Step, ...] = ()
     try:
-        observers = _observers(case, setup, system, factor, directory, watcher)
+        observers = _observers(case, setup, system, factor, directory, watcher, looks)
         for step in march(setup, system, observers):
             on_root(comm, partial(run_directory.append_step, directory, step))
             watcher.stepped(step)
@@ -93,6 +101,7 @@ def _observers(
     factor: float,
     directory: Path,
     watcher: Watcher,
+    looks: Probes,
 ) -> Observers:
     comm, plan = setup.domain.comm, setup.schedule
     writer = FieldWriter(comm, system.spaces)
@@ -119,9 +128,22 @@ def _observers(
 
     return Observers(
         measure=lambda: measures(setup.domain, system.state, system.energy, gauge),
+        probe=lambda: looks(system.state),
         save=save,
         watch=watcher.swept,
     )
+
+
+def probes(case: Case) -> tuple[Probe, ...]:
+    """The points at which a case reads off fields."""
+    found = []
+    for keys in case.output.probes:
+        if isinstance(keys, Line):
+            points = np.linspace(keys.start, keys.end, keys.points, dtype=float)
+        else:
+            points = np.array([keys.point], dtype=float)
+        found.append(Probe(name=keys.name, points=tuple(map(tuple, points.tolist()))))
+    return tuple(found)
 
 
 def describe(case: Case, setup: Problem, system: System, factor: float) -> Manifest:
@@ -137,8 +159,10 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         title=case.title,
         law=setup.material.law.name,
         scaled=is_scaled(case),
+        lower=domain.lower,
         size=domain.size,
         face=case.temperature.face if setup.face else None,
+        side=case.outline.sides[case.temperature.face] if setup.face else None,
         h=domain.h,
         ell=setup.material.ell,
         L=derived.L,
@@ -150,6 +174,8 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         taus=tuple(None if tau_of is None else tau_of(t) for t in schedule.times),
         requested=schedule.requested,
         adaptive=schedule.pace is not None,
+        probes=probes(case),
+        threshold=setup.measuring.threshold,
         scales=derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),

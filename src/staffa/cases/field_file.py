@@ -41,7 +41,7 @@ class MeshField:
 
 
 def read_field(path: Path, name: str) -> MeshField:
-    """The field of this name in a file that PyVista or meshio reads: .vtu, .vtk, .vtkhdf, .xdmf.
+    """The field of this name in a file that PyVista reads: .vtu, .vtk, .vtkhdf.
 
     Raises
     ------

@@ -12,9 +12,11 @@ from staffa.cases.kinds import (
     Formula,
     Number,
     Section,
+    SidesSection,
     Stress,
     StressGradient,
 )
+from staffa.grid import SIDES
 from staffa.physics.elasticity import PointFunction
 
 STRESS_EXAMPLES = [
@@ -108,11 +110,19 @@ class SideForce(Section):
     z: StressValue | None = _traction("z")
 
 
-class ForceKeys(Section):
+def _side(words: str) -> Any:
+    return Field(default=None, description=words, examples=[{"pressure": "10 MPa"}, {"x": "2 MPa"}])
+
+
+class ForceKeys(SidesSection):
     """What pulls and presses on the body besides cold. Stresses count positive in tension,
     pressures where they press. What acts at t = 0, with prestress and weight, is in equilibrium
-    before the first step; it may not crack the rock by itself. Values of sides and of cracks may be
-    a table in time { t = [...], value = [...] } or a { formula = "..." }."""
+    before the first step; it may not crack the rock by itself. On a side acts { pressure =
+    "10 MPa" }, or a force per area like { x = "2 MPa" }; the faces of a mesh or a shape go by their
+    names. Values of sides and of cracks may be a table in time { t = [...], value = [...] } or a
+    { formula = "..." }."""
+
+    __pydantic_extra__: dict[str, SideForce]
 
     prestress: Prestress | None = Field(
         default=None,
@@ -127,11 +137,12 @@ class ForceKeys(Section):
         description="acceleration, acts on material.rho",
         examples=[["0 m/s^2", "-9.81 m/s^2"]],
     )
-    sides: dict[str, SideForce] = Field(
-        default={},
-        description="side -> pressure, or force per area along x, y, z",
-        examples=[{"top": {"pressure": "10 MPa"}}, {"right": {"x": "2 MPa"}}],
-    )
+    left: SideForce | None = _side("side x = 0")
+    right: SideForce | None = _side("side x = width")
+    bottom: SideForce | None = _side("lower side")
+    top: SideForce | None = _side("upper side")
+    front: SideForce | None = _side("side y = 0, 3-D only")
+    back: SideForce | None = _side("side y = depth, 3-D only")
     pore_pressure: StressInSpace | None = Field(
         default=None,
         description="pressure in the pores, in plane strain or 3-D: likewise",
@@ -151,3 +162,8 @@ class ForceKeys(Section):
         "thickness",
         examples=[{"t": ["0 s", "10 min"], "value": ["0 m^3", "0.2 m^3"]}, {"formula": "1e-4*t"}],
     )
+
+    def by_side(self) -> dict[str, SideForce]:
+        """What acts on each face that is named."""
+        named = (*SIDES[3], *(self.model_extra or {}))
+        return {name: self.on(name) for name in named if self.on(name) is not None}

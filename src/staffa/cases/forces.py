@@ -25,7 +25,7 @@ def forces(case: Case) -> Forces:
         return Forces()
     return Forces(
         gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
-        sides=tuple(_traction(name, side, dim) for name, side in keys.sides.items()),
+        sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
         pore_pressure=None if keys.pore_pressure is None else _in_space(keys.pore_pressure, dim),
         biot=1.0 if keys.biot is None else keys.biot,

@@ -9,7 +9,6 @@ from staffa.cases.kinds import ONE, Formula
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, conductivity, pieces
 from staffa.cases.properties import point_property, product_of
-from staffa.grid import SIDES
 from staffa.heat.body import (
     Bath,
     Conduction,
@@ -36,18 +35,20 @@ def conduction(case: Case) -> Conduction:
         regions=dict(zip(case.regions, regions, strict=True)),
         initial=at_start(keys.initial, dim),
         stress_free=None if keys.stress_free is None else at_start(keys.stress_free, dim),
-        sides=_sides(keys, dim),
+        sides=_sides(case),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
-        kinks=_kinks(keys, dim),
+        kinks=_kinks(case),
         tolerance=keys.tolerance,
         agreement=keys.agreement,
     )
 
 
-def _kinks(keys: HeatKeys, dim: int) -> tuple[float, ...]:
+def _kinks(case: Case) -> tuple[float, ...]:
     """The times of all tables."""
-    surfaces = [*(getattr(keys, side) for side in SIDES[dim]), keys.cracks]
+    keys = case.heat
+    assert keys is not None
+    surfaces = [*(keys.on(side) for side in case.outline.faces), keys.cracks]
     given = [getattr(surface, name, None) for surface in surfaces for name in ("h", "T", "flux")]
     tables = [value for value in (keys.source, *given) if isinstance(value, InTime)]
     return tuple(sorted({float(t) for table in tables for t in table.t}))
@@ -84,10 +85,12 @@ def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:
     return lambda x: product(x, ((band, getattr(band, name)) for band in bands))
 
 
-def _sides(keys: HeatKeys, dim: int) -> tuple[Held | Inflow | Film, ...]:
+def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
+    keys, dim = case.heat, case.dim
+    assert keys is not None
     found: list[Held | Inflow | Film] = []
-    for side in SIDES[dim]:
-        given = getattr(keys, side)
+    for side in case.outline.faces:
+        given = keys.on(side)
         if given is None:
             continue
         if given.flux is not None:

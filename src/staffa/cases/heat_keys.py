@@ -15,6 +15,7 @@ from staffa.cases.kinds import (
     Instant,
     PositiveNumber,
     Section,
+    SidesSection,
     Temperature,
     TemperatureGradient,
     kind,
@@ -181,12 +182,15 @@ def _side(words: str) -> Any:
     )
 
 
-class HeatKeys(Section):
+class HeatKeys(SidesSection):
     """The heat equation, for temperature.profile = "heat". A side is held like { T = "5 °C" },
     takes up heat like { flux = "60 mW/m^2" }, or gives it to a bath through a film like
-    { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. Each of these
+    { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. The faces of a mesh
+    or a shape go by their names. Each of these
     values may be a table in time { t = [...], value = [...] } or a { formula = "..." } of t, x, y
     (and z in 3-D) in SI units, or scaled as the case is."""
+
+    __pydantic_extra__: dict[str, HeatSide]
 
     initial: Start = Field(
         description="temperature at t = 0: a value, one with a gradient, or a formula of x, y "

@@ -1,6 +1,6 @@
 """The kinds of values that a case file holds: quantities, numbers, flags, and tables."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from pydantic import (
@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from staffa.cases.formula import LONGEST, formula, names
-from staffa.errors import InputError
+from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
@@ -97,6 +97,19 @@ Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
 
 
+def one_of(known: Iterable[str]) -> AfterValidator:
+    """One of the names of a registry, so that what is added there is a case's at once."""
+    names = tuple(known)
+
+    def is_known(value: str) -> str:
+        if value not in names:
+            listed = ", ".join(f'"{name}"' for name in names)
+            raise ValueError(f"it must be one of {listed}.{nearest(value, names)}")
+        return value
+
+    return AfterValidator(is_known)
+
+
 def kind(value: Any) -> str:
     """Which alternative of a key is meant: by how it is written, so that only one can complain.
 
@@ -124,3 +137,13 @@ class Formula(Section):
         """Its values where nothing depends on time."""
         evaluated = formula(self.formula, names(dim, time=False))
         return lambda x: evaluated(x, 0.0)
+
+
+class SidesSection(Section):
+    """A table that also takes the names of a body's faces as keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    def on(self, face: str) -> Any:
+        """What is said of a face, None if nothing is."""
+        return getattr(self, face, None)

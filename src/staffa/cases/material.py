@@ -19,24 +19,28 @@ from staffa.cases.split import energy_split
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, PointFunction, Property, nowhere
-from staffa.grid import UNSTRUCTURED
 from staffa.parallel import any_over_ranks
 from staffa.physics.damage import DamageLaw
 from staffa.physics.elasticity import Isotropic, checked, values
+from staffa.physics.split import EnergySplit
 
 
 def materials(
-    case: Case, derived: Numbers, h: float, law: DamageLaw | None = None
+    case: Case,
+    derived: Numbers,
+    h: float,
+    law: DamageLaw | None = None,
+    split: EnergySplit | None = None,
 ) -> tuple[Material, dict[str, Material]]:
     """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
-    blocks = case.domain.cells != UNSTRUCTURED
+    blocks = not case.domain.has_simplices
     body, *regions = pieces(case)
     common = partial(
         Material,
         ell=float(case.damage.ell),
         law=law or derived.law,
         state=derived.state,
-        split=energy_split(case),
+        split=split or energy_split(case),
         residual_stiffness=case.damage.residual_stiffness,
         cracked=cracked(case, h) if blocks else nowhere,
         cracks=() if blocks else flat_cracks(case),

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
+from staffa.cases.domain_keys import DomainKeys
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import (
@@ -17,53 +18,30 @@ from staffa.cases.kinds import (
     Position,
     PositiveNumber,
     Section,
+    SidesSection,
     kind,
+    one_of,
 )
+from staffa.cases.probe_keys import ProbeKeys
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
+from staffa.geometry.outline import Outline
+from staffa.physics.damage import LAWS
+from staffa.physics.split import SPLITS
 from staffa.records import Stop
-from staffa.units import EXAMPLES, Quantity
-
-
-def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
-    if len(size) not in (2, 3):
-        raise ValueError("it needs two numbers (2-D) or three (3-D)")
-    return size
-
-
-class DomainKeys(Section):
-    """The body: a rectangle or a box with its lower corner at the origin."""
-
-    size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] = Field(
-        description="extent along x, y (2-D) or x, y, z (3-D); the last is the height",
-        examples=[[5.0, 1.0]],
-    )
-    h: Length = Field(
-        description="cell edge; at most damage.ell/3 resolves a crack", examples=[0.01]
-    )
-    cells: (
-        Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron", "unstructured"] | None
-    ) = Field(
-        default=None,
-        description="quadrilateral or triangle in 2-D, hexahedron or tetrahedron in 3-D; "
-        "triangles are four to a square, so that they favor no diagonal; unstructured: triangles "
-        "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
-        examples=["quadrilateral"],
-    )
+from staffa.units import EXAMPLES
 
 
 class DamageKeys(Section):
     """How cracks are carried by the damage field."""
 
-    law: Literal["AT1", "AT2"] = Field(
+    law: Annotated[str, one_of(LAWS)] = Field(
         default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
     )
-    split: (
-        Literal["none", "volumetric-deviatoric", "star-convex", "spectral", "no-tension"] | None
-    ) = Field(
+    split: Annotated[str, one_of(SPLITS)] | None = Field(
         default=None,
-        description="how much of its stiffness a crack keeps when it is pressed shut: none; "
-        "volumetric-deviatoric, star-convex, spectral, or no-tension. Default: none where cold "
+        description="how much of its stiffness a crack keeps when it is pressed shut: "
+        f"{', '.join(SPLITS)}. Default: none where cold "
         "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) with [forces]",
         examples=["no-tension"],
     )
@@ -187,15 +165,17 @@ def _support(side: str) -> Any:
     return Field(default="free", description=side, examples=[SUPPORT_EXAMPLE])
 
 
-class SupportKeys(Section):
+class SupportKeys(SidesSection):
     """What holds the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
-    like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. Rigid motions that are left
-    are stopped without bending anything."""
+    like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or a shape
+    go by their names. Rigid motions that are left are stopped without bending anything."""
 
-    left: Support = _support("side x = 0")
-    right: Support = _support("side x = width")
-    bottom: Support = _support("lower side")
-    top: Support = _support("upper side")
+    __pydantic_extra__: dict[str, Support]
+
+    left: Support | None = _support("side x = 0")
+    right: Support | None = _support("side x = width")
+    bottom: Support | None = _support("lower side")
+    top: Support | None = _support("upper side")
     front: Support | None = Field(
         default=None, description="side y = 0, 3-D only", examples=["free", SUPPORT_EXAMPLE]
     )
@@ -228,17 +208,28 @@ class Disc(Section):
     )
 
 
+class Named(Section):
+    """A crack that the mesh has."""
+
+    name: str = Field(description="its name in the mesh", examples=["fault"])
+
+
 def _shape(value: Any) -> str | None:
     """Which kind of crack is meant, by its keys."""
     if isinstance(value, dict):
+        if "name" in value:
+            return "a named one"
         return "a disc" if {"center", "radius", "normal"} & set(value) else "a segment"
-    if isinstance(value, Segment | Disc):
-        return "a disc" if isinstance(value, Disc) else "a segment"
+    if isinstance(value, Segment | Disc | Named):
+        return {Segment: "a segment", Disc: "a disc", Named: "a named one"}[type(value)]
     return None
 
 
 Crack = Annotated[
-    Annotated[Segment, Tag("a segment")] | Annotated[Disc, Tag("a disc")], Discriminator(_shape)
+    Annotated[Segment, Tag("a segment")]
+    | Annotated[Disc, Tag("a disc")]
+    | Annotated[Named, Tag("a named one")],
+    Discriminator(_shape),
 ]
 
 
@@ -253,6 +244,17 @@ class OutputKeys(Section):
     fields: Literal["requested", "all"] = Field(
         default="requested",
         description="keep the fields of the requested times and the last step, or of all",
+    )
+    probes: tuple[ProbeKeys, ...] = Field(
+        default=(),
+        description="where T, u and damage are read off at every step, into probes.csv: a point, "
+        "or a line of so many points from start to end",
+        examples=[
+            [
+                {"name": "well", "point": [0.5, 0.5]},
+                {"name": "axis", "start": [0.5, 0.0], "end": [0.5, 1.0], "points": 50},
+            ]
+        ],
     )
 
 
@@ -337,7 +339,7 @@ class Case(Section):
     cracks: tuple[Crack, ...] = Field(
         default=(),
         description="cracks that are there from the start, each broken over a layer of cells: "
-        "start and end (2-D), or center, radius and normal (3-D)",
+        "start and end (2-D), or center, radius and normal (3-D), or the name it has in the mesh",
         examples=[[{"start": [0.5, 0.0], "end": [0.5, 0.1]}]],
     )
     time: TimeKeys
@@ -346,6 +348,11 @@ class Case(Section):
     solver: SolverKeys = SolverKeys()
 
     @property
+    def outline(self) -> Outline:
+        """The body from outside."""
+        return self.domain.outline
+
+    @property
     def dim(self) -> int:
         """2 or 3."""
-        return len(self.domain.size)
+        return self.outline.dim

@@ -9,7 +9,6 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.pieces import Averages, averages, pieces
 from staffa.cases.rules import times_given
-from staffa.grid import SIDES, face_position
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
@@ -20,8 +19,9 @@ from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
 class Numbers:
     """What follows from a case, in SI or scaled as the case is.
 
-    rock: the averages of [material], from which the scales follow.
-    L: depth of the body below the cooled face; dT: temperature drop, 0 without cooling; dT_c: the
+    rock: the averages of [material], from which the scales follow. face: the flat side from which
+    depths are measured, None without one. cooled: whether anything is. L: depth of the body below
+    the cooled face (see `clock.depth`); dT: temperature drop, 0 without cooling; dT_c: the
     drop at which damage starts in the weakest rock, `weakest`, where the bands leave the least
     toughness, None for a law without threshold; ell0: None without cooling; kappa: diffusivity
     across the cooled face.
@@ -31,6 +31,7 @@ class Numbers:
     law: DamageLaw
     rock: Averages
     weakest: str
+    cooled: bool
     face: Face | None
     L: float
     kappa: float
@@ -60,7 +61,7 @@ def numbers(case: Case) -> Numbers:
     state = SOLID if case.dim == 3 else PLANE_STRAIN if plane == "strain" else PLANE_STRESS
     rocks = {piece.name: averages(piece) for piece in pieces(case)}
     m = rocks["material"]
-    face = cooled_face(case)
+    cooled = case.temperature.profile != "none"
     L = depth(case)
     dT, severity = drop(case, m, L)
     drops = {
@@ -75,13 +76,14 @@ def numbers(case: Case) -> Numbers:
         law=law,
         rock=m,
         weakest=weakest,
-        face=face,
+        cooled=cooled,
+        face=cooled_face(case),
         L=L,
         kappa=diffusivity(case),
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
-        dT_c=drops[weakest] if face else None,
+        dT_c=drops[weakest] if cooled else None,
         ell0=scales.ell0(**vars(m), dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, times_given(case))),
         requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
@@ -89,12 +91,12 @@ def numbers(case: Case) -> Numbers:
 
 
 def cooled_face(case: Case) -> Face | None:
-    """The cooled side as a plane, or None without cooling."""
-    if case.temperature.profile == "none":
+    """The cooled side as a plane, or None without cooling, or if it is no flat side of the body."""
+    if case.temperature.profile == "none" or case.outline.sides[case.temperature.face] is None:
         return None
-    axis, end = SIDES[case.dim][case.temperature.face]
-    size = tuple(float(s) for s in case.domain.size)
-    return Face(axis=axis, position=face_position(case.temperature.face, size), inward=-end)
+    plane = case.outline.faces[case.temperature.face]
+    assert plane is not None
+    return Face(axis=plane.axis, position=plane.position, inward=-plane.out)
 
 
 def least_factor(case: Case) -> float:
@@ -104,9 +106,10 @@ def least_factor(case: Case) -> float:
     it are multiplied.
     """
     cuts = [
-        np.unique(np.clip([0.0, size, *lows, *highs], 0.0, size))
-        for size, lows, highs in zip(
-            case.domain.size,
+        np.unique(np.clip([low, high, *lows, *highs], low, high))
+        for low, high, lows, highs in zip(
+            case.outline.lower,
+            case.outline.upper,
             _corners(case, "lower"),
             _corners(case, "upper"),
             strict=True,

@@ -1,7 +1,7 @@
 """The pieces of a body, each of one rock: the body itself and its regions; no finite elements."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ class Piece:
     """The body or a region of it.
 
     where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
-    the body's; lower, upper: corners of the box around it (m).
+    the body's; lower, upper: corners of the box around it (m); is_box: whether it fills that box.
     """
 
     where: str
@@ -43,6 +43,7 @@ class Piece:
     dim: int
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+    is_box: bool
 
     @property
     def name(self) -> str:
@@ -75,19 +76,22 @@ class Piece:
 
 def pieces(case: Case) -> tuple[Piece, ...]:
     """The body first, then its regions."""
-    size = tuple(float(s) for s in case.domain.size)
-    zero = (0.0,) * case.dim
-    body = Piece(where="material", keys=case.material, dim=case.dim, lower=zero, upper=size)
+    body = Piece(
+        where="material",
+        keys=case.material,
+        dim=case.dim,
+        lower=case.outline.lower,
+        upper=case.outline.upper,
+        is_box=case.domain.is_block,
+    )
     found = [body]
     for name, region in case.regions.items():
-        lower, upper = zero, size
+        lower, upper = body.lower, body.upper
         if region.lower is not None and region.upper is not None:
-            lower = tuple(max(0.0, float(c)) for c in region.lower)
-            upper = tuple(min(s, float(c)) for s, c in zip(size, region.upper, strict=True))
+            lower = tuple(max(a, float(b)) for a, b in zip(lower, region.lower, strict=True))
+            upper = tuple(min(a, float(b)) for a, b in zip(upper, region.upper, strict=True))
         keys = rock_of(case.material, region)
-        found.append(
-            Piece(where=f"regions.{name}", keys=keys, dim=case.dim, lower=lower, upper=upper)
-        )
+        found.append(replace(body, where=f"regions.{name}", keys=keys, lower=lower, upper=upper))
     return tuple(found)
 
 

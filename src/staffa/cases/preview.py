@@ -7,11 +7,12 @@ from staffa.cases.cautions import (
     WAVELENGTH,
     cautions,
     cell_edge,
-    differing,
     first_and_last,
     other_causes,
     peak_drop,
+    piece_varies,
     rare_factor,
+    uneven,
 )
 from staffa.cases.clock import conductivities
 from staffa.cases.exchange import exchanges, strongest
@@ -21,7 +22,7 @@ from staffa.cases.pieces import has_directions, pieces
 from staffa.cases.rules import adaptive, is_scaled
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
-from staffa.grid import UNSTRUCTURED, broken_layer, cells_and_vertices
+from staffa.grid import broken_layer
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
@@ -47,8 +48,9 @@ class Preview:
 def preview(case: Case) -> Preview:
     """Say what the physics and the cost will be, and warn of what is off."""
     derived = numbers(case)
-    facts = [*_mesh_facts(case), *_strength_facts(case, derived), *_split_facts(case)]
-    if derived.face:
+    facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
+    facts += _split_facts(case)
+    if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
     return Preview(
@@ -59,13 +61,33 @@ def preview(case: Case) -> Preview:
 
 def memory(case: Case) -> float:
     """What a run needs over all its ranks, about (bytes)."""
-    _, n_vertices = _size_of(case)
+    n_vertices = case.outline.n_vertices
     levels = 4 / 3 if case.dim == 2 and float(case.damage.ell) >= 6 * cell_edge(case) else 1.0
     return BASE + levels * PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
 
 
 def _unit(case: Case, unit: str) -> str:
     return "" if is_scaled(case) else f" {unit}"
+
+
+def _body_facts(case: Case) -> list[Fact]:
+    """What a shape or a mesh is from outside, and the names that it knows."""
+    if case.domain.is_block:
+        return []
+    body, metre = case.outline, _unit(case, "m")
+    size = " x ".join(f"{length:.4g}" for length in body.size)
+    begins = ", ".join(f"{c:.4g}" for c in body.lower)
+    flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
+    named = {
+        "faces": (body.faces, f"names for [supports] and [heat]; flat: {flat}"),
+        "regions": (body.regions, "parts of the body"),
+        "cracks": (body.cracks, "that are there from the start"),
+    }
+    return [
+        ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
+        ("h", f"{body.h:.3g}{metre}", "mean edge of the cells"),
+        *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
+    ]
 
 
 def _mesh_facts(case: Case) -> list[Fact]:
@@ -84,8 +106,9 @@ def _mesh_facts(case: Case) -> list[Fact]:
 
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Which numbers stand for a rock that is not one number, if it is not."""
-    others = ["differs by region"] if case.regions else []
-    if differing(case):
+    other = any(piece.keys != case.material for piece in pieces(case))
+    others = ["differs by region"] if other else []
+    if any(piece_varies(piece) for piece in pieces(case)):
         others.append("varies from place to place")
     if any(has_directions(piece.keys) for piece in pieces(case)):
         others.append("has directions")
@@ -100,7 +123,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     sigma = f"{derived.sigma_c:.4g}{_unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
-    if not derived.face:
+    if not derived.cooled:
         strain = derived.sigma_c / derived.rock.E
         sooner = "; the given cracks may grow sooner" if case.cracks else ""
         facts.append(("will it crack", f"at a strain of {strain:.3g}", f"sigma_c/E{sooner}"))
@@ -176,7 +199,7 @@ def _where(case: Case, derived: Numbers) -> str:
     weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"
     region = "" if derived.weakest == "material" else f", in {derived.weakest}"
     noise = "; less where the random toughness is low" if case.toughness.amplitude else ""
-    varied = "; more or less where the rock varies" if differing(case) else ""
+    varied = "; more or less where the rock differs" if uneven(case) else ""
     return f"{blocked}{region}{weak}{noise}{varied}"
 
 
@@ -184,9 +207,10 @@ def laterally_held(case: Case) -> bool:
     """True if no side beside the cooled face can move inward, however deep the cold goes."""
     if case.supports.section != "none":
         return case.supports.section == "fixed"
-    pairs = [("left", "right"), *([("front", "back")] if case.dim == 3 else []), ("bottom", "top")]
-    beside = [side for pair in pairs if case.temperature.face not in pair for side in pair]
-    return all(getattr(case.supports, side) in ("rollers", "clamped") for side in beside)
+    body = case.outline
+    cooled = body.axis(case.temperature.face)
+    beside = [name for name in body.faces if body.axis(name) not in (None, cooled)]
+    return all(case.supports.on(side) in ("rollers", "clamped") for side in beside)
 
 
 def _verdict(case: Case, ratio: float) -> tuple[str, str]:
@@ -198,8 +222,8 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
         said = "hardly", "damage starts, but the drop is little above dT_c"
     elif ratio > sqrt(rare_factor(case)):
         said = "perhaps", "the face cools enough only where the random toughness is low"
-    elif differing(case):
-        said = "perhaps", "the averages of the rock stand it, but it varies"
+    elif uneven(case):
+        said = "perhaps", "the averages of the rock stand it, but it differs from them"
     elif causes:
         said = "no new crack", "by cooling: the face never cools enough to damage sound rock"
     else:
@@ -226,7 +250,7 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
-    n_cells, n_vertices = _size_of(case)
+    n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
     keys = adaptive(case)
     if keys is None:
         steps = f"{len(schedule(derived.times, derived.requested).times)}"
@@ -236,15 +260,10 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     fields = "displacement and damage"
     if case.heat is not None:
         unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
-    about = "about " if case.domain.cells == UNSTRUCTURED else ""
+    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
     return [
         ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
         ("unknowns", about + unknowns, fields),
         ("steps", steps, "each of tens to hundreds of sweeps where cracks move"),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
     ]
-
-
-def _size_of(case: Case) -> tuple[int, int]:
-    size = tuple(float(s) for s in case.domain.size)
-    return cells_and_vertices(size, float(case.domain.h), str(case.domain.cells))

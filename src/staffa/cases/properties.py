@@ -21,11 +21,16 @@ def point_property(value: Any, dim: int) -> Property:
 
 
 def average(value: Any, dim: int, places: Callable[[], np.ndarray]) -> float:
-    """The one number that stands for a property: its mean, where it is not known over places."""
+    """The one number that stands for a property: its mean, where that is not known over places,
+    some of which may lie outside of it."""
     if isinstance(value, RandomField):
         return float(value.mean)
     found = point_property(value, dim)
-    return float(np.mean(found(places()))) if callable(found) else found
+    if not callable(found):
+        return found
+    with np.errstate(all="ignore"):
+        there = found(places())
+    return float(np.mean(there[np.isfinite(there)]))
 
 
 def product_of(one: Property, other: Property) -> Property:

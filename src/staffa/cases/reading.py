@@ -7,10 +7,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from staffa.cases.model import Case
+from staffa.cases.force_keys import ForceKeys
+from staffa.cases.heat_keys import HeatKeys
+from staffa.cases.kinds import SidesSection
+from staffa.cases.model import Case, SupportKeys
 from staffa.cases.property_keys import FOLDER
 from staffa.cases.rules import obey
-from staffa.cases.sentences import sentence
+from staffa.cases.sentences import sentence, unknown_key
+from staffa.cases.survey import surveyed
 from staffa.errors import InputError
 
 LARGEST_FILE = 1_000_000  # bytes; a case file is a page
@@ -82,11 +86,32 @@ def parse_case(
         raise InputError(f"{name} is no TOML file: {_syntax(error)}") from None
     for setting in settings:
         _set(table, setting)
+    _name_sides(table)
     try:
         case = Case.model_validate(table, context={FOLDER: folder})
     except ValidationError as error:
         raise InputError(sentence(error)) from None
-    return obey(case)
+    return obey(surveyed(case, folder))
+
+
+# Tables whose keys may be the names of faces.
+SIDED: dict[str, type[SidesSection]] = {
+    "supports": SupportKeys,
+    "heat": HeatKeys,
+    "forces": ForceKeys,
+}
+
+
+def _name_sides(table: dict[str, Any]) -> None:
+    """A block has no other faces than its sides, so that any other name is a key misspelled."""
+    domain = table.get("domain")
+    if isinstance(domain, dict) and {"mesh", "shape"} & set(domain):
+        return
+    for name, model in SIDED.items():
+        keys = table.get(name)
+        for key in keys if isinstance(keys, dict) else ():
+            if key not in model.model_fields:
+                raise InputError(unknown_key([name], key))
 
 
 def _syntax(error: ValueError) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from staffa.cases.boxes import product
-from staffa.cases.model import Case, Disc, Segment
+from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.random_field import random_factor
 from staffa.cut import FlatCrack
 from staffa.evolution.problem import PointFunction, ones
@@ -26,6 +26,11 @@ def toughness_factor(case: Case) -> PointFunction:
     return lambda x: product(x, bands, start=noise(x))
 
 
+def flat(case: Case) -> tuple[Segment | Disc, ...]:
+    """The cracks whose shape the case gives; others are the mesh's own."""
+    return tuple(crack for crack in case.cracks if not isinstance(crack, Named))
+
+
 def cracked(case: Case, h: float) -> PointFunction:
     """True on both sides of a crack of the case, h wide in all and h/2 beyond its ends.
 
@@ -35,7 +40,7 @@ def cracked(case: Case, h: float) -> PointFunction:
 
     def near(x: np.ndarray) -> np.ndarray:
         found = np.zeros(x.shape[1], dtype=bool)
-        for crack in case.cracks:
+        for crack in flat(case):
             across, beyond = _disc(crack, x) if isinstance(crack, Disc) else _segment(crack, x)
             tiny = 1e-9 * h
             found |= (across > -h + tiny) & (across <= h + tiny) & (beyond <= h / 2 + tiny)
@@ -69,7 +74,7 @@ def flat_cracks(case: Case) -> tuple[FlatCrack, ...]:
     Their vertices lie anywhere: those within h of a line leave cells whole across it, which held a
     plate in traction together with 5 to 16 % of its stiffness.
     """
-    return tuple(_flat(crack) for crack in case.cracks)
+    return tuple(_flat(crack) for crack in flat(case))
 
 
 def _flat(crack: Segment | Disc) -> FlatCrack:

@@ -165,15 +165,16 @@ class MaterialKeys(RockKeys):
 
 
 class RegionKeys(RockKeys):
-    """A part of the body whose rock differs, by a name of its own: a box, and keys of [material].
-    What is left out is as there: the elasticity as a whole, but E and nu singly if no other key of
-    it is given, and the directions as a whole. Where boxes overlap, the last one counts."""
+    """A part of the body whose rock differs: a box of a block, with a name of its own, or a region
+    that a shape or a mesh names. What of [material] is left out is as there: the elasticity as a
+    whole, but E and nu singly if no other key of it is given, and the directions as a whole. Where
+    boxes overlap, the last one counts."""
 
     lower: tuple[Position, ...] | None = Field(
-        default=None, description="lower corner of its box", examples=[[0.0, 0.0]]
+        default=None, description="lower corner of its box, in a block", examples=[[0.0, 0.0]]
     )
     upper: tuple[Position, ...] | None = Field(
-        default=None, description="upper corner of its box", examples=[[5.0, 0.2]]
+        default=None, description="upper corner of its box, in a block", examples=[[5.0, 0.2]]
     )
 
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from staffa.cases.model import Case
+from staffa.cases.shape_keys import KINDS
 from staffa.cases.writing import inline
 from staffa.errors import choices, nearest
 
@@ -29,6 +30,8 @@ RULES = {
 ALTERNATIVES = (
     *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
     *("one value", "one property", "a random field", "a file"),
+    *("a named one", *(f"kind {kind}" for kind in KINDS)),
+    *("a spot", "a line"),
 )
 # Names that users bring along from papers and other codes.
 OTHER_NAMES = {
@@ -72,7 +75,7 @@ def sentence(error: ValidationError) -> str:
     details = error.errors(include_url=False)
     for detail in details:
         if detail["type"] == "extra_forbidden":
-            return _unknown_key(detail["loc"][:-1], str(detail["loc"][-1]))
+            return unknown_key(detail["loc"][:-1], str(detail["loc"][-1]))
     return _wrong_value(details[0])
 
 
@@ -85,7 +88,8 @@ def shown(value: Any, width: int = 60) -> str:
     return text if len(text) <= width else text[: width - 3] + "..."
 
 
-def _unknown_key(parts: Sequence[int | str], key: str) -> str:
+def unknown_key(parts: Sequence[int | str], key: str) -> str:
+    """That a table has no such key, and which it has."""
     keys = [part for part in parts if part not in ALTERNATIVES]
     names = {name for model in _models_at(keys) for name in model.model_fields}
     owner = "a case" if not keys else f"[{keys[0]}]" if len(keys) == 1 else _where(keys)
@@ -110,6 +114,9 @@ def _wrong_value(detail: Any) -> str:
         rule = str(context["error"])
     elif kind == "literal_error":
         rule = _one_of(keys, detail["input"], re.findall(r"'([^']*)'", context["expected"]))
+    elif kind == "union_tag_invalid" and context["tag"].startswith("kind "):
+        given = context["tag"].removeprefix("kind ")
+        rule = f"its kind must be one of {', '.join(map(inline, KINDS))}.{nearest(given, KINDS)}"
     elif kind in RULES:
         rule = RULES[kind].format(**context)
     else:
@@ -156,9 +163,7 @@ def _where(keys: Sequence[int | str]) -> str:
 def _field(keys: Sequence[int | str]) -> FieldInfo | None:
     """What is known of a key."""
     named = [key for key in keys if isinstance(key, str)]
-    found = [
-        m.model_fields[named[-1]] for m in _models_at(named[:-1]) if named[-1] in m.model_fields
-    ]
+    found = [field for m in _models_at(named[:-1]) if (field := _field_of(m, named[-1]))]
     return found[0] if found else None
 
 
@@ -171,10 +176,17 @@ def _models_at(keys: Sequence[int | str]) -> list[type[BaseModel]]:
     """The tables that may stand at these keys."""
     models: list[type[BaseModel]] = [Case]
     for key in keys:
-        fields = [model.model_fields[key] for model in models if key in model.model_fields]
+        fields = [found for model in models if (found := _field_of(model, str(key)))]
         if fields:
             models = [found for field in fields for found in _models_in(field.annotation)]
     return models
+
+
+def _field_of(model: type[BaseModel], key: str) -> FieldInfo | None:
+    """What is known of a key; of a face by its own name, what is known of any."""
+    if key not in model.model_fields and model.model_config.get("extra") == "allow":
+        key = "left"
+    return model.model_fields.get(key)
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

@@ -13,8 +13,8 @@ def presses(case: Case) -> str:
     keys = case.forces
     if keys is None:
         return ""
-    named = ("prestress", "gravity", "sides", "pore_pressure", "crack_pressure", "crack_volume")
-    return ", ".join(name for name in named if getattr(keys, name))
+    own = ("prestress", "gravity", "pore_pressure", "crack_pressure", "crack_volume")
+    return ", ".join([*(name for name in own if getattr(keys, name)), *keys.by_side()])
 
 
 def is_anisotropic(case: Case) -> bool:

@@ -25,9 +25,9 @@ OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys, "forces": ForceKeys}
 def inline(value: Any) -> str:
     """A value as TOML writes it on one line."""
     if isinstance(value, BaseModel):
-        value = {name: getattr(value, name) for name in type(value).model_fields}
+        value = {name: getattr(value, name) for name in _names(value)}
     if isinstance(value, dict):
-        pairs = [f"{key} = {inline(v)}" for key, v in value.items() if v is not None]
+        pairs = [f"{_key(key)} = {inline(v)}" for key, v in value.items() if v is not None]
         return f"{{ {', '.join(pairs)} }}" if pairs else "{}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(inline(v) for v in value)}]"
@@ -71,16 +71,27 @@ def to_toml(case: Case, *, explained: bool = False) -> str:
 
 
 def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
-    for name, field in type(table).model_fields.items():
+    for name in _names(table):
+        field = type(table).model_fields.get(name)
         value = getattr(table, name)
         if not tables and not isinstance(value, str):
             continue
         if explained:
-            yield from _comment(field.description or "")
+            yield from _comment(field.description or "" if field else "a face of the body")
         if value is not None:
-            yield f"{name} = {inline(value)}"
-        elif explained:
+            yield f"{_key(name)} = {inline(value)}"
+        elif explained and field:
             yield _example(name, field)
+
+
+def _names(table: BaseModel) -> tuple[str, ...]:
+    """Its keys: those that every case has, then names of the case's own."""
+    return (*type(table).model_fields, *(table.model_extra or {}))
+
+
+def _key(name: str) -> str:
+    """A name as TOML writes it before the equals sign."""
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else inline(name)
 
 
 def _example(name: str, field: FieldInfo) -> str:

@@ -93,5 +93,5 @@ def _print_notes(notes: Iterable[str]) -> None:
 def _print_drawn(drawn: Drawn) -> None:
     for reason in drawn.skipped:
         out.print(f"[yellow]not drawn:[/yellow] {escape(reason)}")
-    for path in (*drawn.pictures, *([drawn.table] if drawn.table else []), drawn.page):
+    for path in (*drawn.pictures, *drawn.tables, drawn.page):
         print(path)

@@ -17,6 +17,7 @@ from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
+from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep
 from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
 
@@ -31,11 +32,13 @@ HEAT_ALLOWED = 1e-8
 class Observers:
     """What is done at each step by those who look on.
 
-    measure: the measures of the state, collective; save: (moment, converged) -> the name of the
+    measure: the measures of the state, collective; probe: its fields where they are read off,
+    collective; save: (moment, converged) -> the name of the
     file written, or None, collective; watch: called after each sweep, with the step's moment.
     """
 
     measure: Callable[[], Measures] | None = None
+    probe: Callable[[], tuple[tuple[float, ...], ...]] = lambda: ()
     save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
 
@@ -181,7 +184,19 @@ def _accepted(
         returned=advance.returned,
         stability=stability,
         heat=advance.all_heat,
+        reactions=_reactions(system),
+        probed=observers.probe(),
     )
+
+
+def _reactions(system: System) -> dict[str, tuple[float, ...]]:
+    """What the supports carry. Collective."""
+    forces = system.alternation.u.duplicate()
+    system.energy.residual(forces)
+    mesh = system.state.u.function_space.mesh
+    found = reactions(mesh.comm, system.supports, forces.array_r, dim=mesh.geometry.dim)
+    forces.destroy()
+    return found
 
 
 def _rejected(

@@ -99,9 +99,7 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), Effort()
     try:
-        gain, effort = _coarse_gain(
-            coarser, alpha, state.T.x.array, loads.time, system.energy.external.kept()
-        )
+        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time)
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
@@ -116,7 +114,7 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
 
 
 def _coarse_gain(
-    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float, external: np.ndarray
+    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float
 ) -> tuple[np.ndarray, Effort]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
@@ -131,7 +129,7 @@ def _coarse_gain(
     start[corners(system.spaces.alpha, broken)] = 1.0
     state.alpha.x.array[:] = start
     state.T.x.array[:] = coarser.down(T)
-    system.energy.external.put_back(external)
+    system.energy.external.at(time)
     system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)

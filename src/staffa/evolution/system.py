@@ -14,6 +14,7 @@ from staffa.fields import (
     Spaces,
     State,
     Transfer,
+    corners,
     linear_spaces,
     unit_bounds,
     vertices,
@@ -123,6 +124,8 @@ def _start_cracked(problem: Problem, state: State, bounds: Bounds) -> None:
     cracked = material.cracked(vertices(space).T)
     for crack in material.cracks:
         cracked |= broken(space, crack, h=problem.domain.h)
+    for layer in problem.domain.cracks.values():
+        cracked |= corners(space, layer)
     state.alpha.x.array[cracked] = 1.0
     bounds.lower.x.array[cracked] = 1.0
 

@@ -2,12 +2,13 @@
 
 import json
 import os
+import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import REJECTED, Manifest, Step, kept
+from staffa.records import REJECTED, Manifest, Probe, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -68,9 +69,12 @@ def require_free(path: Path) -> None:
         raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
 
 
-def create(path: Path, case: str, manifest: Manifest) -> None:
-    """Make a run directory with its case and manifest, and no step yet."""
+def create(path: Path, case: str, manifest: Manifest, mesh: Path | None = None) -> None:
+    """Make a run directory with its case, a copy of the mesh that it names, its manifest, and no
+    step yet."""
     (path / FIELDS).mkdir(parents=True, exist_ok=True)
+    if mesh is not None:
+        shutil.copyfile(mesh, path / mesh.name)
     write_aside(path / CASE, case)
     write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
     (path / STEPS).touch()
@@ -160,6 +164,12 @@ def _read_manifest(path: Path) -> Manifest:
     try:
         for name in ("times", "taus", "requested", "size"):
             record[name] = tuple(record[name])
+        if record.get("lower") is not None:  # a run of version 0.1.0 has none
+            record["lower"] = tuple(record["lower"])
+        record["probes"] = tuple(
+            Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
+            for probe in record.get("probes", ())
+        )
         return Manifest(**record)
     except (KeyError, TypeError):
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None

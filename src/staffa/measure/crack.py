@@ -8,9 +8,10 @@ from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
 from staffa.loads.closed_form import Face
+from staffa.measure.opening import sliver
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
-from staffa.records import Measures, Section, Tip
+from staffa.records import Fluid, Measures, Section, Tip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +41,31 @@ def measures(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> Meas
         front=max((tip.depth for tip in found), default=0.0),
         length_surface=energy.crack_length() / gauge.toughness_factor,
         length_geometry=energy.crack_variation(),
+        volume=crack_volume(domain, state),
+        fluid=fluid(energy),
     )
+
+
+def fluid(energy: Energy) -> Fluid | None:
+    """The fluid in the cracks. Collective."""
+    external = energy.external
+    if not external.forces.in_cracks:
+        return None
+    return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
+
+
+# VTK's order of the vertices of a quadrilateral and a hexahedron, from that of a tensor product.
+AROUND = {(2, 4): [0, 1, 3, 2], (3, 8): [0, 1, 3, 2, 4, 5, 7, 6]}
+
+
+def crack_volume(domain: Domain, state: State) -> float:
+    """-int u . grad alpha^4: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
+    cells, dim = _cells(domain, state), domain.dim
+    cells = cells[:, AROUND.get((dim, cells.shape[1]), slice(None))]
+    x = vertices(state.alpha.function_space)
+    u = state.u.x.array.reshape(-1, dim)
+    pieces = sliver(x, cells, u=u, alpha=state.alpha.x.array, dim=dim)[1]
+    return sum_over_ranks(domain.comm, float(pieces.sum()))
 
 
 def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:

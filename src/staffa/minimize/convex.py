@@ -72,6 +72,8 @@ def minimize(
     u: PETSc.Vec,
     values: np.ndarray,
     held: Held | None = None,
+    *,
+    reduction: float = 0.0,
 ) -> None:
     """Overwrite u by the minimizer; what u holds is the first guess. Collective.
 
@@ -80,6 +82,8 @@ def minimize(
     elastic : solver of the energy's model at u.
     values : prescribed values, see `ElasticSolver.minimize`.
     held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
+    reduction : stop early, where what the energy may still fall by is the square of this fraction
+        of what it was at first.
 
     Raises
     ------
@@ -87,7 +91,7 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap = float("inf")
+    gap, enough = float("inf"), ENOUGH
     try:
         for number in range(MOST):
             energy.move_to(u)
@@ -99,17 +103,17 @@ def minimize(
             way.axpy(-1.0, u)
             slope = forces.dot(way)
             gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
-            # The first step puts on new prescribed values: it is no descent but a prediction.
             if number == 0:
+                enough = max(ENOUGH, reduction**2 * gap)
+            done = gap <= enough or energy.quadratic
+            # The first step puts on new prescribed values: it is no descent but a prediction.
+            if done or number == 0:
                 u.axpy(1.0, way)
-                if energy.quadratic:
-                    return
-            elif gap <= ENOUGH:
-                u.axpy(1.0, way)
-                energy.move_to(u)
-                return
             else:
                 _step(energy, u, way, forces, slope)
+            if done:
+                energy.move_to(u)
+                return
         raise SolveError(
             f"the displacement was not solved for: after {MOST} of Newton's steps the next would "
             f"still change the energy by {gap:.1e} of it; try shorter time steps or a larger "

@@ -5,6 +5,7 @@ from math import ceil
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -71,6 +72,7 @@ def draw_panel(
     axes.grid(False)
     axes.set_aspect("equal")
     axes.tripcolor(triangles, frame.alpha, cmap=DAMAGE, vmin=0, vmax=1, shading="gouraud")
+    axes.add_collection(LineCollection(list(rim(triangles)), colors="#555555", linewidths=0.6))
     theta = frame.T / dT if dT else frame.T
     levels = [level for level in ISOTHERMS if theta.min() < level < theta.max()]
     if levels:
@@ -78,21 +80,23 @@ def draw_panel(
         axes.tricontour(
             triangles, theta, levels=levels, colors=colors, linewidths=0.7, linestyles="solid"
         )
-    width, height = manifest.size[:2]
-    axes.set_xlim(0, width)
+    (left, bottom), (width, height) = manifest.corner, manifest.size
+    axes.set_xlim(left, left + width)
     axes.locator_params(axis="x", nbins=5)
-    axes.set_ylim(0, height)
+    axes.set_ylim(bottom, bottom + height)
     for side in axes.spines.values():
         side.set_visible(True)
-    if manifest.face:
-        _mark_face(axes, manifest.face, manifest.size)
+    if manifest.cooled_side:
+        _mark_face(axes, manifest, manifest.cooled_side)
     axes.set_title(moment(manifest, frame.step), loc="left", pad=3)
 
 
-def _mark_face(axes: Axes, face: str, size: tuple[float, ...]) -> None:
-    """A blue line along the cooled face, just outside the body."""
-    axis, end = SIDES[2][face]
-    at, ends = face_position(face, size), [0, size[1 - axis]]
+def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
+    """A blue line along the cooled side, just outside the body."""
+    axis, end = SIDES[2][side]
+    lower, size = manifest.corner, manifest.size
+    at = lower[axis] + face_position(side, size)
+    ends = [lower[1 - axis], lower[1 - axis] + size[1 - axis]]
     line = ([at, at], ends) if axis == 0 else (ends, [at, at])
     outwards = end * (FACE + 1) / 2
     shift = {"x": outwards} if axis == 0 else {"y": outwards}
@@ -106,6 +110,13 @@ def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
     """The drop dT by which temperatures are divided (K): the case's, or the largest seen."""
     known = manifest.scales.get("dT")
     return known if known else max(float(np.abs(frame.T).max()) for frame in frames)
+
+
+def rim(triangles: Triangulation) -> np.ndarray:
+    """The edges around the body and its holes, shape (n, 2, 2)."""
+    cell, side = np.nonzero(triangles.neighbors < 0)
+    ends = triangles.triangles[cell[:, None], np.column_stack([side, (side + 1) % 3])]
+    return np.stack([triangles.x[ends], triangles.y[ends]], axis=-1)
 
 
 def triangulation(grid: Grid) -> Triangulation:

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from staffa.grid import face_axis
 from staffa.measure.generations import Arrests, Track, arrests, tracks
 from staffa.plot.labels import clock, clock_label, crack_label, energy_label, with_unit
-from staffa.plot.style import BLACK, BLUE, GENERATIONS, ORANGE, legend_above, new_figure
+from staffa.plot.style import BLACK, BLUE, GENERATIONS, GREEN, ORANGE, legend_above, new_figure
 from staffa.records import Manifest, Measures, Step
 
 
@@ -26,6 +26,8 @@ def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     style: Any = {"marker": marker, "markersize": 3}
     axes.plot(at, [e.total for e in energies], color=BLACK, label="total", **style)
     axes.plot(at, [e.elastic for e in energies], color=BLUE, label="elastic", **style)
+    if any(e.loads for e in energies):
+        axes.plot(at, [e.loads for e in energies], color=GREEN, label="of the loads", **style)
     axes.plot(at, [e.surface for e in energies], color=ORANGE, label="surface", **style)
     axes.set_xlabel(clock_label(manifest, steps))
     axes.set_ylabel(energy_label(manifest))
@@ -44,8 +46,8 @@ def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     rows = figure.subplots(panels, 1, squeeze=False, sharex=True)[:, 0]
     at = clock(seen)
     _draw_lengths(rows[0], manifest, at, measured)
-    if manifest.face:
-        axis = face_axis(manifest.face, len(manifest.size))
+    if manifest.cooled_side:
+        axis = face_axis(manifest.cooled_side, len(manifest.size))
         reach = manifest.tip_reach or 0.0
         followed = tracks(seen, axis=axis, reach=reach)
         found = arrests(seen, axis=axis, ell=manifest.ell, reach=reach)

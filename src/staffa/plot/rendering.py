@@ -12,6 +12,7 @@ from staffa.io.vtkhdf import read_vtkhdf
 
 # VTK frames the sphere around the body; seen from a corner a cube leaves this much of it free.
 ZOOM = 1.05
+BEND = 40  # degrees; round faces are cut into facets that bend less
 
 
 def render(job: dict[str, Any]) -> np.ndarray:
@@ -19,8 +20,8 @@ def render(job: dict[str, Any]) -> np.ndarray:
 
     Parameters
     ----------
-    job : files; size and face of the body; deepest, where the colors end; crack, the damage to
-        draw; pixels, the edge of an image.
+    job : files; lower corner, size and cooled side of the body; deepest, where the colors end;
+        crack, the damage to draw; pixels, the edge of an image.
     """
     bodies = [_body(job, file) for file in job["files"]]
     views = (_from_a_corner(job), _from_the_far_side(job))
@@ -34,7 +35,7 @@ def _body(job: dict[str, Any], file: str) -> Any:
     grid, values = read_vtkhdf(Path(file))
     body = pyvista.UnstructuredGrid({grid.type: grid.cells}, grid.points)
     axis, end = SIDES[3][job["face"]]
-    along = grid.points[:, axis]
+    along = grid.points[:, axis] - job["lower"][axis]
     body["alpha"] = values["alpha"]
     body["depth"] = job["size"][axis] - along if end > 0 else along
     return body
@@ -45,7 +46,7 @@ def _view(job: dict[str, Any], body: Any, camera: list[Any]) -> np.ndarray:
 
     plotter = pyvista.Plotter(off_screen=True, window_size=(job["pixels"], job["pixels"]))
     plotter.set_background("white")
-    plotter.add_mesh(body.outline(), color="#555555", line_width=1.5)
+    plotter.add_mesh(_edges(body), color="#555555", line_width=1.5)
     cracks = body.clip_scalar(scalars="alpha", value=job["crack"], invert=False)
     if cracks.n_cells:
         surface = cracks.extract_surface(algorithm="dataset_surface")
@@ -59,6 +60,13 @@ def _view(job: dict[str, Any], body: Any, camera: list[Any]) -> np.ndarray:
     image = np.asarray(plotter.screenshot(None, return_img=True))
     plotter.close()
     return image
+
+
+def _edges(body: Any) -> Any:
+    """Where the surface of the body has a bend: of a box its edges, of a bore its rims."""
+    surface = body.extract_surface(algorithm="dataset_surface")
+    bends = {"boundary_edges": False, "non_manifold_edges": False, "manifold_edges": False}
+    return surface.extract_feature_edges(feature_angle=BEND, **bends)
 
 
 def _from_a_corner(job: dict[str, Any]) -> list[Any]:
@@ -76,7 +84,7 @@ def _from_the_far_side(job: dict[str, Any]) -> list[Any]:
 
 
 def _camera(job: dict[str, Any], direction: np.ndarray, up: np.ndarray) -> list[Any]:
-    middle = np.array(job["size"]) / 2
+    middle = np.array(job["lower"]) + np.array(job["size"]) / 2
     away = 4 * max(job["size"]) * direction / np.linalg.norm(direction)
     return [tuple(middle + away), tuple(middle), tuple(up)]
 

@@ -67,8 +67,9 @@ def rendered(manifest: Manifest, frames: Sequence[Frame], bottom: float) -> np.n
         job = {
             "result": str(result),
             "files": [str(frame.path.resolve()) for frame in frames],
+            "lower": manifest.corner,
             "size": manifest.size,
-            "face": manifest.face or "bottom",
+            "face": manifest.cooled_side or "bottom",
             "deepest": bottom,
             "crack": CRACK,
             "colors": DEPTHS,
@@ -87,7 +88,7 @@ def deepest(manifest: Manifest, frames: Sequence[Frame]) -> float:
     """Depth (m) at which the colors end: that of the deepest tip, or of the body."""
     measured = [frame.step.measures for frame in frames]
     front = max((m.front for m in measured if m is not None), default=0.0)
-    return front or manifest.size[SIDES[3][manifest.face or "bottom"][0]]
+    return front or manifest.size[SIDES[3][manifest.cooled_side or "bottom"][0]]
 
 
 def _in_a_child(job: str) -> str:

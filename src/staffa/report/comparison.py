@@ -47,9 +47,9 @@ def table(run: Run) -> Table | None:
 def run_arrests(run: Run) -> Arrests | None:
     """The generations of a run, or None without a cooled face."""
     manifest = run.manifest
-    if manifest.face is None:
+    if manifest.cooled_side is None:
         return None
-    axis = face_axis(manifest.face, len(manifest.size))
+    axis = face_axis(manifest.cooled_side, len(manifest.size))
     reach = manifest.tip_reach or 0.0
     return arrests(run.steps, axis=axis, ell=manifest.ell, reach=reach)
 

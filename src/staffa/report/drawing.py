@@ -1,6 +1,7 @@
 """Draws every picture that a run, an ensemble or a pair of runs has numbers for, and its page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,15 +16,20 @@ from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import read_frames
 from staffa.plot.heat import heat_figure
 from staffa.plot.members import counts_figure, growth_figure
+from staffa.plot.network import network_figure
+from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
 from staffa.report.ensemble import write_results
+from staffa.report.network import Drawing, networks, write_networks
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
+from staffa.report.series import probes_table, reactions_table
 from staffa.report.tips import tips_table
 
-PICTURES, PAGE, TIPS = "pictures", "report.html", "tips.csv"
+PICTURES, PAGE = "pictures", "report.html"
+TIPS, REACTIONS, PROBES = "tips.csv", "reactions.csv", "probes.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,25 +37,27 @@ class Drawn:
     """What is on disk now, and a sentence on each picture, or part of one, that is not."""
 
     page: Path
-    table: Path | None
+    tables: tuple[Path, ...]
     pictures: tuple[Path, ...]
     skipped: tuple[str, ...]
 
 
 def draw(run: Run) -> Drawn:
-    """Write `pictures/*.png`, `tips.csv` and `report.html` into the run, over earlier ones.
+    """Write pictures, tables, crack networks and `report.html` into the run, over earlier ones.
 
     Raises
     ------
     StaffaError
         The run directory cannot be written to.
     """
-    figures, skipped = _figures(run)
-    table = tips_table(run)
-    drawn = _written(run.path, figures, skipped, partial(page, run), table)
-    if table is None:
-        (run.path / TIPS).unlink(missing_ok=True)  # of an earlier version of the run
-    return drawn
+    found, unread = networks(run)
+    figures, skipped = _figures(run, found)
+    tables = {TIPS: tips_table(run), REACTIONS: reactions_table(run), PROBES: probes_table(run)}
+    with _writing(run.path):
+        files = write_networks(run, found)
+    text = partial(page, run, found)
+    told = list(dict.fromkeys([*skipped, *unread]))
+    return _written(run.path, figures, told, text, tables, files)
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
@@ -83,10 +91,11 @@ def _written(
     figures: dict[str, Callable[[], Figure]],
     skipped: list[str],
     text: Callable[[Sequence[Path], Sequence[str]], str],
-    table: str | None = None,
+    tables: Mapping[str, str | None] | None = None,
+    files: Sequence[Path] = (),
 ) -> Drawn:
-    pictures = []
-    try:
+    pictures, written = [], list(files)
+    with _writing(folder):
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
             path = folder / PICTURES / f"{name}.png"
@@ -95,20 +104,30 @@ def _written(
                 pictures.append(path)
             except StaffaError as error:
                 skipped.append(f"{name}: {error}")
-        if table is not None:
-            write_aside(folder / TIPS, table)
+        for name, table in (tables or {}).items():
+            if table is None:
+                (folder / name).unlink(missing_ok=True)
+                continue
+            write_aside(folder / name, table)
+            written.append(folder / name)
         write_aside(folder / PAGE, text(pictures, skipped))
+    return Drawn(
+        page=folder / PAGE,
+        tables=tuple(written),
+        pictures=tuple(pictures),
+        skipped=tuple(skipped),
+    )
+
+
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise StaffaError(
             f"the report cannot be written into {folder}: {error.strerror}; copy the run to, "
             f"or choose with --out, a folder that you may write to"
         ) from None
-    return Drawn(
-        page=folder / PAGE,
-        table=None if table is None else folder / TIPS,
-        pictures=tuple(pictures),
-        skipped=tuple(skipped),
-    )
 
 
 def _ensemble_figures(
@@ -133,7 +152,9 @@ def _ensemble_figures(
     return figures, skipped
 
 
-def _figures(run: Run) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
+def _figures(
+    run: Run, found: Sequence[Drawing]
+) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
     """How to draw each picture, by name, and the reasons for those that cannot be drawn."""
     manifest, steps = run.manifest, run.steps
     if not steps:
@@ -145,11 +166,17 @@ def _figures(run: Run) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
         figures["cracks"] = partial(figure, manifest, frames)
     else:
         skipped.append("cracks: no step has fields that can be read")
+    shown = {frame.step.index for frame in frames}
+    moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
+    if moments:
+        figures["network"] = partial(network_figure, manifest, moments)
     if len(steps) < 2:
         return figures, [*skipped, "curves: they need two steps"]
     figures["energies"] = partial(energies_figure, manifest, steps)
     if any(step.heat for step in steps):
         figures["heat"] = partial(heat_figure, manifest, steps)
+    if any(any(force) for step in steps for force in step.reactions.values()):
+        figures["reactions"] = partial(reactions_figure, manifest, steps)
     if sum(step.measures is not None for step in steps) < 2:
         skipped.append("lengths: fewer than two steps were measured")
     else:

@@ -9,13 +9,16 @@ from staffa.report import comparison, pieces
 from staffa.report.agreement import agreement
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.ensemble import ensemble_title, facts, sheets
+from staffa.report.network import Drawing, lines_of
 from staffa.report.pair import Pair, pair_title
 from staffa.report.results import common_times, results
 from staffa.report.summary import summary, title
 
 CAPTIONS = {
     "cracks": "The cracks at chosen times.",
+    "network": "The crack network, and how far it is open.",
     "energies": "Energies of each step.",
+    "reactions": "What the supports carry: the force of each held side on the body.",
     "heat": "Heat stored since the start, and from where it came (or, negative, went).",
     "lengths": "Length of the cracks, depth of each tip, and how many cross each depth.",
     "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
@@ -29,11 +32,14 @@ CAPTIONS = {
 }
 
 
-def page(run: Run, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
-    """A run's page: summary, comparison, pictures, case; the pictures are embedded."""
+def page(
+    run: Run, found: Sequence[Drawing], pictures: Sequence[Path], skipped: Sequence[str]
+) -> str:
+    """A run's page: summary, comparison, networks, pictures, case; the pictures are embedded."""
     parts = [
         pieces.fact_list(summary(run)),
         _compared(run),
+        _networks(run, found),
         *_pictures(pictures, skipped),
         pieces.case_text(run.case),
         pieces.footer(_origin(run)),
@@ -88,6 +94,16 @@ def _compared(run: Run) -> str:
         return ""
     heading = "Nucleation and arrests, beside published numbers"
     return pieces.table(heading, compared.header, compared.rows, under=compared.notes)
+
+
+def _networks(run: Run, found: Sequence[Drawing]) -> str:
+    header, rows = lines_of(run, found)
+    if not rows:
+        return ""
+    note = (
+        "One row for each moment whose fields were kept; the volume is the integral of the opening."
+    )
+    return pieces.table("Crack network", header, rows, under=[note])
 
 
 def _pictures(pictures: Sequence[Path], skipped: Sequence[str]) -> list[str]:

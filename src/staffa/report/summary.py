@@ -105,6 +105,11 @@ def _state(run: Run) -> Iterator[Fact]:
         f"{measures.length_surface:.4g} by energy, {measures.length_geometry:.4g} by geometry{unit}"
     )
     yield Fact(name="crack length" if plane else "crack area", text=text)
+    if measures.fluid:
+        pressure, volume = measures.fluid.pressure, measures.fluid.volume
+        units = ("", "") if scaled else (" Pa", " m²" if plane else " m³")
+        text = f"pressure {pressure:.5g}{units[0]}, volume {volume:.5g}{units[1]}"
+        yield Fact(name="fluid in cracks", text=text)
     if measures.sections:
         counts = (f"{s.cracks} at {s.height:.3g}" for s in measures.sections)
         yield Fact(name="cracks at depth", text=", ".join(counts))

@@ -16,9 +16,9 @@ def tips_table(run: Run) -> str | None:
     see `measure.tip`), or of that point where that is not known.
     """
     manifest = run.manifest
-    if manifest.face is None:
+    if manifest.cooled_side is None:
         return None
-    axis = face_axis(manifest.face, len(manifest.size))
+    axis = face_axis(manifest.cooled_side, len(manifest.size))
     followed = tracks(run.steps, axis=axis, reach=manifest.tip_reach or 0.0)
     if not followed:
         return None

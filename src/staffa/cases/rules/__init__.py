@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from staffa.cases.domain_keys import BLOCKS
 from staffa.cases.model import Case
 from staffa.cases.rules.anisotropy import (
     axes_are_directions,
@@ -17,6 +18,7 @@ from staffa.cases.rules.body import (
 )
 from staffa.cases.rules.cooling import (
     cooling_is_complete,
+    depth_has_a_meaning,
     film_is_convective,
     measures_are_inside,
 )
@@ -33,16 +35,19 @@ from staffa.cases.rules.heat import (
     heat_has_its_profile,
     heat_is_complete,
 )
+from staffa.cases.rules.names import cracks_are_there, faces_are_there
+from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.rock import (
     elasticity_is_definite,
     properties_have_values,
     random_fields_are_possible,
-    regions_have_boxes,
+    regions_are_places,
 )
 from staffa.cases.rules.supports import (
     edges_agree,
     is_moved,
     prescribed_agree,
+    rollers_are_flat,
     section_can_stretch,
     section_owns_its_sides,
     something_happens,
@@ -62,6 +67,7 @@ from staffa.cases.rules.units import (
     units_are_not_mixed,
 )
 from staffa.cases.split import GAMMA, default_split
+from staffa.grid import SIDES, UNSTRUCTURED
 from staffa.units import Quantity
 
 __all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given"]
@@ -73,7 +79,9 @@ RULES = (
     heat_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
-    regions_have_boxes,
+    faces_are_there,
+    cracks_are_there,
+    regions_are_places,
     stiffness_is_complete,
     axes_are_directions,
     lists_have_a_number_an_axis,
@@ -85,11 +93,13 @@ RULES = (
     bands_are_inside,
     cracks_are_inside,
     cooling_is_complete,
+    depth_has_a_meaning,
     film_is_convective,
     heat_fits_the_body,
     heat_is_complete,
     heat_enters_or_leaves,
     measures_are_inside,
+    probes_are_inside,
     times_increase,
     adaptive_steps_are_possible,
     cooling_has_begun,
@@ -99,6 +109,7 @@ RULES = (
     split_fits_the_rock,
     formulas_of_forces_give_numbers,
     outputs_are_within,
+    rollers_are_flat,
     section_owns_its_sides,
     section_can_stretch,
     prescribed_agree,
@@ -130,8 +141,11 @@ def obey(case: Case) -> Case:
 def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     """The defaults that depend on other keys: table -> keys."""
     two, keys = case.dim == 2, case.material
+    cells = case.domain.cells or (BLOCKS[case.dim] if case.domain.is_block else UNSTRUCTURED)
+    absent = set(SIDES[3]) - set(case.outline.faces)
     found: dict[str, dict[str, Any]] = {
-        "domain": {"cells": case.domain.cells or ("quadrilateral" if two else "hexahedron")},
+        "domain": {"cells": cells},
+        "supports": dict.fromkeys(absent, None),
         "material": {"plane": (keys.plane or "stress") if two else None},
     }
     if keys.stiffness is not None:

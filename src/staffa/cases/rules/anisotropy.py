@@ -189,4 +189,4 @@ def _counts(case: Case, piece: Piece, name: str) -> tuple[tuple[int, ...], str]:
         if case.material.plane == "strain":
             return (3,), "since in plane strain the third direction is held"
         return (2, 3), "along the rock's axes"
-    return (case.dim,), "as domain.size has"
+    return (case.dim,), f"as the body is {case.dim}-D"

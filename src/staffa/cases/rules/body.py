@@ -1,9 +1,9 @@
 """Rules on the body: its dimension, its mesh, and what is drawn into it."""
 
-from staffa.cases.model import Case, Disc, Segment
+from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.writing import inline
-from staffa.errors import InputError, choices
-from staffa.grid import SIDES, UNSTRUCTURED, cells_and_vertices
+from staffa.errors import InputError
+from staffa.grid import UNSTRUCTURED
 
 CELLS = {
     2: ("quadrilateral", "triangle", UNSTRUCTURED),
@@ -17,26 +17,21 @@ ROUND_OFF = 1 + 1e-9  # "0.03 mm" and "30 um" differ in the last digit
 def dimension_agrees(case: Case) -> None:
     """Cells, the plane state and sides are of the body's dimension."""
     dim, cells = case.dim, case.domain.cells
-    if cells is not None and cells not in CELLS[dim]:
+    if case.domain.is_block and cells is not None and cells not in CELLS[dim]:
         raise InputError(
             f'domain.cells = "{cells}" does not fit domain.size with {dim} numbers; use '
             f"{' or '.join(CELLS[dim])}"
         )
     if dim == 3 and case.material.plane is not None:
         raise InputError(
-            f'material.plane = "{case.material.plane}" is for 2-D bodies, and domain.size has 3 '
-            f"numbers; leave it out"
+            f'material.plane = "{case.material.plane}" is for 2-D bodies, and this one is 3-D; '
+            f"leave it out"
         )
-    for side in SIDES[3]:
-        if side not in SIDES[dim] and getattr(case.supports, side) is not None:
-            raise InputError(
-                f"supports.{side}: a 2-D body has no such side; {choices(side, SIDES[dim])}"
-            )
 
 
 def mesh_carries_cracks(case: Case) -> None:
     """ell >= h unless opted out, and the body larger than either."""
-    ell, h, smallest = case.damage.ell, case.domain.h, min(case.domain.size)
+    ell, h, smallest = case.damage.ell, _edge(case), _smallest(case)
     if h > smallest * ROUND_OFF:
         raise InputError(
             f"domain.h = {inline(h)}: a cell is larger than the body, whose smallest extent is "
@@ -44,8 +39,9 @@ def mesh_carries_cracks(case: Case) -> None:
         )
     if ell * ROUND_OFF < h and not case.damage.allow_coarse:
         raise InputError(
-            f"damage.ell = {inline(ell)} is less than domain.h = {inline(h)}: the mesh would steer "
-            f"the cracks; take h <= ell/3, or set damage.allow_coarse = true to do it knowingly"
+            f"damage.ell = {inline(ell)} is less than {_edge_in_words(case)}: the mesh would "
+            f"steer the cracks; take h <= ell/3, or set damage.allow_coarse = true to do it "
+            f"knowingly"
         )
     if ell > smallest * ROUND_OFF:
         raise InputError(
@@ -56,11 +52,10 @@ def mesh_carries_cracks(case: Case) -> None:
 
 def mesh_can_be_numbered(case: Case) -> None:
     """Not more unknowns than a 32-bit number counts."""
-    size, h = tuple(float(s) for s in case.domain.size), float(case.domain.h)
-    unknowns = case.dim * cells_and_vertices(size, h, case.domain.cells or CELLS[case.dim][0])[1]
+    unknowns = case.dim * case.outline.n_vertices
     if unknowns > LARGEST:
         raise InputError(
-            f"domain.h = {inline(case.domain.h)} gives {unknowns:.2g} unknowns of displacement, "
+            f"{_edge_in_words(case)} gives {unknowns:.2g} unknowns of displacement, "
             f"more than the {LARGEST:.0e} that can be numbered; take a larger h"
         )
 
@@ -79,19 +74,20 @@ def box_is_inside(
     for name, corner in (("lower", lower), ("upper", upper)):
         if len(corner) != case.dim:
             raise InputError(
-                f"{where}, {name} = {inline(corner)}: it needs {case.dim} numbers, as domain.size "
-                f"has"
+                f"{where}, {name} = {inline(corner)}: it needs {case.dim} numbers, as the body "
+                f"is {case.dim}-D"
             )
     if any(b <= a for a, b in zip(lower, upper, strict=True)):
         raise InputError(
             f"{where}: upper = {inline(upper)} must be larger than lower = {inline(lower)} along "
             f"each axis"
         )
-    extent = zip(lower, upper, case.domain.size, strict=True)
-    if any(low > size or high < 0 for low, high, size in extent):
+    body = case.outline
+    extent = zip(lower, upper, body.lower, body.upper, strict=True)
+    if any(low > end or high < start for low, high, start, end in extent):
         raise InputError(
             f"{where}: the box from {inline(lower)} to {inline(upper)} lies outside the body, "
-            f"whose size is {inline(case.domain.size)}; move it in or leave it out"
+            f"{_extent(case)}; move it in or leave it out"
         )
 
 
@@ -99,6 +95,8 @@ def cracks_are_inside(case: Case) -> None:
     """Every given crack is of the body's dimension, lies in it, and has an extent."""
     for number, crack in enumerate(case.cracks, start=1):
         where = f"cracks, entry {number}"
+        if isinstance(crack, Named):
+            continue
         if isinstance(crack, Disc) != (case.dim == 3):
             raise InputError(
                 f"{where}: a 2-D body has straight cracks (start, end) and a 3-D body discs "
@@ -106,7 +104,7 @@ def cracks_are_inside(case: Case) -> None:
             )
         points = _points(crack)
         for name, point in points.items():
-            _is_inside(case, f"{where}, {name} = {inline(point)}", point)
+            is_inside(case, f"{where}, {name} = {inline(point)}", point)
         if isinstance(crack, Disc):
             _has_a_direction(crack, where)
         elif crack.start == crack.end:
@@ -122,16 +120,39 @@ def _points(crack: Segment | Disc) -> dict[str, tuple[float, ...]]:
     return {"start": crack.start, "end": crack.end}
 
 
-def _is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
-    size = case.domain.size
+def is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
+    """Raise if a point, named in `what`, has another dimension than the body or is outside."""
+    body = case.outline
     if len(point) != case.dim:
-        raise InputError(f"{what}: it needs {case.dim} numbers, as domain.size has")
-    slack = (ROUND_OFF - 1) * max(size)
-    if any(not -slack <= c <= s + slack for c, s in zip(point, size, strict=True)):
-        raise InputError(
-            f"{what} lies outside the body, whose size is {inline(size)} from the origin; move it "
-            f"in"
-        )
+        raise InputError(f"{what}: it needs {case.dim} numbers, as the body is {case.dim}-D")
+    slack = (ROUND_OFF - 1) * max(body.size)
+    ends = zip(point, body.lower, body.upper, strict=True)
+    if any(not low - slack <= c <= high + slack for c, low, high in ends):
+        raise InputError(f"{what} lies outside the body, {_extent(case)}; move it in")
+
+
+def _extent(case: Case) -> str:
+    """Where a body is, in words."""
+    if case.domain.size is not None:
+        return f"whose size is {inline(case.domain.size)} from the origin"
+    lower, upper = (
+        " ".join(f"{c:.4g}" for c in end) for end in (case.outline.lower, case.outline.upper)
+    )
+    return f"which reaches from ({lower}) to ({upper})"
+
+
+def _edge(case: Case) -> float:
+    """The edge of its cells, as it is written if it is."""
+    return case.outline.h if case.domain.h is None else case.domain.h
+
+
+def _edge_in_words(case: Case) -> str:
+    h = case.domain.h
+    return f"the mesh's mean edge, {case.outline.h:.3g}" if h is None else f"domain.h = {inline(h)}"
+
+
+def _smallest(case: Case) -> float:
+    return min(case.domain.size or case.outline.size)
 
 
 def _has_a_direction(crack: Disc, where: str) -> None:

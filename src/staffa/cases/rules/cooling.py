@@ -1,18 +1,18 @@
 """Rules on the cooling, and on what is measured below the cooled face."""
 
+from staffa.cases.clock import depth
 from staffa.cases.model import Case
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
-from staffa.grid import SIDES, face_axis
 
 
 def cooling_is_complete(case: Case) -> None:
     """A face that exists, and exactly one of dT and severity if they make the temperature."""
     keys = case.temperature
-    sides = SIDES[case.dim]
-    if keys.face not in sides:
+    faces = case.outline.faces
+    if keys.face not in faces and (case.domain.is_block or keys.profile != "none"):
         raise InputError(
-            f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, sides)}"
+            f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, faces)}"
         )
     if keys.profile in ("none", "heat"):
         for name in ("dT", "severity", "biot"):
@@ -27,6 +27,27 @@ def cooling_is_complete(case: Case) -> None:
         raise InputError(
             f"temperature.dT and temperature.severity: {how}; give exactly one of them"
         )
+
+
+def depth_has_a_meaning(case: Case) -> None:
+    """What is told by depth needs a cooled face that is a flat side of the body."""
+    keys, sides = case.temperature, case.outline.sides
+    if keys.profile == "none" or sides[keys.face] is not None:
+        return
+    flat = ", ".join(sorted(name for name, side in sides.items() if side)) or "none"
+    why = (
+        f"'{keys.face}' (temperature.face) is no flat side of the body, below which there is a "
+        f"depth; flat are: {flat}"
+    )
+    if keys.profile != "heat":
+        raise InputError(
+            f'temperature.profile = "{keys.profile}": {why}; take temperature.profile = "heat", '
+            f"which cools any face"
+        )
+    if case.time.tau is not None:
+        raise InputError(f"time.tau counts in the depth of the body, and {why}; give time.t")
+    if case.measures.depths:
+        raise InputError(f"measures.depths = {inline(case.measures.depths)}: {why}; leave it out")
 
 
 def film_is_convective(case: Case) -> None:
@@ -56,10 +77,10 @@ def measures_are_inside(case: Case) -> None:
             f'{where}: there is no cooled face to count from (temperature.profile = "none"); '
             f"leave it out"
         )
-    L = case.domain.size[face_axis(case.temperature.face, case.dim)]
-    for depth in case.measures.depths:
-        if depth >= L:
+    L = depth(case)
+    for below in case.measures.depths:
+        if below >= L:
             raise InputError(
-                f"measures.depths: {inline(depth)} lies outside the body, which is {inline(L)} "
+                f"measures.depths: {inline(below)} lies outside the body, which is {inline(L)} "
                 f"deep; take smaller depths"
             )

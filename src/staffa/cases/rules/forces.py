@@ -18,8 +18,7 @@ from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.sentences import shown
 from staffa.cases.split import is_anisotropic, presses
 from staffa.cases.writing import inline
-from staffa.errors import InputError, choices
-from staffa.grid import SIDES
+from staffa.errors import InputError
 from staffa.physics.split import SPLITS
 from staffa.units import Quantity, parse
 
@@ -34,8 +33,8 @@ def forces_say_something(case: Case) -> None:
         return
     if not presses(case):
         raise InputError(
-            "[forces] says nothing; give prestress, gravity, sides, pore_pressure, crack_pressure "
-            "or crack_volume, or leave it out"
+            "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
+            "crack_pressure or crack_volume, or leave it out"
         )
     if keys.gravity is not None and case.material.rho is None:
         raise InputError(
@@ -67,12 +66,8 @@ def forces_fit_the_body(case: Case) -> None:
     keys, dim = case.forces, case.dim
     if keys is None:
         return
-    for name, side in keys.sides.items():
-        where = f"forces.sides.{name}"
-        if name not in SIDES[dim]:
-            raise InputError(
-                f"{where}: the body has no boundary '{name}'; {choices(name, SIDES[dim])}"
-            )
+    for name, side in keys.by_side().items():
+        where = f"forces.{name}"
         if not side.model_fields_set:
             raise InputError(f"{where} says nothing; give pressure, x or y, or leave it out")
         if dim == 2 and side.z is not None:
@@ -151,9 +146,9 @@ def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
     """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
     for name in COMPONENTS if keys.prestress is not None else ():
         yield f"forces.prestress.{name}", getattr(keys.prestress, name), None
-    for side, table in keys.sides.items():
+    for side, table in keys.by_side().items():
         for name in type(table).model_fields:
-            yield f"forces.sides.{side}.{name}", getattr(table, name), side
+            yield f"forces.{side}.{name}", getattr(table, name), side
     for name in ("pore_pressure", "crack_pressure", "crack_volume"):
         yield f"forces.{name}", getattr(keys, name), None
 

@@ -15,8 +15,7 @@ from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.rules.units import is_scaled
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
-from staffa.errors import InputError, choices
-from staffa.grid import SIDES
+from staffa.errors import InputError
 
 START = ("initial", "stress_free")
 TRIED = 21  # places along each axis, and times, at which a formula is tried
@@ -62,23 +61,18 @@ def _rocks(case: Case) -> list[tuple[str, RockKeys]]:
 
 def heat_fits_the_body(case: Case) -> None:
     """Gradients and sides are of the body's dimension."""
-    keys, dim = case.heat, case.dim
+    keys = case.heat
     if keys is None:
         return
     for name in START:
         if isinstance(given := getattr(keys, name), Geotherm):
             _has_a_number_an_axis(case, f"heat.{name}.gradient", given.gradient)
-    for side in SIDES[3]:
-        if side not in SIDES[dim] and getattr(keys, side) is not None:
-            raise InputError(
-                f"heat.{side}: a 2-D body has no such side; {choices(side, SIDES[dim])}"
-            )
 
 
 def _has_a_number_an_axis(case: Case, where: str, given: tuple[float, ...]) -> None:
     if len(given) != case.dim:
         raise InputError(
-            f"{where} = {inline(given)}: it needs {case.dim} numbers, as domain.size has"
+            f"{where} = {inline(given)}: it needs {case.dim} numbers, as the body is {case.dim}-D"
         )
 
 
@@ -87,8 +81,8 @@ def heat_is_complete(case: Case) -> None:
     keys = case.heat
     if keys is None:
         return
-    for side in SIDES[case.dim]:
-        given = getattr(keys, side)
+    for side in case.outline.faces:
+        given = keys.on(side)
         if given is not None:
             _side_is_complete(f"heat.{side}", given)
     if keys.cracks is not None:
@@ -99,7 +93,7 @@ def heat_is_complete(case: Case) -> None:
                 f"heat.bands, entry {number} changes nothing; give k, a factor on material.k, or "
                 f"capacity, one on material.rho times material.c"
             )
-    for where, value, _ in _values(keys, case.dim):
+    for where, value, _ in _values(case, keys):
         if isinstance(value, InTime):
             table_agrees(where, value.t, value.value, "value")
 
@@ -153,7 +147,7 @@ def heat_enters_or_leaves(case: Case) -> None:
     keys = case.heat
     if keys is None:
         return
-    sides = any(getattr(keys, side) is not None for side in SIDES[case.dim])
+    sides = any(keys.on(side) is not None for side in case.outline.faces)
     bath = keys.cracks is not None and keys.cracks.h is not None
     if not (sides or bath or keys.source is not None):
         raise InputError(
@@ -162,13 +156,13 @@ def heat_enters_or_leaves(case: Case) -> None:
         )
 
 
-def _values(keys: HeatKeys, dim: int) -> Iterator[tuple[str, Any, str | None]]:
+def _values(case: Case, keys: HeatKeys) -> Iterator[tuple[str, Any, str | None]]:
     """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
     for name in (*START, "source"):
         yield f"heat.{name}", getattr(keys, name), None
-    for side in SIDES[dim]:
-        for name in _given(getattr(keys, side)):
-            yield f"heat.{side}.{name}", getattr(getattr(keys, side), name), side
+    for side in case.outline.faces:
+        for name in _given(keys.on(side)):
+            yield f"heat.{side}.{name}", getattr(keys.on(side), name), side
     for name in _given(keys.cracks):
         yield f"heat.cracks.{name}", getattr(keys.cracks, name), None
 
@@ -181,7 +175,7 @@ def formulas_give_numbers(case: Case) -> None:
         return
     visited = times_in(case, times_given(case)[[0, -1]])
     times = {*np.linspace(0.0, visited[-1], TRIED).tolist(), *visited}
-    for where, value, side in _values(case.heat, case.dim):
+    for where, value, side in _values(case, case.heat):
         if not isinstance(value, Formula):
             continue
         at_start = where.removeprefix("heat.") in START
@@ -203,10 +197,11 @@ def formulas_give_numbers(case: Case) -> None:
 
 
 def places(case: Case, side: str | None) -> np.ndarray:
-    """Places in the body, or on one of its sides, ends included; shape (3, n)."""
-    along = [np.linspace(0.0, float(s), TRIED) for s in case.domain.size]
-    if side is not None:
-        axis, end = SIDES[case.dim][side]
-        along[axis] = along[axis][[-1 if end > 0 else 0]]
+    """Places in the box around the body, or on a flat side of it, ends included; shape (3, n)."""
+    body = case.outline
+    along = [np.linspace(*ends, TRIED) for ends in zip(body.lower, body.upper, strict=True)]
+    plane = body.faces[side] if side is not None else None
+    if plane is not None:
+        along[plane.axis] = np.array([plane.position])
     places = np.array([x.ravel() for x in np.meshgrid(*along)])
     return np.vstack([places, np.zeros((3 - case.dim, places.shape[1]))])

@@ -11,9 +11,10 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, pieces
 from staffa.cases.properties import point_property, varies
 from staffa.cases.property_keys import RandomField
-from staffa.cases.rock_keys import RATIOS, RockKeys, is_isotropic
+from staffa.cases.rock_keys import RATIOS, RegionKeys, RockKeys, is_isotropic
 from staffa.cases.rules.anisotropy import are_perpendicular, fits_the_dimension, turning
 from staffa.cases.rules.body import box_is_inside
+from staffa.cases.rules.names import regions_are_there
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
 from staffa.errors import InputError
@@ -24,25 +25,36 @@ NORMAL = 0.2
 LONGEST_NAME = 60
 
 
-def regions_have_boxes(case: Case) -> None:
-    """Every region has a name, is a box that meets the body, and says something."""
+def regions_are_places(case: Case) -> None:
+    """Regions are boxes that meet a block, or those that a shape or a mesh names."""
     for name, region in case.regions.items():
         if not (name.strip() and len(name) <= LONGEST_NAME and name.isprintable()):
             raise InputError(
                 f"[regions.{shown(name, 20)}]: the name of a region has 1 to {LONGEST_NAME} "
                 f"characters that can be printed; write it like [regions.clay]"
             )
-        where = f"regions.{name}"
-        if not {*RockKeys.model_fields} & region.model_fields_set:
+        if case.domain.is_block:
+            _is_a_box(case, f"regions.{name}", region)
+        elif region.lower is not None or region.upper is not None:
             raise InputError(
-                f"[{where}] says nothing of its rock; give what differs from [material], like E"
+                f"[regions.{name}] has a box, but the regions of a shape or a mesh are those that "
+                f"it names; leave lower and upper out"
             )
-        if region.lower is None or region.upper is None:
-            raise InputError(
-                f"[{where}] needs its box: in a body of domain.size a region is where lower and "
-                f"upper say; give both, as corners"
-            )
-        box_is_inside(case, region.lower, region.upper, where)
+    if not case.domain.is_block:
+        regions_are_there(case.regions, case.outline)
+
+
+def _is_a_box(case: Case, where: str, region: RegionKeys) -> None:
+    if not {*RockKeys.model_fields} & region.model_fields_set:
+        raise InputError(
+            f"[{where}] says nothing of its rock; give what differs from [material], like E"
+        )
+    if region.lower is None or region.upper is None:
+        raise InputError(
+            f"[{where}] needs its box: in a body of domain.size a region is where lower and "
+            f"upper say; give both, as corners"
+        )
+    box_is_inside(case, region.lower, region.upper, where)
 
 
 def random_fields_are_possible(case: Case) -> None:
@@ -57,7 +69,7 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
     several = value.length if isinstance(value.length, tuple) else None
     if several is not None and len(several) != dim:
         raise InputError(
-            f"{where}.length = {inline(several)}: give one number, or {dim}, as domain.size has"
+            f"{where}.length = {inline(several)}: give one number, or {dim}, as the body is {dim}-D"
         )
     fits_the_dimension(where, dim, value.angle, value.axes)
     if value.axes is not None:
@@ -78,8 +90,8 @@ def properties_have_values(case: Case) -> None:
     """What varies has numbers that a rock can have, wherever it is tried."""
     for piece in pieces(case):
         for name, where, value in piece.properties():
-            if not varies(value) or isinstance(value, RandomField):
-                continue
+            if not piece.is_box or not varies(value) or isinstance(value, RandomField):
+                continue  # else its values are looked at with the mesh
             found = _tried_values(where, value, piece)
             if name not in RATIOS and found.min() <= 0:
                 raise InputError(
@@ -108,15 +120,20 @@ def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
 
 
 def elasticity_is_definite(case: Case) -> None:
-    """The stiffness resists every strain; nu < 0.5 where the volume is constrained."""
-    constrained = case.dim == 3 or case.material.plane == "strain"
+    """The stiffness resists every strain; nu < 0.5 where the volume is constrained, or where all
+    of the stiffness is needed since other rock of the body has directions."""
+    where = "3-D" if case.dim == 3 else "plane strain" if case.material.plane == "strain" else ""
+    if not all(is_isotropic(piece.keys) for piece in pieces(case)):
+        where = where or "a body some of whose stiffness has directions"
     for piece in pieces(case):
         keys = piece.keys
         if is_isotropic(keys):
-            _can_be_compressed(case, piece, constrained)
+            _can_be_compressed(piece, where)
+            continue
+        varying = any(varies(value) for _, _, value in piece.properties())
+        if varying and not piece.is_box:
             continue
         try:
-            varying = any(varies(value) for _, _, value in piece.properties())
             places = piece.places() if varying else np.zeros((3, 1))
             checked(elasticity(keys, _tried(piece)).stiffness(places))
         except InputError as error:
@@ -130,18 +147,20 @@ def _tried(piece: Piece) -> Any:
     )
 
 
-def _can_be_compressed(case: Case, piece: Piece, constrained: bool) -> None:
+def _can_be_compressed(piece: Piece, where: str) -> None:
+    """where: the kind of body in which nu must be less than 0.5, if it must."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
+    if callable(nu) and not piece.is_box:
+        return
     largest = float(np.max(nu(piece.places()))) if callable(nu) else nu
     least = float(np.min(nu(piece.places()))) if callable(nu) else nu
     said = f"{piece.where}.nu = {shown(given)}"
     if not -1 < least <= largest <= 0.5:
         beyond = least if least <= -1 else largest
         raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")
-    if largest >= 0.5 and constrained:
-        where = "3-D" if case.dim == 3 else "plane strain"
-        out = "" if case.dim == 3 else ', or material.plane = "stress"'
+    if largest >= 0.5 and where:
+        out = ', or material.plane = "stress"' if where == "plane strain" else ""
         raise InputError(
             f"{said}: in {where} it must be less than 0.5 (incompressible); take 0.49 or less{out}"
         )

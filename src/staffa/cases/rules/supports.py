@@ -8,7 +8,18 @@ from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.rules.times import table_agrees
 from staffa.cases.writing import inline
 from staffa.errors import InputError
-from staffa.grid import SIDES, face_axis
+
+
+def rollers_are_flat(case: Case) -> None:
+    """Rollers are on faces that are flat across an axis."""
+    faces = case.outline.faces
+    for name, plane in faces.items():
+        if case.supports.on(name) == "rollers" and plane is None:
+            flat = ", ".join(sorted(n for n, p in faces.items() if p is not None)) or "none"
+            raise InputError(
+                f'supports.{name} = "rollers": rollers need a face that is flat across an axis, '
+                f"as are {flat}; hold components of this one, like {{ x = 0.0 }}, or clamp it"
+            )
 
 
 def section_owns_its_sides(case: Case) -> None:
@@ -16,12 +27,18 @@ def section_owns_its_sides(case: Case) -> None:
     keys, section = case.supports, f'supports.section = "{case.supports.section}"'
     if keys.section == "none":
         return
+    for side in ("left", "right"):
+        if case.outline.sides.get(side) != side:
+            raise InputError(
+                f"{section} needs flat sides named left and right, and the body has no such "
+                f"'{side}'; leave it out, or name them so"
+            )
     if case.dim == 3:
         raise InputError(f"{section} is for 2-D cells; in 3-D give rollers to the sides")
     for side in ("left", "right"):
-        if getattr(keys, side) not in ("free", "rollers"):
+        if keys.on(side) not in (None, "free", "rollers"):
             raise InputError(
-                f"supports.{side} = {inline(getattr(keys, side))}: {section} already puts rollers "
+                f"supports.{side} = {inline(keys.on(side))}: {section} already puts rollers "
                 f"there; leave one out"
             )
     if case.temperature.profile != "none" and case.temperature.face in ("left", "right"):
@@ -36,7 +53,7 @@ def section_can_stretch(case: Case) -> None:
     if case.supports.section not in ("stretch", "free"):
         return
     for side in ("right", "bottom", "top"):
-        support = getattr(case.supports, side)
+        support = case.supports.on(side)
         held = support == ("rollers" if side == "right" else "clamped")
         if held or (isinstance(support, Prescribed) and support.x is not None):
             raise InputError(
@@ -47,8 +64,8 @@ def section_can_stretch(case: Case) -> None:
 
 def prescribed_agree(case: Case) -> None:
     """Prescribed sides name components that exist, and tables of the same length."""
-    for side in SIDES[case.dim]:
-        support = getattr(case.supports, side)
+    for side in case.outline.faces:
+        support = case.supports.on(side)
         if not isinstance(support, Prescribed):
             continue
         names = "xyz"[: case.dim]
@@ -67,9 +84,9 @@ def prescribed_agree(case: Case) -> None:
 
 def edges_agree(case: Case) -> None:
     """Two sides that meet do not prescribe a component differently on the edge they share."""
-    held = {side: _held(case, side) for side in SIDES[case.dim]}
+    held = {side: _held(case, side) for side in case.outline.faces}
     for one, other in combinations(held, 2):
-        if face_axis(one, case.dim) == face_axis(other, case.dim):
+        if frozenset((one, other)) not in case.outline.touching:
             continue
         for name in sorted(held[one].keys() & held[other].keys()):
             here, there = held[one][name], held[other][name]
@@ -83,8 +100,9 @@ def edges_agree(case: Case) -> None:
 
 def _held(case: Case, side: str) -> dict[str, float | History]:
     """The components that are prescribed on a side, with a section's rollers."""
-    support, names = getattr(case.supports, side), "xyz"[: case.dim]
-    across = names[face_axis(side, case.dim)]
+    support, names = case.supports.on(side), "xyz"[: case.dim]
+    axis = case.outline.axis(side)
+    across = "" if axis is None else names[axis]
     if side == "left" and case.supports.section != "none":
         return {across: 0.0}
     if side == "right" and case.supports.section == "fixed":
@@ -121,7 +139,7 @@ def something_happens(case: Case) -> None:
 
 def is_moved(case: Case) -> bool:
     """True if a displacement other than zero is prescribed on some side."""
-    return any(_moves(getattr(case.supports, side)) for side in SIDES[case.dim])
+    return any(_moves(case.supports.on(side)) for side in case.outline.faces)
 
 
 def _moves(support: object) -> bool:

@@ -100,7 +100,7 @@ def adaptive_steps_are_possible(case: Case) -> None:
                 f"output.at: {inline(time)} lies before time.{name}.start = {inline(steps.start)}; "
                 f"leave it out or start earlier"
             )
-    cell = float(case.domain.h) / float(case.damage.ell)
+    cell = (case.domain.h or case.outline.h) / float(case.damage.ell)
     if steps.advance < 2 * cell:
         raise InputError(
             f"time.{name}: advance = {inline(steps.advance)} ell is less than two cells, "

@@ -12,7 +12,7 @@ from staffa.units import EXAMPLES, Quantity, Temperature
 
 def quantities(table: BaseModel, path: str = "") -> Iterator[tuple[str, Quantity]]:
     """Every quantity of a case that was written down, with its key."""
-    for name in type(table).model_fields:
+    for name in (*type(table).model_fields, *(table.model_extra or {})):
         if name in table.model_fields_set:
             yield from _quantities(getattr(table, name), f"{path}.{name}".lstrip("."))
 

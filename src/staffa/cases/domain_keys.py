@@ -1,0 +1,99 @@
+"""The table [domain]: which body a case is about, as keys."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, PrivateAttr
+
+from staffa.cases.kinds import Length, Section
+from staffa.cases.shape_keys import ShapeKeys
+from staffa.geometry import shapes
+from staffa.geometry.outline import Outline, of_block
+from staffa.grid import UNSTRUCTURED
+from staffa.units import Quantity
+
+BLOCKS = {2: "quadrilateral", 3: "hexahedron"}
+
+
+def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    if len(size) not in (2, 3):
+        raise ValueError("it needs two numbers (2-D) or three (3-D)")
+    return size
+
+
+class DomainKeys(Section):
+    """The body: a rectangle or a box with its lower corner at the origin (size), a shape, or a mesh
+    of Gmsh (mesh) whose physical names are its regions, faces and cracks."""
+
+    size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] | None = Field(
+        default=None,
+        description="extent along x, y (2-D) or x, y, z (3-D); the last is the height",
+        examples=[[5.0, 1.0]],
+    )
+    shape: ShapeKeys | None = Field(
+        default=None,
+        description="in place of size: a plate with hole, a wellbore, a disc, a cylinder, or "
+        "layers, with named faces and regions (docs/geometry.md; needs Gmsh)",
+        examples=[{"kind": "plate with hole", "size": [2.0, 2.0], "radius": 0.1}],
+    )
+    mesh: str | None = Field(
+        default=None,
+        description="in place of size: a .msh file of triangles or tetrahedra, as seen from the "
+        "folder of this file (needs Gmsh)",
+        examples=["rock.msh"],
+    )
+    unit: Length | None = Field(
+        default=None,
+        description="of a mesh: how long what it counts as 1 is; needed in a case with units",
+        examples=["1 mm"],
+    )
+    h: Length | None = Field(
+        default=None,
+        description="cell edge; at most damage.ell/3 resolves a crack; a mesh has its own, "
+        "and needs h only where it is finer there than in the mean",
+        examples=[0.01],
+    )
+    cells: (
+        Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron", "unstructured"] | None
+    ) = Field(
+        default=None,
+        description="quadrilateral or triangle in 2-D, hexahedron or tetrahedron in 3-D; "
+        "triangles are four to a square, so that they favor no diagonal; unstructured: triangles "
+        "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
+        examples=["quadrilateral"],
+    )
+    _file: Path | None = PrivateAttr(default=None)
+    _outline: Outline | None = PrivateAttr(default=None)
+
+    @property
+    def file(self) -> Path | None:
+        """Where the mesh is, once it was found."""
+        return self._file
+
+    def with_mesh(self, file: Path, outline: Outline) -> "DomainKeys":
+        """The same with the mesh found, and what it is from outside; it goes by its file's name."""
+        keys = self.model_copy(update={"mesh": file.name})
+        keys._file, keys._outline = file, outline
+        return keys
+
+    @property
+    def outline(self) -> Outline:
+        """The body from outside."""
+        if self._outline is not None:
+            return self._outline
+        h = float(self.h or 0.0)
+        if self.shape is not None:
+            return shapes.outline(self.shape.shape(), h)
+        assert self.size is not None
+        size = tuple(float(s) for s in self.size)
+        return of_block(size, h, self.cells or BLOCKS[len(size)])
+
+    @property
+    def is_block(self) -> bool:
+        """True for a rectangle or a box of `size`."""
+        return self.size is not None
+
+    @property
+    def has_simplices(self) -> bool:
+        """True for triangles or tetrahedra that lie anywhere."""
+        return not self.is_block or self.cells == UNSTRUCTURED

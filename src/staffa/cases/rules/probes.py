@@ -1,0 +1,31 @@
+"""Rules on probes: their points are in the body, and their names tell them apart."""
+
+from staffa.cases.model import Case
+from staffa.cases.probe_keys import Line
+from staffa.cases.rules.body import is_inside
+from staffa.cases.writing import inline
+from staffa.errors import InputError
+
+
+def probes_are_inside(case: Case) -> None:
+    """Every probe is of the body's dimension, lies in it, and has a name of its own."""
+    names = set()
+    for number, probe in enumerate(case.output.probes, start=1):
+        where = f"output.probes, entry {number}"
+        points = {"point": probe.point} if not isinstance(probe, Line) else _ends(probe)
+        for key, point in points.items():
+            is_inside(case, f"{where}, {key} = {inline(point)}", point)
+        if isinstance(probe, Line) and probe.start == probe.end:
+            raise InputError(
+                f"{where}: start and end are both {inline(probe.start)}; move one, or give a point"
+            )
+        if probe.name in names:
+            raise InputError(
+                f"{where}, name = {inline(probe.name)}: an entry before it has this name; choose "
+                f"another, since probes.csv tells them apart by it"
+            )
+        names.add(probe.name)
+
+
+def _ends(probe: Line) -> dict[str, tuple[float, ...]]:
+    return {"start": probe.start, "end": probe.end}

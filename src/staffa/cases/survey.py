@@ -1,0 +1,106 @@
+"""Which body a case means: a block, a shape, or a mesh, which is looked at here."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from staffa.cases.model import Case
+from staffa.cases.rules.units import is_scaled
+from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
+from staffa.cases.writing import inline
+from staffa.errors import InputError
+from staffa.geometry.msh import read_msh
+from staffa.geometry.simplices import Simplices, outline
+from staffa.grid import UNSTRUCTURED
+
+BODIES = ("size", "shape", "mesh")
+
+
+def surveyed(case: Case, folder: Path) -> Case:
+    """The case, with what is known of its body from outside.
+
+    folder: from which its mesh is named.
+
+    Raises
+    ------
+    InputError
+        No body is given, or several, or one that cannot be; or its mesh is not as it has to be.
+    """
+    keys = case.domain
+    given = [name for name in BODIES if getattr(keys, name) is not None]
+    if not given:
+        raise InputError(
+            "domain.size is missing (extent along each axis); write it like size = [5.0, 1.0], or "
+            "give a shape or a mesh in its place"
+        )
+    if len(given) > 1:
+        raise InputError(f"domain.{given[0]} and domain.{given[1]} both give a body; leave one out")
+    if keys.h is None and keys.mesh is None:
+        raise InputError("domain.h is missing (cell edge); write it like h = 0.01")
+    if keys.unit is not None and keys.mesh is None:
+        raise InputError(
+            f"domain.unit = {inline(keys.unit)} is for a mesh, and there is none; leave it out"
+        )
+    if keys.cells not in (None, UNSTRUCTURED) and keys.size is None:
+        raise InputError(
+            f'domain.cells = "{keys.cells}" is for domain.size; a {given[0]} has triangles or '
+            f"tetrahedra that lie anywhere, so leave it out"
+        )
+    if keys.shape is not None:
+        _is_possible(keys.shape)
+    return case if keys.mesh is None else _with_mesh(case, folder / keys.mesh)
+
+
+def _with_mesh(case: Case, file: Path) -> Case:
+    keys = case.domain
+    if keys.unit is None and not is_scaled(case):
+        raise InputError(
+            "domain.unit is missing: a mesh counts in numbers, and this case has units; write how "
+            'long its 1 is, like unit = "1 mm"'
+        )
+    found = outline(mesh_of(file, float(keys.unit or 1.0)))
+    if keys.h is not None:
+        if keys.h > found.h:
+            raise InputError(
+                f"domain.h = {inline(keys.h)}: of a mesh it is the edge of its cells where cracks "
+                f"run, at most the mean edge, {found.h:.3g}; take a smaller one, or leave it out"
+            )
+        found = replace(found, h=float(keys.h))
+    return case.model_copy(update={"domain": keys.with_mesh(file, found)})
+
+
+def mesh_of(file: Path, unit: float) -> Simplices:
+    """The mesh of a file."""
+    return read_msh(file, unit, f'domain.mesh = "{file.name}"')
+
+
+def _is_possible(shape: Any) -> None:
+    """The numbers of a shape are as many as they must be, and what they describe can be."""
+    if isinstance(shape, Layers):
+        _can_be_stacked(shape)
+    if not isinstance(shape, PlateWithHole | Wellbore):
+        return
+    where, dim = f'domain.shape, kind = "{shape.kind}"', 3 if isinstance(shape, Wellbore) else 2
+    if len(shape.size) != dim:
+        raise InputError(f"{where}, size = {inline(shape.size)}: it needs {dim} numbers")
+    center = shape.center or tuple(s / 2 for s in shape.size[:2])
+    for c, s in zip(center, shape.size, strict=False):
+        if not shape.radius < c < s - shape.radius:
+            raise InputError(
+                f"{where}: a hole of radius {inline(shape.radius)} around "
+                f"{inline(center)} does not lie inside {inline(shape.size)}; take a smaller one, "
+                f"or move it"
+            )
+
+
+def _can_be_stacked(shape: Layers) -> None:
+    where = 'domain.shape, kind = "layers"'
+    if len(shape.base) not in (1, 2):
+        raise InputError(
+            f"{where}, base = {inline(shape.base)}: it needs one number (2-D) or two (3-D)"
+        )
+    if not shape.layers:
+        raise InputError(
+            f'{where}: it has no layers; write them like layers = [{{ region = "shale", thickness '
+            f"= 0.3 }}]"
+        )

@@ -1,0 +1,1 @@
+"""Bodies of any shape: their outline and named parts, from Gmsh, as plain arrays."""

@@ -1,0 +1,110 @@
+"""What is known of a body before its mesh is handed out: its extent, its names, how many cells."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+
+from staffa.grid import SIDES, cells_and_vertices, edge
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane:
+    """A face that is flat across an axis: where it lies along it (m), and which way is out, +-1."""
+
+    axis: int
+    position: float
+    out: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """A body from outside.
+
+    lower, upper: corners of the box around it (m). h: the cells' edge (m; see `grid.edge`). faces:
+    the named parts of its surface, each with its plane if it is one across an axis. touching: the
+    pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
+    cracks that are there from the start. n_cells, n_vertices: about.
+    """
+
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    h: float
+    faces: Mapping[str, Plane | None]
+    touching: frozenset[frozenset[str]]
+    regions: tuple[str, ...] = ()
+    cracks: tuple[str, ...] = ()
+    n_cells: int
+    n_vertices: int
+    sides: Mapping[str, str | None] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """sides: for each face the side of the box in which all of it lies, None if there is
+        none."""
+        found = {name: self._side(plane) for name, plane in self.faces.items()}
+        object.__setattr__(self, "sides", found)
+
+    @property
+    def dim(self) -> int:
+        """2 or 3."""
+        return len(self.lower)
+
+    @property
+    def size(self) -> tuple[float, ...]:
+        """Extent of the box along each axis (m)."""
+        return tuple(high - low for low, high in zip(self.lower, self.upper, strict=True))
+
+    def axis(self, face: str) -> int | None:
+        """The axis normal to a face, None if it is no plane across one."""
+        plane = self.faces[face]
+        return plane.axis if plane else None
+
+    def across(self, face: str) -> str | None:
+        """The face on the other end of the body; else the first flat one; None without any."""
+        plane = self.faces[face]
+        others = {name: p for name, p in self.faces.items() if p and name != face}
+        facing = [
+            n for n, p in others.items() if plane and (p.axis, p.out) == (plane.axis, -plane.out)
+        ]
+        return next(iter([*facing, *others]), None)
+
+    def _side(self, plane: Plane | None) -> str | None:
+        if plane is None:
+            return None
+        end = (self.upper if plane.out > 0 else self.lower)[plane.axis]
+        if abs(plane.position - end) > 1e-9 * max(self.size):
+            return None
+        return next(n for n, side in SIDES[self.dim].items() if side == (plane.axis, plane.out))
+
+
+def of_block(size: tuple[float, ...], h: float, cells: str) -> Outline:
+    """A rectangle or a box with its lower corner at the origin."""
+    n_cells, n_vertices = cells_and_vertices(size, h, cells)
+    lower = (0.0,) * len(size)
+    return Outline(
+        lower=lower,
+        upper=size,
+        h=edge(size, h, cells),
+        faces=flat_sides(lower, size),
+        touching=box_edges(len(size)),
+        n_cells=n_cells,
+        n_vertices=n_vertices,
+    )
+
+
+def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, Plane]:
+    """The sides of a box by name."""
+    return {
+        name: Plane(axis=axis, position=float((upper if out > 0 else lower)[axis]), out=out)
+        for name, (axis, out) in SIDES[len(lower)].items()
+    }
+
+
+def box_edges(dim: int) -> frozenset[frozenset[str]]:
+    """The pairs of sides of a box that meet."""
+    sides = SIDES[dim]
+    return pairs((a, b) for a, b in combinations(sides, 2) if sides[a][0] != sides[b][0])
+
+
+def pairs(given: Iterable[tuple[str, str]]) -> frozenset[frozenset[str]]:
+    """Pairs of names without an order."""
+    return frozenset(frozenset(pair) for pair in given)

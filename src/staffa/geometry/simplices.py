@@ -1,0 +1,113 @@
+"""Triangles and tetrahedra as plain arrays, with the names of their parts: what Gmsh gives."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from staffa.geometry.outline import Outline, Plane, pairs
+
+# Parts of a body are flat, or at one place, up to this fraction of its extent.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simplices:
+    """A mesh of triangles (dim 2) or tetrahedra (dim 3).
+
+    x: points (m), shape (n, dim), each the corner of a cell; cells: their corners, shape
+    (m, dim + 1). regions: the cells of each name. faces, cracks: the corners of each named facet on
+    the surface, and inside, shape (k, dim).
+    """
+
+    x: np.ndarray
+    cells: np.ndarray
+    regions: Mapping[str, np.ndarray]
+    faces: Mapping[str, np.ndarray]
+    cracks: Mapping[str, np.ndarray]
+
+    @property
+    def dim(self) -> int:
+        """2 or 3."""
+        return self.x.shape[1]
+
+
+def keys(rows: np.ndarray) -> np.ndarray:
+    """A number for each row of corners, the same for the same corners in any order, shape (k,)."""
+    ordered = np.sort(rows, axis=1)
+    largest = int(ordered.max(initial=0)) + 1
+    if largest ** rows.shape[1] < 2**63:
+        return np.ravel_multi_index(tuple(ordered.T), (largest,) * rows.shape[1])
+    return np.unique(ordered, axis=0, return_inverse=True)[1]
+
+
+def facets(cells: np.ndarray) -> np.ndarray:
+    """The facets of each cell, the one across from corner i in place i: (m, dim + 1, dim)."""
+    width = cells.shape[1]
+    return np.stack([np.delete(cells, i, axis=1) for i in range(width)], axis=1)
+
+
+def parts(mesh: Simplices) -> int:
+    """How many bodies the mesh falls into, that share no point."""
+    width = mesh.cells.shape[1]
+    start, end = np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel()
+    n = len(mesh.x)
+    links = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n, n))
+    return int(connected_components(links, directed=False)[0])
+
+
+def outline(mesh: Simplices) -> Outline:
+    """What is known of the body from outside, and the mean edge of its cells."""
+    lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
+    return Outline(
+        lower=tuple(lower.tolist()),
+        upper=tuple(upper.tolist()),
+        h=_mean_edge(mesh),
+        faces={name: _plane(mesh, rows) for name, rows in mesh.faces.items()},
+        touching=pairs(_touching(mesh.faces)),
+        regions=tuple(mesh.regions),
+        cracks=tuple(mesh.cracks),
+        n_cells=len(mesh.cells),
+        n_vertices=len(mesh.x),
+    )
+
+
+def _mean_edge(mesh: Simplices) -> float:
+    ends = np.concatenate([mesh.cells[:, p] for p in combinations(range(mesh.dim + 1), 2)])
+    _, first = np.unique(keys(ends), return_index=True)
+    a, b = ends[first].T
+    return float(np.linalg.norm(mesh.x[a] - mesh.x[b], axis=1).mean())
+
+
+def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:
+    x = mesh.x[np.unique(rows)]
+    small = ROUND_OFF * np.ptp(mesh.x, axis=0).max()
+    flat = np.flatnonzero(np.ptp(x, axis=0) <= small)
+    if not len(flat):
+        return None
+    axis = int(flat[0])
+    behind = mesh.x[mesh.cells[_cells_at(mesh, rows)], axis].mean(axis=1) - x[0, axis]
+    if behind.min() < 0 < behind.max():
+        return None
+    return Plane(axis=axis, position=float(x[0, axis]), out=-1 if behind[0] > 0 else 1)
+
+
+def _cells_at(mesh: Simplices, rows: np.ndarray) -> np.ndarray:
+    """A cell for each facet."""
+    near = np.flatnonzero(np.isin(mesh.cells, rows).sum(axis=1) >= mesh.dim)
+    theirs = facets(mesh.cells[near]).reshape(-1, mesh.dim)
+    every = keys(np.concatenate([theirs, rows]))
+    _, first, place = np.unique(every, return_index=True, return_inverse=True)
+    return near[first[place[len(theirs) :]] // (mesh.dim + 1)]
+
+
+def _touching(faces: Mapping[str, np.ndarray]) -> Iterable[tuple[str, str]]:
+    corners = {name: np.unique(rows) for name, rows in faces.items()}
+    return (
+        (one, other)
+        for one, other in combinations(corners, 2)
+        if np.intersect1d(corners[one], corners[other]).size
+    )

@@ -1,0 +1,47 @@
+"""A crack network as files: VTP, which VTK's tools read, and CSV, which everything reads."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from staffa.io.run_directory import write_aside
+
+
+def write_vtp(
+    path: Path,
+    points: np.ndarray,
+    cells: Sequence[np.ndarray],
+    *,
+    surface: bool,
+    at_points: Mapping[str, np.ndarray],
+    on_cells: Mapping[str, np.ndarray],
+) -> None:
+    """Write polylines, or the triangles of a surface, aside; then put the file in place.
+
+    cells: the numbers of the points of each. at_points, on_cells: values by their names.
+    """
+    import pyvista
+
+    mesh = pyvista.PolyData()
+    if len(cells):
+        rows = np.concatenate([np.insert(cell, 0, len(cell)) for cell in cells])
+        mesh = pyvista.PolyData(points, **{"faces" if surface else "lines": rows})
+    for name, values in at_points.items():
+        mesh.point_data[name] = values
+    for name, values in on_cells.items():
+        mesh.cell_data[name] = values
+    aside = path.with_name(path.stem + ".part.vtp")  # the ending tells the writer the format
+    mesh.save(aside)
+    aside.replace(path)
+
+
+def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
+    """Columns of one length, under a row of their names."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    write_aside(path, text.getvalue())

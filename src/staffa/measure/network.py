@@ -1,0 +1,124 @@
+"""The crack network of one state: polylines in 2-D, triangles in 3-D, with each point's opening."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+
+@dataclass(frozen=True, kw_only=True)
+class Network:
+    """The cracks of one state.
+
+    points: shape (n, 3). elements: the points of each segment, shape (m, 2), or of each triangle,
+    shape (m, 3). damage, opening (m): at the points. The opening between points is linear, and
+    so its integral over the network is the crack volume.
+    """
+
+    points: np.ndarray
+    elements: np.ndarray
+    damage: np.ndarray
+    opening: np.ndarray
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Length of each segment (m), area of each triangle (m^2)."""
+        return sizes(self.points, self.elements)
+
+    @cached_property
+    def cracks(self) -> np.ndarray:
+        """To which crack each element belongs, all that is joined being one; the largest is 0."""
+        return _parts(self.elements, self.sizes)
+
+    @cached_property
+    def branches(self) -> np.ndarray:
+        """To which branch each segment belongs: from tip or junction to the next (2-D)."""
+        return _branches(self.elements, len(self.points))
+
+    @property
+    def size(self) -> float:
+        """Length of all (m), or area (m^2)."""
+        return float(self.sizes.sum())
+
+    @property
+    def volume(self) -> float:
+        """Integral of the opening: area in 2-D (m^2), volume in 3-D (m^3)."""
+        return float(self.sizes @ self.opening[self.elements].mean(axis=1))
+
+
+def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """Length of each segment, area of each triangle, shape (m,)."""
+    sides = points[elements[:, 1:]] - points[elements[:, :1]]
+    if elements.shape[1] == 2:
+        return np.linalg.norm(sides[:, 0], axis=1)
+    return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+
+
+def normals(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """A unit vector across each element, shape (m, 3)."""
+    sides = points[elements[:, 1:]] - points[elements[:, :1]]
+    other = sides[:, 1] if elements.shape[1] == 3 else np.array([0.0, 0.0, 1.0])
+    across = np.cross(sides[:, 0], other)
+    return across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def polylines(found: Network) -> list[np.ndarray]:
+    """The points of each branch of a 2-D network, one after the other."""
+    lines = []
+    order = np.argsort(found.branches, kind="stable")
+    starts = np.flatnonzero(np.diff(found.branches[order], prepend=-1))
+    for members in np.split(order, starts[1:]) if len(order) else []:
+        lines.append(_walk(found.elements[members]))
+    return lines
+
+
+def _walk(segments: np.ndarray) -> np.ndarray:
+    """The points of a chain of segments in order, from an end of it; a ring closes on itself."""
+    ways: dict[int, list[int]] = {}
+    for number, segment in enumerate(segments.tolist()):
+        for point in segment:
+            ways.setdefault(point, []).append(number)
+    at = min(ways, key=lambda point: (len(ways[point]), point))
+    line, left = [at], set(range(len(segments)))
+    while onward := [number for number in ways[at] if number in left]:
+        left.remove(onward[0])
+        i, j = segments[onward[0]].tolist()
+        at = j if at == i else i
+        line.append(at)
+    return np.array(line)
+
+
+def selected(found: Network, elements: np.ndarray) -> Network:
+    """Only these elements, and the points that they use."""
+    used, numbers = np.unique(elements, return_inverse=True)
+    return Network(
+        points=found.points[used],
+        elements=numbers.reshape(elements.shape),
+        damage=found.damage[used],
+        opening=found.opening[used],
+    )
+
+
+def _parts(elements: np.ndarray, extents: np.ndarray) -> np.ndarray:
+    """Number of the connected part of each element, the largest first."""
+    if not len(elements):
+        return np.zeros(0, dtype=np.int64)
+    n = elements.max() + 1
+    pairs = np.concatenate([elements[:, [k - 1, k]] for k in range(elements.shape[1])])
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
+    part = connected_components(graph, directed=False)[1][elements[:, 0]]
+    order = np.argsort(-np.bincount(part, weights=extents), kind="stable")
+    return np.argsort(order)[part]
+
+
+def _branches(elements: np.ndarray, n_points: int) -> np.ndarray:
+    """Segments joined over points that only two of them share."""
+    m = len(elements)
+    degree = np.bincount(elements.ravel(), minlength=n_points)
+    order = np.argsort(elements.ravel(), kind="stable")
+    through = degree[elements.ravel()[order]] == 2
+    pairs = (order[through] // elements.shape[1]).reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(m, m))
+    return connected_components(graph, directed=False)[1].astype(np.int64)

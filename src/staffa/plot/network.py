@@ -1,0 +1,90 @@
+"""The crack network at chosen moments, colored by its opening."""
+
+from collections.abc import Sequence
+from math import ceil
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from staffa.measure.network import Network
+from staffa.plot.cracks import layout
+from staffa.plot.labels import moment, with_unit
+from staffa.plot.style import WIDTH, new_figure
+from staffa.records import Manifest, Step
+
+COLORS = "viridis_r"  # what is closed is pale
+NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
+Moment = tuple[Step, Network]
+
+
+def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
+    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale."""
+    widest = max(float(cracks.opening.max(initial=0.0)) for _, cracks in moments) or 1.0
+    norm = Normalize(0.0, widest)
+    if len(manifest.size) == 3:
+        figure, axes = _solid(manifest, moments[-1], norm)
+    else:
+        figure, axes = _plane(manifest, moments, norm)
+    label = with_unit("opening", manifest, "m")
+    figure.colorbar(
+        ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40, label=label
+    )
+    return figure
+
+
+def _plane(
+    manifest: Manifest, moments: Sequence[Moment], norm: Normalize
+) -> tuple[Figure, list[Axes]]:
+    columns, height = layout(manifest.size, len(moments))
+    figure = new_figure(height)
+    rows = ceil(len(moments) / columns)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for number, axes in enumerate(grid.flat):
+        if number >= len(moments):
+            axes.set_axis_off()
+            continue
+        step, cracks = moments[number]
+        opening = cracks.opening[cracks.elements].mean(axis=1)
+        widths = NARROW + (WIDE - NARROW) * np.clip(norm(opening), 0, 1)
+        lines = cracks.points[cracks.elements][..., :2]
+        axes.add_collection(
+            LineCollection(
+                lines, array=opening, norm=norm, cmap=COLORS, linewidths=widths, capstyle="round"
+            )
+        )
+        axes.grid(False)
+        axes.set(xlim=(0, manifest.size[0]), ylim=(0, manifest.size[1]), aspect="equal")
+        for side in axes.spines.values():
+            side.set_visible(True)
+        axes.set_title(moment(manifest, step), loc="left", pad=3)
+        if number + columns >= len(moments):
+            axes.set_xlabel(with_unit("x", manifest, "m"))
+            axes.tick_params(labelbottom=True)
+        if number % columns == 0:
+            axes.set_ylabel(with_unit("y", manifest, "m"))
+    return figure, list(grid.flat)
+
+
+def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, list[Axes]]:
+    step, cracks = last
+    figure = new_figure(WIDTH * 0.8)
+    axes = figure.add_subplot(projection="3d")
+    opening = cracks.opening[cracks.elements].mean(axis=1)
+    colors = ScalarMappable(norm, COLORS).to_rgba(opening)
+    axes.add_collection3d(
+        Poly3DCollection(
+            cracks.points[cracks.elements], facecolors=colors, edgecolors="#0003", linewidths=0.2
+        )
+    )
+    x, y, z = manifest.size
+    axes.set(xlim=(0, x), ylim=(0, y), zlim=(0, z), aspect="equal")
+    axes.set_xlabel(with_unit("x", manifest, "m"))
+    axes.set_ylabel(with_unit("y", manifest, "m"))
+    axes.set_zlabel(with_unit("z", manifest, "m"))
+    axes.set_title(moment(manifest, step), loc="left")
+    return figure, [axes]

@@ -1,0 +1,125 @@
+"""The crack networks of a run as files, one pair for each moment whose fields were kept."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from staffa.io.network import write_table, write_vtp
+from staffa.io.run_directory import Run
+from staffa.io.vtkhdf import read_vtkhdf
+from staffa.measure.network import Network, normals, polylines
+from staffa.measure.tip import damage_at_tip
+from staffa.measure.tracing import network
+from staffa.records import Step
+
+FOLDER, TABLE = "network", "network.csv"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """The network of one step."""
+
+    step: Step
+    network: Network
+
+
+def networks(run: Run) -> tuple[list[Drawing], list[str]]:
+    """The network of each step whose fields are there, and a sentence on each unreadable file."""
+    found, reasons = [], []
+    m = run.manifest
+    tip = damage_at_tip(m.law, threshold=m.threshold)
+    for step in run.steps:
+        if not step.fields or not (run.path / step.fields).exists():
+            continue
+        try:
+            grid, values = read_vtkhdf(run.path / step.fields)
+            alpha, u = values["alpha"], values["u"]
+        except (OSError, KeyError, ValueError, IndexError) as error:
+            reasons.append(f"{step.fields} is left out: it cannot be read: {error}")
+            continue
+        cracks = network(
+            grid.points, grid.cells, alpha=alpha, u=u, dim=len(m.size), h=m.h, ell=m.ell,
+            crack=m.threshold, tip=tip,
+        )  # fmt: skip
+        found.append(Drawing(step=step, network=cracks))
+    return found, reasons
+
+
+def write_networks(run: Run, found: list[Drawing]) -> list[Path]:
+    """Write `network/cracks-NNNN.vtp` and `.csv` for each, and `network.csv`: what was written.
+
+    docs/results.md tells what is in them.
+    """
+    folder, written = run.path / FOLDER, []
+    for old in (*folder.glob("cracks-*"), run.path / TABLE):
+        old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
+    if found:
+        folder.mkdir(exist_ok=True)
+    for drawn in found:
+        path = folder / f"cracks-{drawn.step.index:04d}.vtp"
+        _write_vtp(path, drawn.network)
+        write_table(path.with_suffix(".csv"), _elements(drawn.network, run))
+        written += [path, path.with_suffix(".csv")]
+    rows = [dict(_numbers(drawn, run)) for drawn in found]
+    if rows:
+        table = {name: np.array([row[name] for row in rows], dtype=object) for name in rows[0]}
+        write_table(run.path / TABLE, table)
+        written.append(run.path / TABLE)
+    return written
+
+
+def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:
+    """The table of all networks as a page shows it: its header, and a row a moment."""
+    rows = [dict(_numbers(drawn, run)) for drawn in found if drawn.network.size]
+    if not rows:
+        return [], []
+    header = [name.replace("_", " ") for name in rows[0]]
+    return header, [[v if isinstance(v, str) else f"{v:.4g}" for v in row.values()] for row in rows]
+
+
+def _write_vtp(path: Path, cracks: Network) -> None:
+    """A cell for each branch in 2-D, for each triangle in 3-D."""
+    surface = cracks.elements.shape[1] == 3
+    cells = list(cracks.elements) if surface else polylines(cracks)
+    crack, size = cracks.cracks, cracks.sizes
+    if not surface:
+        crack = crack[np.unique(cracks.branches, return_index=True)[1]]
+        size = np.bincount(cracks.branches, weights=size)
+    write_vtp(
+        path,
+        cracks.points,
+        cells,
+        surface=surface,
+        at_points={"opening": cracks.opening, "alpha": cracks.damage},
+        on_cells={"crack": crack, "area" if surface else "length": size},
+    )
+
+
+def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
+    """The columns of a network's table, a row a segment or triangle."""
+    axes, corners = "xyz"[: len(run.manifest.size)], cracks.elements.shape[1]
+    columns = {"crack": cracks.cracks}
+    if corners == 2:
+        columns["branch"] = cracks.branches
+    for corner in range(corners):
+        for k, axis in enumerate(axes):
+            columns[f"{axis}{corner}"] = cracks.points[cracks.elements[:, corner], k]
+    columns["length" if corners == 2 else "area"] = cracks.sizes
+    across = normals(cracks.points, cracks.elements)
+    columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}
+    columns["opening"] = cracks.opening[cracks.elements].mean(axis=1)
+    return columns
+
+
+def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, str | float]]:
+    """A row of the table of all networks."""
+    step, cracks = drawn.step, drawn.network
+    yield from {"step": step.index, "time": step.time}.items()
+    yield "tau", "" if step.tau is None else step.tau
+    yield "cracks", int(cracks.cracks.max(initial=-1)) + 1
+    yield "length" if len(run.manifest.size) == 2 else "area", cracks.size
+    yield "volume", cracks.volume
+    yield "mean_opening", cracks.volume / cracks.size if cracks.size else 0.0
+    yield "largest_opening", float(cracks.opening.max(initial=0.0))

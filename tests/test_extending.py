@@ -1,0 +1,19 @@
+"""The tutorial's scripts run as they stand."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parent.parent / "docs" / "extending.md"
+
+
+@pytest.mark.slow
+def test_the_scripts_of_the_tutorial_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """One after the other, as a reader would type them."""
+    known: dict[str, object] = {}
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(blocks) == 4
+    for block in blocks:
+        exec(compile(block, PAGE.name, "exec"), known)
+    assert len(capsys.readouterr().out.splitlines()) == 4
