@@ -229,23 +229,11 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
 )
 def test_a_table_that_is_not_there_is_explained_by_one_that_reads(table, model, until, left_out):
     text = to_toml(parse_case(PULLED_IN_UNITS), explained=True)
-<<<<<<< HEAD
-    start, end = text.index("# [heat]"), text.index("# What holds the body")
-    keys = re.findall(r"^# ([a-z_]+ = .*|\[(?:heat|forces)\])$", text[start:end], re.MULTILINE)
-    for_3d = ("front", "back", "bands")
-    shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(for_3d)))
-    heat = HeatKeys.model_validate(shown["heat"])
-    assert set(HeatKeys.model_fields) - set(for_3d) == heat.model_fields_set
-    assert heat.bottom.T == 278.15 and heat.tolerance == 1e-4
-    forces = ForceKeys.model_validate(shown["forces"])
-    assert set(ForceKeys.model_fields) == forces.model_fields_set
-=======
     start, end = text.index(f"# [{table}]"), text.index(until)
     keys = re.findall(rf"^# ([a-z_]+ = .*|\[{table}\])$", text[start:end], re.MULTILINE)
     shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(left_out)))
     found = model.model_validate(shown[table])
     assert set(model.model_fields) - set(left_out) == found.model_fields_set
->>>>>>> origin/rock
 
 
 def test_what_the_heat_equation_adds_to_the_rock_is_one_in_a_scaled_case_and_else_absent():

@@ -372,11 +372,8 @@ EXPECTED = {
     "bar": ["the smallest extent is 3 ell"],
     "glass-slab": ["nucleation is not resolved"],
     "granite-face": ["nucleation is not resolved"],
-<<<<<<< HEAD
     "squeezed": ["nucleation is not resolved"],
-=======
     "wellbore": ["nucleation is not resolved"],
->>>>>>> origin/rock
 }
 
 

@@ -4,13 +4,10 @@ from arrays import array, doubling
 from conduction import cracks, heat, slab
 from energies import energies
 from figures import Check
-<<<<<<< HEAD
 from grain import grain
+from injection import injection
 from layers import layers
 from neighbors import neighbors
-=======
-from injection import injection
->>>>>>> origin/rock
 from onset import onset
 from quench import quench
 from second_order import second_order
