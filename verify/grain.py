@@ -69,8 +69,8 @@ def numbers(run: Run) -> dict:
     found = {
         "spacing": _spacing(width, len(depths)),
         **at,
-        "depth": sum(depths) / len(depths),
-        "deepest": max(depths),
+        "depth": sum(depths) / len(depths) if depths else None,
+        "deepest": max(depths, default=0.0),
         "length": measures.length_surface,
     }
     return {name: None if v is None else round(v, 5) for name, v in found.items()}

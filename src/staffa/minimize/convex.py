@@ -83,7 +83,7 @@ def minimize(
     values : prescribed values, see `ElasticSolver.minimize`.
     held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
     reduction : stop early, where what the energy may still fall by is the square of this fraction
-        of what it was at first.
+        of what it was at first, and it has not risen: for values that u meets already.
 
     Raises
     ------
@@ -91,7 +91,8 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap, enough = float("inf"), ENOUGH
+    gap = first = float("inf")
+    early = 0.0
     try:
         for number in range(MOST):
             energy.move_to(u)
@@ -104,8 +105,8 @@ def minimize(
             slope = forces.dot(way)
             gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
             if number == 0:
-                enough = max(ENOUGH, reduction**2 * gap)
-            done = gap <= enough or energy.quadratic
+                first, early = energy.value(), reduction**2 * gap
+            done = gap <= ENOUGH or (gap <= early and energy.value() <= first) or energy.quadratic
             # The first step puts on new prescribed values: it is no descent but a prediction.
             if done or number == 0:
                 u.axpy(1.0, way)
