@@ -372,6 +372,7 @@ EXPECTED = {
     "bar": ["the smallest extent is 3 ell"],
     "glass-slab": ["nucleation is not resolved"],
     "granite-face": ["nucleation is not resolved"],
+    "squeezed": ["nucleation is not resolved"],
     "wellbore": ["nucleation is not resolved"],
 }
 

@@ -4,11 +4,15 @@ from arrays import array, doubling
 from conduction import cracks, heat, slab
 from energies import energies
 from figures import Check
+from grain import grain
 from injection import injection
+from layers import layers
+from neighbors import neighbors
 from onset import onset
 from quench import quench
 from second_order import second_order
 from slabs import against_bahr, convergence, growth
+from squeezed import squeezed
 from surfing import on_a_side, surfing
 from toughness_direction import toughness_direction
 
@@ -141,5 +145,42 @@ CHECKS = {
         "ell cracks start closer, and the generations are others: the table of arrests under "
         "`slabs` holds each against sharp cracks of its own spacing.",
         measure=against_bahr,
+    ),
+    "squeezed": Check(
+        title="The paper's slab, squeezed",
+        text="A piece of the slab of 1.5 x 1, rollers left and right, ell = 0.04 = 4 h, compressed "
+        "along the face before it is cooled by s times the thermal stress of the face, E expansion "
+        "dT. All three have the no-tension split, also s = 0, whose default would be none: so that "
+        "they differ in s alone. Cracks: tips at the face's side, depths of sharp tips; spacing: "
+        "width over all cracks. Length: of all cracks, by energy, the damaged layer under the face "
+        "included. As kept in `verify/squeezed.json`.",
+        measure=squeezed,
+    ),
+    "grain": Check(
+        title="The paper's slab, random toughness",
+        text="A piece of the slab of 1.5 x 0.5, rollers left and right, ell = 0.04 = 3 h, at "
+        "tau = 0.4 of its own depth (0.2 of the paper's); lognormal toughness of correlation "
+        "length 2 ell, ten seeds for each coefficient of variation, with standard errors of the "
+        "mean. Depths of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
+        "on 1, 2 and 3 ranks is tested (`tests/test_rock.py`).",
+        measure=grain,
+    ),
+    "layers": Check(
+        title="Cracks that meet another layer",
+        text="`verify/layered`: a slab of severity 12, ell = 0.04 = 3 h, at tau = 0.5; from y = "
+        "0.28 on an upper layer whose E and Gc are these times those of the lower one, and below "
+        "it, from y = 0.2 on, what may be a weak seam. A crack crosses if its sharp tip is more "
+        "than 1.5 ell beyond the upper layer's face, turns if more than 4 ell of it lie along "
+        "that and the seam, and otherwise stops there if its tip is within 1.5 ell of it: also in "
+        "uniform rock, where it would stop there anyway. As kept in `verify/layers.json`.",
+        measure=layers,
+    ),
+    "neighbors": Check(
+        title="Two cracks under cooling",
+        text="`verify/neighbors`: a body of 0.5 x 1 cooled from below, severity 6, ell = 0.03 = "
+        "3 h. A crack from the cooled face that is alone; one beside another that is a little "
+        "shorter; one below another that is not in line with it; one below another that is. As "
+        "kept in `verify/neighbors.json`.",
+        measure=neighbors,
     ),
 }

@@ -1,5 +1,6 @@
 """Runs from the command line, as a user starts them, kept in runs/verify."""
 
+import json
 import shlex
 import shutil
 import subprocess
@@ -23,6 +24,32 @@ def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
     """The command that made a run."""
     ranks = f"mpiexec -n {run.manifest.ranks} " if run.manifest.ranks > 1 else ""
     return f"{ranks}staffa run {case} {' '.join(f'--set {shlex.quote(s)}' for s in settings)}"
+
+
+def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:
+    """A run in runs/verify as it is there, by hand say, or made now."""
+    where = ROOT / "runs" / "verify" / folder
+    if not where.exists():
+        staffa(ROOT / case, where, settings)
+    run = read_run(where)
+    assert run.finished, f"{where} is not finished"
+    return run
+
+
+def origin(run: Run, case: str, settings: Sequence[str]) -> dict:
+    """Where the numbers that are kept of a run come from."""
+    return {
+        "command": as_typed(run, case, settings),
+        "commit": run.manifest.commit,
+        "date": run.manifest.created[:10],
+        "unknowns": run.manifest.unknowns,
+        "seconds": round(sum(step.seconds for step in run.steps)),
+    }
+
+
+def keep(file: Path, found: dict) -> None:
+    """Write what is kept as one small file."""
+    file.write_text(json.dumps(found, indent=1) + "\n")
 
 
 def ready_case(name: str, folder: str, *settings: str) -> Run:

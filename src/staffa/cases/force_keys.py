@@ -148,8 +148,10 @@ class ForceKeys(SidesSection):
         description="pressure in the pores, in plane strain or 3-D: likewise",
         examples=["10 MPa", {"value": "10 MPa", "gradient": ["0 MPa/m", "-0.01 MPa/m"]}],
     )
-    biot: Annotated[Number, Field(ge=0, le=1)] = Field(
-        default=1.0, description="Biot's coefficient: the part of the pore pressure that counts"
+    biot: Annotated[Number, Field(ge=0, le=1)] | None = Field(
+        default=None,
+        description="Biot's coefficient: the part of the pore pressure that counts; default 1",
+        examples=[0.8],
     )
     crack_pressure: StressValue | None = Field(
         default=None, description="pressure of a fluid in all cracks", examples=IN_TIME_EXAMPLES

@@ -28,7 +28,7 @@ def forces(case: Case) -> Forces:
         sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
         pore_pressure=None if keys.pore_pressure is None else _in_space(keys.pore_pressure, dim),
-        biot=keys.biot,
+        biot=1.0 if keys.biot is None else keys.biot,
         crack_pressure=_of_time(keys, "crack_pressure"),
         crack_volume=_of_time(keys, "crack_volume"),
     )

@@ -121,7 +121,11 @@ def _regions(regions: dict[str, RegionKeys], explained: bool) -> Iterator[str]:
     for name, region in regions.items():
         bare = re.fullmatch(r"[A-Za-z0-9_-]+", name)
         yield from ["", f"[regions.{name if bare else inline(name)}]"]
-        yield from _keys(region, False, tables=True)
+        for key, field in type(region).model_fields.items():
+            value = getattr(region, key)
+            if value is not None:
+                yield from _comment(field.description or "") if explained else ()
+                yield f"{key} = {inline(value)}"
 
 
 def _comment(text: str) -> list[str]:

@@ -72,6 +72,8 @@ def minimize(
     u: PETSc.Vec,
     values: np.ndarray,
     held: Held | None = None,
+    *,
+    reduction: float = 0.0,
 ) -> None:
     """Overwrite u by the minimizer; what u holds is the first guess. Collective.
 
@@ -80,6 +82,8 @@ def minimize(
     elastic : solver of the energy's model at u.
     values : prescribed values, see `ElasticSolver.minimize`.
     held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
+    reduction : stop early, where what the energy may still fall by is the square of this fraction
+        of what it was at first, and it has not risen: for values that u meets already.
 
     Raises
     ------
@@ -87,7 +91,8 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap = float("inf")
+    gap = first = float("inf")
+    early = 0.0
     try:
         for number in range(MOST):
             energy.move_to(u)
@@ -99,7 +104,9 @@ def minimize(
             way.axpy(-1.0, u)
             slope = forces.dot(way)
             gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
-            done = gap <= ENOUGH or energy.quadratic
+            if number == 0:
+                first, early = energy.value(), reduction**2 * gap
+            done = gap <= ENOUGH or (gap <= early and energy.value() <= first) or energy.quadratic
             # The first step puts on new prescribed values: it is no descent but a prediction.
             if done or number == 0:
                 u.axpy(1.0, way)

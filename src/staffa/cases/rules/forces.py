@@ -55,7 +55,7 @@ def forces_say_something(case: Case) -> None:
             f"solver.stability = {inline(case.solver.stability)} does not know of a volume that is "
             f"held; leave it out, or take forces.crack_pressure"
         )
-    if "biot" in keys.model_fields_set and keys.pore_pressure is None:
+    if keys.biot is not None and keys.pore_pressure is None:
         raise InputError(
             f"forces.biot = {keys.biot:g} has no meaning without forces.pore_pressure; leave it out"
         )
