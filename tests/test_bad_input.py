@@ -557,6 +557,7 @@ FORCES = [
         "take forces.crack_pressure",
     ),
     (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
+    (('damage.split="spectral"', "material.nu=0.5"), "nu = 0.5 has none", "take 0.49 or less"),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (
