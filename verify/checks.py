@@ -133,17 +133,18 @@ CHECKS = {
     ),
     "squeezed": Check(
         title="The paper's slab, squeezed",
-        text="A piece of the slab of 1.5 x 1, rollers left and right, ell = 0.04 = 4 h, compressed "
+        text="A piece of the slab of 1 x 1, rollers left and right, ell = 0.04 = 3 h, compressed "
         "along the face before it is cooled by s times the thermal stress of the face, E expansion "
         "dT. All three have the no-tension split, also s = 0, whose default would be none: so that "
-        "they differ in s alone. Cracks: tips at the face's side, depths of sharp tips; spacing: "
-        "width over all cracks. Length: of all cracks, by energy, the damaged layer under the face "
+        "they differ in s alone; for the same split, which is slow where many cracks are pressed "
+        "shut, cracks keep 1e-5 of the stiffness. Depths are those of sharp tips; spacing: width "
+        "over all cracks. Length: of all cracks, by energy, the damaged layer under the face "
         "included. As kept in `verify/squeezed.json`.",
         measure=squeezed,
     ),
     "grain": Check(
         title="The paper's slab, random toughness",
-        text="A piece of the slab of 1.5 x 0.5, rollers left and right, ell = 0.04 = 3 h, at "
+        text="A piece of the slab of 1.5 x 0.5 with free ends, ell = 0.04 = 3 h, at "
         "tau = 0.4 of its own depth (0.2 of the paper's); lognormal toughness of correlation "
         "length 2 ell, ten seeds for each coefficient of variation, with standard errors of the "
         "mean. Depths of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "

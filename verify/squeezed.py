@@ -26,12 +26,13 @@ DROP = 54.0  # as in the case; E and expansion are 1, so that it is the thermal 
 SHARES = (0.0, 0.25, 0.5)
 LOOKED_AT = (0.1, 0.2, 0.3)  # tau
 DEEP = 0.1
+WIDTH = 1.0
 
 
 def settings(share: float) -> list[str]:
     """What a member changes in the case: the prestress, all else is common to them."""
     return [
-        "domain.size=[1.0,1.0]",
+        f"domain.size=[{WIDTH},1.0]",
         "damage.ell=0.04",
         "domain.h=0.0133",
         "damage.split=no-tension",
@@ -48,7 +49,8 @@ def run_members() -> dict:
     runs = {s: run_once(CASE, f"squeezed/{s:g}", settings(s)) for s in SHARES}
     draw(runs)
     kept = {
-        f"{s:g}": origin(run, CASE, settings(s)) | {"states": states(run), "arrests": ends(run)}
+        f"{s:g}": origin(run, CASE, settings(s))
+        | {"states": states(run), "arrests": ends(run), "violations": violations(run)}
         for s, run in runs.items()
     }
     keep(KEPT, kept)
@@ -73,8 +75,12 @@ def state(run: Run, step: Step) -> dict:
         "tau": step.tau,
         "depths": [round(depth, 4) for depth in depths],
         "length": round(measures.length_surface, 4),
-        "violations": list(step.audit.violations),
     }
+
+
+def violations(run: Run) -> list[str]:
+    """What the audit found, step by step."""
+    return [f"tau = {step.tau:.2f}: {v}" for step in run.steps for v in step.audit.violations]
 
 
 def ends(run: Run) -> list[tuple[int, float, float | None]]:
@@ -146,7 +152,7 @@ def table(kept: dict) -> str:
     for s, k in kept.items():
         for found in k["states"]:
             depths, n = found["depths"], len(found["depths"])
-            spacing = f"{1.5 / n:.3f}" if n else "-"
+            spacing = f"{WIDTH / n:.3f}" if n else "-"
             middle = f"{depths[n // 2]:.3f}" if n else "-"
             arrested = [
                 f"{cracks} at {a:.3f}, tau {tau:.2f}"
@@ -158,6 +164,7 @@ def table(kept: dict) -> str:
                 f"{deepest(found):.3f} | {found['length']:.2f} | {'; '.join(arrested) or '-'} |"
             )
     said = [f"`{k['command']}`, {k['date']}, commit {k['commit'][:7]}" for k in kept.values()]
+    said += [f"Audit, s = {s}, {v}" for s, k in kept.items() for v in k["violations"]]
     return "\n".join(lines) + "\n\n" + "\n\n".join(said)
 
 
