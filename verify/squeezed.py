@@ -25,7 +25,7 @@ PICTURE = ROOT / "docs" / "pictures" / "verify-squeezed.png"
 DROP = 54.0  # as in the case; E and expansion are 1, so that it is the thermal stress, too
 SHARES = (0.0, 0.25, 0.5)
 LOOKED_AT = (0.1, 0.2, 0.3)  # tau
-DEEP = 0.1
+DEPTHS = (0.1, 0.25)  # at which cracks are counted
 WIDTH = 1.0
 
 
@@ -116,7 +116,7 @@ def squeezed() -> Found:
         for k, tau in enumerate(LOOKED_AT):
             before, after = (kept[s]["states"][k] for s in (less, more))
             for what, a, b in (
-                (f"cracks deeper than {DEEP:g}", deep(before), deep(after)),
+                *((f"cracks deeper than {d:g}", deep(before, d), deep(after, d)) for d in DEPTHS),
                 ("depth of the deepest", deepest(before), deepest(after)),
                 ("length of all cracks", before["length"], after["length"]),
             ):
@@ -132,9 +132,9 @@ def squeezed() -> Found:
     return Found(figures=figures, text=f"{table(kept)}\n\n![Cracks](pictures/{PICTURE.name})")
 
 
-def deep(state: dict) -> int:
-    """How many cracks are deeper than what counts as deep."""
-    return sum(depth > DEEP for depth in state["depths"])
+def deep(state: dict, least: float) -> int:
+    """How many cracks are deeper than this."""
+    return sum(depth > least for depth in state["depths"])
 
 
 def deepest(state: dict) -> float:
@@ -145,9 +145,10 @@ def deepest(state: dict) -> float:
 def table(kept: dict) -> str:
     """One row a share and tau, then the commands."""
     lines = [
-        f"| s | tau | cracks | spacing | deeper than {DEEP:g} | median depth | deepest | length | "
-        "arrests until then |",
-        "|" + " --- |" * 9,
+        "| s | tau | cracks | spacing | "
+        + " | ".join(f"deeper than {d:g}" for d in DEPTHS)
+        + " | median depth | deepest | length | arrests until then |",
+        "|" + " --- |" * (8 + len(DEPTHS)),
     ]
     for s, k in kept.items():
         for found in k["states"]:
@@ -159,8 +160,9 @@ def table(kept: dict) -> str:
                 for cracks, a, tau in k["arrests"]
                 if tau <= found["tau"]
             ]
+            counts = " | ".join(str(deep(found, d)) for d in DEPTHS)
             lines.append(
-                f"| {s} | {found['tau']:g} | {n} | {spacing} | {deep(found)} | {middle} | "
+                f"| {s} | {found['tau']:g} | {n} | {spacing} | {counts} | {middle} | "
                 f"{deepest(found):.3f} | {found['length']:.2f} | {'; '.join(arrested) or '-'} |"
             )
     said = [f"`{k['command']}`, {k['date']}, commit {k['commit'][:7]}" for k in kept.values()]
