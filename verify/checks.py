@@ -139,7 +139,9 @@ CHECKS = {
         "they differ in s alone; for the same split, which is slow where many cracks are pressed "
         "shut, cracks keep 1e-5 of the stiffness. Depths are those of sharp tips; spacing: width "
         "over all cracks. Length: of all cracks, by energy, the damaged layer under the face "
-        "included. As kept in `verify/squeezed.json`.",
+        "included. What was expected, fewer and shorter cracks, holds at depth and early; cracks "
+        "that are shorter at a given tau have not yet come to where every other one stops, and "
+        "of the shallow ones there are then more. As kept in `verify/squeezed.json`.",
         measure=squeezed,
     ),
     "grain": Check(

@@ -40,7 +40,7 @@ def settings(share: float) -> list[str]:
         "supports.right=rollers",
         "time.tau={start=0.02,stop=0.3,steps=15}",
         f"output.at={list(LOOKED_AT)}",
-        f"forces.prestress.xx={-DROP * share:g}",
+        f"forces.prestress.xx={0 - DROP * share:g}",
     ]
 
 
@@ -120,6 +120,8 @@ def squeezed() -> Found:
                 ("depth of the deepest", deepest(before), deepest(after)),
                 ("length of all cracks", before["length"], after["length"]),
             ):
+                if a == 0:
+                    continue
                 figures.append(
                     Figure(
                         what=f"{what} at tau = {tau:g}, s = {more}",
