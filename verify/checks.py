@@ -149,7 +149,8 @@ CHECKS = {
         text="A piece of the slab of 1.5 x 0.5 with free ends, ell = 0.04 = 3 h, at "
         "tau = 0.4 of its own depth (0.2 of the paper's); lognormal toughness of correlation "
         "length 2 ell, ten seeds for each coefficient of variation, with standard errors of the "
-        "mean. Depths of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
+        "mean; without variation every seed gives the same rock, whose cracks start from the ends. "
+        "The more the toughness varies, the farther apart and the deeper the cracks are. Depths of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
         "on 1, 2 and 3 ranks is tested (`tests/test_rock.py`).",
         measure=grain,
     ),
