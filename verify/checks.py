@@ -150,7 +150,8 @@ CHECKS = {
         "tau = 0.4 of its own depth (0.2 of the paper's); lognormal toughness of correlation "
         "length 2 ell, ten seeds for each coefficient of variation, with standard errors of the "
         "mean; without variation every seed gives the same rock, whose cracks start from the ends. "
-        "The more the toughness varies, the farther apart and the deeper the cracks are. Depths of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
+        "The more the toughness varies, the farther apart and the deeper the cracks are. Depths "
+        "of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
         "on 1, 2 and 3 ranks is tested (`tests/test_rock.py`).",
         measure=grain,
     ),
