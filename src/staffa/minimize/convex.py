@@ -20,7 +20,8 @@ from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 # A step that would lower the energy by less than this fraction of it changes nothing that counts.
 ENOUGH = 1e-13
 MOST = 100
-# What the linear solver's own tolerance may leave of it.
+# What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
+# with many cracks pressed shut.
 ROUND_OFF = 1e-9
 WAY_OUT = (
     'try solver.displacement = "direct", shorter time steps or a larger damage.residual_stiffness'
@@ -112,19 +113,18 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
-            gap = abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
+            last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
             # The first step may put on new prescribed values: it is no descent but a prediction.
             if number == 0:
                 first, early = energy.value(), reduction**2 * gap
                 met = elastic.meets(u, values)
             small = gap <= ENOUGH or (gap <= early and energy.value() <= first)
-            done = energy.quadratic or (small and (met or number > 0))
+            stalls = gap <= ROUND_OFF and gap > last / 4
+            done = energy.quadratic or ((small or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)
             elif slope < 0:
                 _step(energy, u, way, forces, slope)
-            elif gap <= ROUND_OFF:
-                return
             else:
                 raise SolveError(
                     f"the displacement was not solved for: the linear solver's way leads uphill, "
