@@ -596,6 +596,7 @@ ROCK = [
     (f"material.E={{{RANDOM}=[1,2], axes=[[1,0,0],[0,1,0]]}}", "E.axes is for 3-D", "give angle"),
     ("material.nu={mean=0.7, variation=0.1, length=1}", "it is 0.7 somewhere", "between -1 and"),
     ('material.E={file="none.vtu", name="E"}', "there is no file", "the folder of the case"),
+    ('material.E={file="many.pvtu", name="E"}', "only names other files", "as one .vtu"),
     ('material.E={file="none.vtu"}', "material.E.name is missing", 'name = "E"'),
     ('material.E={file=3, name="E"}', "material.E.file = 3", "a text in quotes"),
     # elasticity
