@@ -502,6 +502,7 @@ FORCES = [
     (("forces={}",), "[forces] says nothing", "give prestress, gravity"),
     (("forces=3",), "forces = 3", "a line [forces] with its keys below it"),
     (("forces.prestres={xx=1.0}",), "[forces] has no key 'prestres'", "Did you mean 'prestress'?"),
+    (("forces.prestress={}",), "forces.prestress says nothing", "give xx, yy"),
     (("forces.prestress=1.0",), "forces.prestress = 1.0", "write prestress like { xx = "),
     (("forces.prestress={xx=true}",), "forces.prestress.xx = true", 'a text like "70 GPa"'),
     (("forces.prestress={zx=1.0}",), "forces.prestress has no key 'zx'", "it has xx, xy"),

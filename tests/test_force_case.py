@@ -92,7 +92,11 @@ def split_fact(case) -> tuple[str, str]:
 @pytest.mark.parametrize(
     ("settings", "split", "why"),
     [
-        ((), "no-tension", "forces.prestress, gravity"),
+        (
+            (),
+            "no-tension",
+            "forces (prestress, gravity, pore_pressure, crack_pressure, bottom) may press",
+        ),
         (("material.nu=-0.1",), "volumetric-deviatoric", "may press cracks shut"),
         (('damage.split="star-convex"',), "star-convex", "may press cracks shut"),
     ],

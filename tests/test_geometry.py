@@ -769,6 +769,10 @@ def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None
     assert said["regions"][0] == "sand, shale" and said["cracks"][0] == "fault"
     cells = int(said["cells"][0].replace(",", ""))
     assert cells == len(mesh_of(folder / "plate.msh", 1.0).cells)
+    assert "[supports], [heat], [forces], temperature.face" in said["faces"][1]
+    assert said["h"][1] == "mean edge of the cells"
+    finer = preview(parse_case(PULLED, ["domain.h=0.05"], folder=folder)).facts
+    assert ("h", "0.05", "edge where cracks run, domain.h") in finer
 
 
 @needs_gmsh
