@@ -502,6 +502,7 @@ FORCES = [
     (("forces={}",), "[forces] says nothing", "give prestress, gravity"),
     (("forces=3",), "forces = 3", "a line [forces] with its keys below it"),
     (("forces.prestres={xx=1.0}",), "[forces] has no key 'prestres'", "Did you mean 'prestress'?"),
+    (("forces.prestress={}",), "forces.prestress says nothing", "give xx, yy"),
     (("forces.prestress=1.0",), "forces.prestress = 1.0", "write prestress like { xx = "),
     (("forces.prestress={xx=true}",), "forces.prestress.xx = true", 'a text like "70 GPa"'),
     (("forces.prestress={zx=1.0}",), "forces.prestress has no key 'zx'", "it has xx, xy"),
@@ -597,6 +598,7 @@ ROCK = [
     (f"material.E={{{RANDOM}=[1,2], axes=[[1,0,0],[0,1,0]]}}", "E.axes is for 3-D", "give angle"),
     ("material.nu={mean=0.7, variation=0.1, length=1}", "it is 0.7 somewhere", "between -1 and"),
     ('material.E={file="none.vtu", name="E"}', "there is no file", "the folder of the case"),
+    ('material.E={file="many.pvtu", name="E"}', "only names other files", "as one .vtu"),
     ('material.E={file="none.vtu"}', "material.E.name is missing", 'name = "E"'),
     ('material.E={file=3, name="E"}', "material.E.file = 3", "a text in quotes"),
     # elasticity

@@ -31,6 +31,11 @@ def forces_say_something(case: Case) -> None:
     keys = case.forces
     if keys is None:
         return
+    if keys.prestress is not None and not keys.prestress.model_fields_set:
+        raise InputError(
+            f"forces.prestress says nothing; give {', '.join(COMPONENTS)} or some of them, or "
+            f"leave it out"
+        )
     if not presses(case):
         raise InputError(
             "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
