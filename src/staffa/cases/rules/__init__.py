@@ -158,6 +158,8 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     if case.solver.displacement == "auto":
         found["solver"] = {"displacement": "direct" if two else "iterative"}
     ones = ONES_OF_HEAT if case.heat else ONES
+    if case.forces is not None and case.forces.gravity is not None:
+        ones = ones | {"rho": "kg/m^3"}
     for name, unit in ones.items():  # in units only those without effect can have been left out
         if name not in keys.model_fields_set:
             one = Quantity(1.0) if is_scaled(case) else Quantity(1.0, f"1 {unit}")

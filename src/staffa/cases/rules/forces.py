@@ -36,11 +36,6 @@ def forces_say_something(case: Case) -> None:
             "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
             "crack_pressure or crack_volume, or leave it out"
         )
-    if keys.gravity is not None and case.material.rho is None:
-        raise InputError(
-            f"forces.gravity = {inline(keys.gravity)} acts on material.rho, which is missing; "
-            f'write it like rho = "2700 kg/m^3"'
-        )
     if keys.crack_pressure is not None and keys.crack_volume is not None:
         raise InputError(
             "forces.crack_pressure and forces.crack_volume: the volume that a fluid takes up "

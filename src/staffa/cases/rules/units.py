@@ -66,6 +66,8 @@ def nothing_is_one_by_default(case: Case) -> None:
         needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}
     elif case.temperature.profile != "none":
         needed |= {"expansion": "thermal expansion", "kappa": "diffusivity"}
+    if case.forces is not None and case.forces.gravity is not None:
+        needed |= {"rho": "density"}
     for name, dimension in needed.items():
         if name not in case.material.model_fields_set:
             raise InputError(
