@@ -648,6 +648,18 @@ def lines(gmsh: Any) -> None:
     occ.synchronize()
 
 
+def bodiless(gmsh: Any) -> None:
+    """Names of sides alone: Gmsh leaves out the body when it saves the mesh."""
+    meshes.square(gmsh)
+    _group(gmsh, 1, [1], "west")
+
+
+def quoted(gmsh: Any) -> None:
+    """A name with quotes in it."""
+    _group(gmsh, 2, [meshes.square(gmsh)], "rock")
+    _group(gmsh, 1, [1], 'Störung "a"')
+
+
 WRONG = {
     overlapping: ("'rock' and 'sand' overlap", "one name", "the names there are: rock, sand"),
     overlapping_faces: ("'cold' and 'warm' overlap", "the names there are: cold, rock, warm"),
@@ -661,6 +673,8 @@ WRONG = {
     squares: ("has cells that are Quadrilateral 4", "without recombining"),
     bent: ("has cells that are Triangle 6", "element order 1"),
     lines: ("has no triangles and no tetrahedra", "mesh the body"),
+    bodiless: ("has no triangles and no tetrahedra", "only what has a name: give the body one"),
+    quoted: ("'Störung \"a\"' has quotes in it", "call it otherwise"),
 }
 
 
