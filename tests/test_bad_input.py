@@ -51,7 +51,9 @@ VALUES = [
     ("output.probes=3", "output.probes = 3", "write probes like"),
     ('output.probes=[{name="a"}]', "output.probes, entry 1, point is missing", "point = [0.5"),
     ("output.probes=[{point=[0.5,0.5]}]", "entry 1, name is missing", "name ="),
-    ('output.probes=[{name="",point=[0.5,0.5]}]', 'name = ""', "write name like"),
+    ('output.probes=[{name="",point=[0.5,0.5]}]', 'name = ""', "a name has 1 to 60 characters"),
+    ('output.probes=[{name=" ",point=[0.5,0.5]}]', 'name = " "', "1 to 60 characters"),
+    ('output.probes=[{name="a\\nb",point=[0.5,0.5]}]', "name = ", "that can be printed"),
     ('output.probes=[{name="a",point=[2.0,0.5]}]', "point = [2.0, 0.5] lies outside", "move it in"),
     ('output.probes=[{name="a",point=[0.5]}]', "point = [0.5]", "it needs 2 numbers"),
     ('output.probes=[{name="a",start=[0.0,0.0],end=[0.5,9.0]}]', "end = [0.5, 9.0]", "move it in"),
@@ -131,8 +133,8 @@ VALUES = [
     (f"toughness.bands=[{{{BOX}}}]", "entry 1, factor is missing", "factor = 3.0"),
     (f"toughness.bands=[{{{BOX}, factor=0}}]", "entry 1, factor = 0", "larger than zero"),
     # the cooling
-    ('temperature.face="botom"', "boundary 'botom'", "Did you mean 'bottom'?"),
-    ('temperature.face="front"', "boundary 'front'", "it has bottom, left, right, top"),
+    ('temperature.face="botom"', "face 'botom'", "Did you mean 'bottom'?"),
+    ('temperature.face="front"', "face 'front'", "it has bottom, left, right, top"),
     ("temperature.face=3", "temperature.face = 3", "a text in quotes"),
     ("temperature.dT=3.0", "temperature.dT and temperature.severity", "give exactly one of them"),
     ('temperature.dT="5 degC"', "'degC' has a zero of its own", 'write it like "120 K"'),
@@ -345,7 +347,7 @@ HEAT = [
     ('heat.stress_free={formula="z"}', "heat.stress_free.formula", "'z' is not known there"),
     ("heat.T0=1.0", "[heat] has no key 'T0'", "it is called 'initial' here"),
     # the sides
-    ("heat.front={T=0.0}", "heat.front: a 2-D body has no such side", "bottom, left, right, top"),
+    ("heat.front={T=0.0}", "heat.front: a 2-D body has no such face", "bottom, left, right, top"),
     ("heat.botom={T=0.0}", "[heat] has no key 'botom'", "Did you mean 'bottom'?"),
     ("heat.bottom=3.0", "heat.bottom = 3.0", 'write bottom like { T = "5 °C" } or { flux'),
     ("heat.bottom={}", "heat.bottom = {} says nothing", "leave it out to insulate the side"),
@@ -526,7 +528,7 @@ FORCES = [
     (("forces.topp={pressure=1.0}",), "[forces] has no key 'topp'", "Did you mean 'top'?"),
     (
         ("forces.front={pressure=1.0}",),
-        "forces.front: a 2-D body has no such side",
+        "forces.front: a 2-D body has no such face",
         "bottom, left, right, top",
     ),
     (("forces.top={}",), "forces.top says nothing", "give pressure, x or y"),
@@ -551,6 +553,12 @@ FORCES = [
     ((*CRACK, 'forces.crack_pressure={formula="x"}'), "'x' is not known there", "pi, t, "),
     (("forces.crack_volume=1.0",), "no crack for the fluid", "give one in [[cracks]]"),
     ((*CRACK, "forces.crack_volume=-1.0"), "forces.crack_volume = -1.0", "must not be negative"),
+    (
+        (*CRACK, 'forces.crack_volume={formula="0.15 - t"}'),
+        'forces.crack_volume.formula = "0.15 - t"',
+        "must not be negative, and is at t = 0.",
+    ),
+    (('forces.gravity=["0 m/s^2", "5"]',), "an acceleration in quotes", 'like "9.81 m/s^2"'),
     (
         (*CRACK, "forces.crack_volume=1.0", 'solver.stability="report"'),
         'solver.stability = "report"',

@@ -453,6 +453,13 @@ SENTENCES = {
         ("domain.shape={kind='layers',base=[1.0],layers=[{region='a',thickness=-1.0}]}",),
         "domain.shape.layers, entry 1, thickness = -1.0: it must be larger than zero",
     ),
+    "half a center": (
+        ("domain.shape.center=[0.5]",), "center: entry 2 is missing", "write center like [1.0, 1.0]"
+    ),
+    "nameless layer": (
+        ("domain.shape={kind='layers',base=[1.0],layers=[{region='',thickness=0.1}]}",),
+        'layers, entry 1, region = "": a name has 1 to 60 characters',
+    ),
     "numbers": (("domain.shape.size=[1.0]",), "size = [1.0]: it needs 2 numbers",),
     "too wide": (("domain.shape.radius=0.5",), "radius 0.5 around [0.5, 0.5]", "smaller"),
     "outside": (("domain.shape.center=[0.1,0.5]",), "around [0.1, 0.5]", "move it"),
@@ -460,6 +467,7 @@ SENTENCES = {
         ("domain.shape={kind='layers',base=[1.0,1.0,1.0],layers=[]}",),
         "base = [1.0, 1.0, 1.0]: it needs one number (2-D) or two (3-D)",
     ),
+    "a folder": (("domain={mesh='.'}",), 'domain.mesh = ".": . cannot be read'),
     "no layers": (("domain.shape={kind='layers',base=[1.0],layers=[]}",), "it has no layers"),
     "a face that is not there": (
         ("heat.hol={T=0.0}",), "heat.hol: the shape has no such face", "Did you mean 'hole'?",
@@ -470,7 +478,7 @@ SENTENCES = {
     ),
     "held face": (("supports.hoel='clamped'",), "supports.hoel", "Did you mean 'hole'?"),
     "held wrongly": (("supports.hole='fixed'",), "supports.hole", '"rollers", "clamped"'),
-    "cooled face": (("temperature.face=well",), "no boundary 'well'", "bottom, hole, left"),
+    "cooled face": (("temperature.face=well",), "no face 'well'", "bottom, hole, left"),
     "round rollers": (
         ("supports.hole=rollers",), 'supports.hole = "rollers"', "bottom, left, right, top",
     ),
@@ -480,6 +488,7 @@ SENTENCES = {
     "depths": (("measures.depths=[0.1]",), "measures.depths = [0.1]", "is no flat side"),
     "a crack of no mesh": (
         ("cracks=[{name='fault'}]",), 'cracks, name = "fault": the body has no such crack',
+        "name it in the mesh, or leave it out",
     ),
     "a section": (
         ("domain.shape={kind='disc',radius=1.0}", "supports={section='free'}",
@@ -779,7 +788,7 @@ def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None
     assert said["faces"][0] == "east, floor, the roof, west"
     assert said["regions"][0] == "sand, shale" and said["cracks"][0] == "fault"
     cells = int(said["cells"][0].replace(",", ""))
-    assert cells == len(mesh_of(folder / "plate.msh", 1.0).cells)
+    assert cells == len(mesh_of(folder / "plate.msh", 1.0, "plate.msh").cells)
 
 
 @needs_gmsh
@@ -800,7 +809,7 @@ def test_depth_is_counted_from_where_the_body_begins(folder: Path) -> None:
     cooled = cooled.replace("t = [1.0]", "tau = [0.2]")
     case = parse_case(cooled, folder=folder)
     far = problem(case)
-    mesh = mesh_of(folder / "plate.msh", 1.0)
+    mesh = mesh_of(folder / "plate.msh", 1.0, "plate.msh")
     near = body(MPI.COMM_WORLD, lambda: replace(mesh, x=mesh.x - meshes.CORNER))
     face = Face(axis=1, position=0.0, inward=1)
     load = replace(far.load, face=face)  # type: ignore[type-var]

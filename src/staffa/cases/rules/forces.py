@@ -162,6 +162,8 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
         try:
             function = formula(value.formula, known)
             for t in times:
-                trial(function, known, places(case, side), t)
+                found = trial(function, known, places(case, side), t)
+                if where == "forces.crack_volume" and found.min() < 0:
+                    raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
