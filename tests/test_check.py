@@ -76,7 +76,59 @@ PROVOKED = [
         ),
         "regions.a.nu = 0.495: above 0.49 the elements lock",
     ),
+    (
+        ("supports.top=clamped", "forces.top.pressure=1.0"),
+        "forces.top.pressure moves nothing: supports.top holds the face against it",
+    ),
+    (
+        ("supports.section=fixed", "forces.left.x=1.0"),
+        "forces.left.x moves nothing: supports.section holds the face against it",
+    ),
 ]
+
+
+SHAPED = """
+[damage]
+ell = 0.06
+[temperature]
+profile = "none"
+[supports]
+left = { x = 0.0 }
+right = { x = 0.01 }
+[time]
+t = [1.0]
+"""
+FINE = [
+    (
+        "{kind='plate with hole', size=[1.0, 1.0], radius=0.01}",
+        "domain.shape.radius = 0.01 is less than a cell: the hole is not round",
+    ),
+    (
+        "{kind='layers', base=[1.0], layers=[{region='a', thickness=0.5}, "
+        "{region='b', thickness=0.01}, {region='a', thickness=0.5}]}",
+        "domain.shape.layers, entry 2, thickness = 0.01 is less than a cell",
+    ),
+]
+
+
+@pytest.mark.parametrize(("shape", "warning"), FINE, ids=lambda v: str(v)[:20])
+def test_what_of_a_shape_is_smaller_than_a_cell_is_told(shape, warning):
+    settings = [f"domain={{shape={shape}, h=0.02}}", *("regions={a={}, b={}}",) * ("'b'" in shape)]
+    found = preview(parse_case(SHAPED, settings)).warnings
+    assert any(warning in sentence for sentence in found), found
+
+
+def test_of_a_case_in_units_cautions_have_them():
+    text = """
+domain = { size = ["2 m", "1 m"], h = "20 mm" }
+material = { E = "1 Pa", Gc = "1 J/m^2", expansion = "1 1/K", kappa = "1 m^2/s" }
+damage = { ell = "60 mm" }
+temperature = { profile = "slab", dT = "1 K" }
+toughness = { amplitude = 0.1, correlation_length = "10 mm" }
+time = { t = ["2 s"] }
+"""
+    found = " ".join(preview(parse_case(text)).warnings)
+    assert "take 0.12 m, which is 2 ell" in found and "damage starts at 2.5 K" in found
 
 
 def said(*settings: str) -> Preview:

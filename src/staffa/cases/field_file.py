@@ -1,8 +1,10 @@
 """Fields in files on meshes of their own: read once, and evaluated at any points."""
 
 import hashlib
+import logging
 import warnings
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -76,6 +78,20 @@ def _field(mesh: Any, values: np.ndarray, *, per_cell: bool, path: Path) -> Mesh
     return MeshField(**arrays, per_cell=per_cell, digest=digest, path=path)
 
 
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Within it, VTK and PyVista print and log nothing of what is said in a sentence after it."""
+    import pyvista
+
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        with pyvista.vtk_verbosity("off"), warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        logging.disable(before)
+
+
 def _mesh(path: Path) -> Any:
     if path.suffix.lower() in SPREAD:
         raise InputError(
@@ -85,8 +101,8 @@ def _mesh(path: Path) -> Any:
         raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
     import pyvista
 
-    mesh, quiet = None, pyvista.vtk_verbosity("off")  # it would print what is said below
-    with quiet, warnings.catch_warnings(action="ignore"), suppress(Exception):
+    mesh = None
+    with _silence(), suppress(Exception):
         mesh = pyvista.read(path).cast_to_unstructured_grid()
     if mesh is None or mesh.n_cells == 0:
         raise InputError(

@@ -20,7 +20,7 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pieces import has_directions, pieces
-from staffa.cases.rules import adaptive, is_scaled
+from staffa.cases.rules import adaptive, unit
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
 from staffa.grid import broken_layer
@@ -67,15 +67,11 @@ def memory(case: Case) -> float:
     return BASE + levels * PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
 
 
-def _unit(case: Case, unit: str) -> str:
-    return "" if is_scaled(case) else f" {unit}"
-
-
 def _body_facts(case: Case) -> list[Fact]:
     """What a shape or a mesh is from outside, and the names that it knows."""
     if case.domain.is_block:
         return []
-    body, metre = case.outline, _unit(case, "m")
+    body, metre = case.outline, unit(case, "m")
     size = " x ".join(f"{length:.4g}" for length in body.size)
     begins = ", ".join(f"{c:.4g}" for c in body.lower)
     flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
@@ -126,7 +122,7 @@ def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
-    sigma = f"{derived.sigma_c:.4g}{_unit(case, 'Pa')}"
+    sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
     if not derived.cooled:
@@ -156,8 +152,8 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
     along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
     shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
     facts = [
-        ("k", f"{shown}{_unit(case, 'W/(m K)')}", f"conductivity{along}"),
-        ("kappa", f"{derived.kappa:.4g}{_unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+        ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
+        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
     ]
     for exchange in exchanges(case):
         if exchange.where == face and exchange.film is not None:
@@ -179,7 +175,7 @@ def _what_drops(case: Case) -> str:
 
 def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
     assert derived.severity is not None
-    K = _unit(case, "K")
+    K = unit(case, "K")
     facts = [
         ("severity", f"{derived.severity:.4g}", "expansion dT sqrt(E L/Gc); 54 in the paper"),
         ("dT", f"{derived.dT:.4g}{K}", _what_drops(case)),
@@ -243,7 +239,7 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
 
 
 def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
-    metre, kappa = _unit(case, "m"), derived.kappa
+    metre, kappa = unit(case, "m"), derived.kappa
     ell, h = float(case.damage.ell), cell_edge(case)
     facts, ell0 = [], derived.ell0
     if ell0 is not None:

@@ -119,7 +119,7 @@ def minimize(
                 first, early = energy.value(), reduction**2 * gap
                 met = elastic.meets(u, values)
             small = gap <= ENOUGH or (gap <= early and energy.value() <= first)
-            stalls = gap <= ROUND_OFF and gap > last / 4
+            stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
             done = energy.quadratic or ((small or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)

@@ -41,11 +41,6 @@ def forces_say_something(case: Case) -> None:
             "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
             "crack_pressure or crack_volume, or leave it out"
         )
-    if keys.gravity is not None and case.material.rho is None:
-        raise InputError(
-            f"forces.gravity = {inline(keys.gravity)} acts on material.rho, which is missing; "
-            f'write it like rho = "2700 kg/m^3"'
-        )
     if keys.crack_pressure is not None and keys.crack_volume is not None:
         raise InputError(
             "forces.crack_pressure and forces.crack_volume: the volume that a fluid takes up "
@@ -179,6 +174,8 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
         try:
             function = formula(value.formula, known)
             for t in times:
-                trial(function, known, places(case, side), t)
+                found = trial(function, known, places(case, side), t)
+                if where == "forces.crack_volume" and found.min() < 0:
+                    raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
