@@ -25,7 +25,7 @@ NU, E_PRIME = 0.2, 1 / (1 - 0.2**2)
 SNEDDON = "Sneddon 1946, and G = Gc"
 # Length of the crack to begin with, reach of the fine cells, half width of the body.
 PLATE = {"a": 0.2, "ell": 0.02, "h": 0.005, "reach": 0.45, "width": 3.0}
-BLOCK = {"a": 0.5, "ell": 0.18, "h": 0.06, "reach": 0.85, "width": 3.0}
+BLOCK = {"a": 0.5, "ell": 0.18, "h": 0.06, "reach": 1.0, "width": 3.0}
 CASE = """
 title = "A crack that a given volume of fluid opens and drives"
 
@@ -127,8 +127,8 @@ def run_member(name: str) -> dict:
     make_mesh(mesh, dim, sizes)
     parts = 2 if dim == 2 else 4
     first = critical_volume(dim, sizes["a"], 1.0) / parts
-    last, step = (2.21, 0.1) if dim == 2 else (2.01, 0.2)
-    ratios = [0.4, 0.8, *np.arange(1.2, last, step)]
+    # A disc of few ell is as wide as one of its radius and half an ell: it grows later.
+    ratios = [0.4, 0.8, *(np.arange(1.2, 2.21, 0.1) if dim == 2 else np.arange(1.5, 3.61, 0.3))]
     crack = (
         f"start = [0.0, 1e-4]\nend = [{sizes['a']}, 1e-4]"
         if dim == 2
@@ -189,7 +189,7 @@ def injection() -> Found:
         tolerance, what = (0.03, "plate") if dim == 2 else (0.05, "block")
         a = length(dim, pressure, volume)
         size = 2 * a if dim == 2 else np.pi * a**2
-        on = a > a[0] + found["ell"]  # what has run by its ell runs on evenly
+        on = a > a[0] + found["ell"] / 2  # what has run by that runs on evenly
         toughness = float(np.polyfit(size[on], surface[on], 1)[0])
         still = int(np.flatnonzero(a < a[0] + 0.25 * found["ell"])[-1])
         assert still > 0
@@ -241,7 +241,7 @@ def draw() -> None:
         dim, (volume, pressure, surface) = found["dim"], np.array(found["rows"]).T
         a = length(dim, pressure, volume)
         size = 2 * a if dim == 2 else np.pi * a**2
-        on = a > a[0] + found["ell"]
+        on = a > a[0] + found["ell"] / 2
         toughness = float(np.polyfit(size[on], surface[on], 1)[0])
         V = np.linspace(volume[0], volume[-1], 200)
         panel.plot(V, pressure[0] / volume[0] * V, "C0--", label="sharp, of constant length")
