@@ -74,8 +74,6 @@ def minimize(
     u: PETSc.Vec,
     values: np.ndarray,
     held: Held | None = None,
-    *,
-    reduction: float = 0.0,
 ) -> None:
     """Overwrite u by the minimizer; what u holds is the first guess. Collective.
 
@@ -84,8 +82,6 @@ def minimize(
     elastic : solver of the energy's model at u.
     values : prescribed values, see `ElasticSolver.minimize`.
     held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
-    reduction : stop early, where what the energy may still fall by is the square of this fraction
-        of what it was at first, and it has not risen: for values that u meets already.
 
     Raises
     ------
@@ -93,8 +89,7 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap = first = float("inf")
-    early = 0.0
+    gap = float("inf")
     try:
         for number in range(MOST):
             energy.move_to(u)
@@ -106,17 +101,17 @@ def minimize(
             way.axpy(-1.0, u)
             slope = forces.dot(way)
             gap = abs(slope) / max(abs(energy.value()), elastic.curvature(way), 1e-300)
-            if number == 0:
-                first, early = energy.value(), reduction**2 * gap
-            done = gap <= ENOUGH or (gap <= early and energy.value() <= first) or energy.quadratic
             # The first step puts on new prescribed values: it is no descent but a prediction.
-            if done or number == 0:
+            if number == 0:
                 u.axpy(1.0, way)
-            else:
-                _step(energy, u, way, forces, slope)
-            if done:
+                if energy.quadratic:
+                    return
+            elif gap <= ENOUGH:
+                u.axpy(1.0, way)
                 energy.move_to(u)
                 return
+            else:
+                _step(energy, u, way, forces, slope)
         if gap <= ROUND_OFF:
             energy.move_to(u)
             return
