@@ -33,6 +33,7 @@ from staffa.geometry.simplices import outline as found_outline
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
+from staffa.report.pair_reading import read_pair
 from staffa.supports import build_supports, rigid_modes, rollers
 from test_run import launch
 
@@ -453,6 +454,13 @@ SENTENCES = {
         ("domain.shape={kind='layers',base=[1.0],layers=[{region='a',thickness=-1.0}]}",),
         "domain.shape.layers, entry 1, thickness = -1.0: it must be larger than zero",
     ),
+    "half a center": (
+        ("domain.shape.center=[0.5]",), "center: entry 2 is missing", "write center like [1.0, 1.0]"
+    ),
+    "nameless layer": (
+        ("domain.shape={kind='layers',base=[1.0],layers=[{region='',thickness=0.1}]}",),
+        'layers, entry 1, region = "": a name has 1 to 60 characters',
+    ),
     "numbers": (("domain.shape.size=[1.0]",), "size = [1.0]: it needs 2 numbers",),
     "too wide": (("domain.shape.radius=0.5",), "radius 0.5 around [0.5, 0.5]", "smaller"),
     "outside": (("domain.shape.center=[0.1,0.5]",), "around [0.1, 0.5]", "move it"),
@@ -460,6 +468,7 @@ SENTENCES = {
         ("domain.shape={kind='layers',base=[1.0,1.0,1.0],layers=[]}",),
         "base = [1.0, 1.0, 1.0]: it needs one number (2-D) or two (3-D)",
     ),
+    "a folder": (("domain={mesh='.'}",), 'domain.mesh = ".": . cannot be read'),
     "no layers": (("domain.shape={kind='layers',base=[1.0],layers=[]}",), "it has no layers"),
     "a face that is not there": (
         ("heat.hol={T=0.0}",), "heat.hol: the shape has no such face", "Did you mean 'hole'?",
@@ -470,7 +479,7 @@ SENTENCES = {
     ),
     "held face": (("supports.hoel='clamped'",), "supports.hoel", "Did you mean 'hole'?"),
     "held wrongly": (("supports.hole='fixed'",), "supports.hole", '"rollers", "clamped"'),
-    "cooled face": (("temperature.face=well",), "no boundary 'well'", "bottom, hole, left"),
+    "cooled face": (("temperature.face=well",), "no face 'well'", "bottom, hole, left"),
     "round rollers": (
         ("supports.hole=rollers",), 'supports.hole = "rollers"', "bottom, left, right, top",
     ),
@@ -480,6 +489,7 @@ SENTENCES = {
     "depths": (("measures.depths=[0.1]",), "measures.depths = [0.1]", "is no flat side"),
     "a crack of no mesh": (
         ("cracks=[{name='fault'}]",), 'cracks, name = "fault": the body has no such crack',
+        "name it in the mesh, or leave it out",
     ),
     "a section": (
         ("domain.shape={kind='disc',radius=1.0}", "supports={section='free'}",
@@ -648,6 +658,18 @@ def lines(gmsh: Any) -> None:
     occ.synchronize()
 
 
+def bodiless(gmsh: Any) -> None:
+    """Names of sides alone: Gmsh leaves out the body when it saves the mesh."""
+    meshes.square(gmsh)
+    _group(gmsh, 1, [1], "west")
+
+
+def quoted(gmsh: Any) -> None:
+    """A name with quotes in it."""
+    _group(gmsh, 2, [meshes.square(gmsh)], "rock")
+    _group(gmsh, 1, [1], 'Störung "a"')
+
+
 WRONG = {
     overlapping: ("'rock' and 'sand' overlap", "one name", "the names there are: rock, sand"),
     overlapping_faces: ("'cold' and 'warm' overlap", "the names there are: cold, rock, warm"),
@@ -661,6 +683,8 @@ WRONG = {
     squares: ("has cells that are Quadrilateral 4", "without recombining"),
     bent: ("has cells that are Triangle 6", "element order 1"),
     lines: ("has no triangles and no tetrahedra", "mesh the body"),
+    bodiless: ("has no triangles and no tetrahedra", "only what has a name: give the body one"),
+    quoted: ("'Störung \"a\"' has quotes in it", "call it otherwise"),
 }
 
 
@@ -701,6 +725,8 @@ def test_a_run_of_a_mesh_keeps_a_copy_from_which_it_can_be_run_again(folder: Pat
     assert (folder / "run" / "plate.msh").read_bytes() == (folder / "plate.msh").read_bytes()
     assert again.outline == case.outline and again.supports == case.supports
     assert run(again, folder / "second")[-1].energies == steps[-1].energies
+    pair = read_pair(folder / "run", folder / "second")
+    assert pair.first.case.outline == pair.second.case.outline == case.outline
 
 
 # How stress gathers around a hole
@@ -765,7 +791,11 @@ def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None
     assert said["faces"][0] == "east, floor, the roof, west"
     assert said["regions"][0] == "sand, shale" and said["cracks"][0] == "fault"
     cells = int(said["cells"][0].replace(",", ""))
-    assert cells == len(mesh_of(folder / "plate.msh", 1.0).cells)
+    assert cells == len(mesh_of(folder / "plate.msh", 1.0, "plate.msh").cells)
+    assert "[supports], [heat], [forces], temperature.face" in said["faces"][1]
+    assert said["h"][1] == "mean edge of the cells"
+    finer = preview(parse_case(PULLED, ["domain.h=0.05"], folder=folder)).facts
+    assert ("h", "0.05", "edge where cracks run, domain.h") in finer
 
 
 @needs_gmsh
@@ -786,7 +816,7 @@ def test_depth_is_counted_from_where_the_body_begins(folder: Path) -> None:
     cooled = cooled.replace("t = [1.0]", "tau = [0.2]")
     case = parse_case(cooled, folder=folder)
     far = problem(case)
-    mesh = mesh_of(folder / "plate.msh", 1.0)
+    mesh = mesh_of(folder / "plate.msh", 1.0, "plate.msh")
     near = body(MPI.COMM_WORLD, lambda: replace(mesh, x=mesh.x - meshes.CORNER))
     face = Face(axis=1, position=0.0, inward=1)
     load = replace(far.load, face=face)  # type: ignore[type-var]

@@ -109,9 +109,13 @@ def parse(value: Any, dimension: str) -> Quantity:
     if isinstance(value, str):
         return quantity(sensible(_to_si(value, dimension)), value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f'a {dimension} is a number, or a text like "{EXAMPLES[dimension]}"')
+        raise InputError(f'{_a(dimension)} is a number, or a text like "{EXAMPLES[dimension]}"')
     number = sensible(value)
     return quantity(number, number)
+
+
+def _a(dimension: str) -> str:
+    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
 
 def sensible(value: float) -> float:
@@ -137,21 +141,21 @@ def _to_si(text: str, dimension: str) -> float:
     number, unit = written[1], written[2].strip()
     if not unit:
         raise InputError(
-            f"a {dimension} in quotes needs a unit; {example}, or leave out the quotes if the case "
-            f"is scaled"
+            f"{_a(dimension)} in quotes needs a unit; {example}, or leave out the quotes if the "
+            f"case is scaled"
         )
     if dimension != "temperature" and COMPOUND.search(unit):  # a degree in them is a difference
         unit = re.sub("°C|degC", "K", unit)
     one = _unit(unit, example)
     if not one.is_compatible_with(SI_UNITS[dimension]):
-        raise InputError(f"'{unit}' does not measure a {dimension}; {example}")
+        raise InputError(f"'{unit}' does not measure {_a(dimension)}; {example}")
     if dimension == "temperature":
         kelvin = _kelvin(float(number), one.units, f"'{unit}' measures a difference; {example}")
         if kelvin < 0:
             raise InputError("it lies below absolute zero; check its unit")
         return kelvin
     if _registry().Quantity(0.0, one.units).to(SI_UNITS[dimension]).magnitude != 0:
-        raise InputError(f"'{unit}' has a zero of its own, and a {dimension} has none; {example}")
+        raise InputError(f"'{unit}' has a zero of its own, and {_a(dimension)} has none; {example}")
     return float(number) * float(one.to(SI_UNITS[dimension]).magnitude)
 
 

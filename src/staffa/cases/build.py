@@ -94,7 +94,7 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     keys = case.domain
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
-        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0)), h=h)
+        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh)), h=h)
     assert keys.h is not None
     if keys.shape is not None:
         return _shaped(comm, keys.shape.shape(), float(keys.h))

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.exchange import exchanges, strongest
+from staffa.cases.force_cautions import force_cautions
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.pieces import Piece, averages, has_directions, pieces
 from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
-from staffa.cases.rules import is_moved
+from staffa.cases.rules import is_moved, unit
+from staffa.cases.rules.supports import held
+from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.split import presses
 from staffa.cases.writing import inline
 from staffa.geometry.gmsh_model import missing
@@ -33,7 +36,8 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
-    found = [*_of_mesh(case), *_of_rock(case), *_of_split(case), *_of_memory(memory)]
+    found = [*_of_mesh(case), *_of_rock(case), *_of_loads(case), *_of_memory(memory)]
+    found += force_cautions(case, derived.sigma_c)
     if derived.cooled:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
@@ -42,6 +46,10 @@ def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
 def cell_edge(case: Case) -> float:
     """The longest cell edge, domain.h or a little less; the mean of unstructured cells."""
     return case.outline.h
+
+
+def _length(case: Case, value: float) -> str:
+    return f"{value:.3g}{unit(case, 'm')}"
 
 
 def first_and_last(derived: Numbers) -> tuple[float, float]:
@@ -91,8 +99,12 @@ def other_causes(case: Case) -> tuple[str, ...]:
     """What may break the body besides nucleation by cooling."""
     given = ("the given cracks may grow",) if case.cracks else ()
     moved = ("the moved sides load it too",) if is_moved(case) else ()
-    pressed = (f"[forces] act too ({presses(case)})",) if case.forces else ()
-    return (*given, *moved, *pressed, *_causes_of_heat(case))
+    return (*given, *moved, *forced(case), *_causes_of_heat(case))
+
+
+def forced(case: Case) -> tuple[str, ...]:
+    """That [forces] act, if they do."""
+    return (f"[forces] act too ({presses(case)})",) if case.forces else ()
 
 
 def _causes_of_heat(case: Case) -> Iterator[str]:
@@ -131,7 +143,7 @@ def _of_mesh(case: Case) -> Iterator[str]:
     if case.toughness.amplitude and length is not None and length < h:
         yield (
             f"toughness.correlation_length = {inline(length)} is less than a cell: the mesh sees "
-            f"noise that depends on it; take {2 * ell:.3g}, which is 2 ell, or more"
+            f"noise that depends on it; take {_length(case, 2 * ell)}, which is 2 ell, or more"
         )
 
 
@@ -152,24 +164,26 @@ def _of_rock(case: Case) -> Iterator[str]:
         if shortest < cell_edge(case):
             yield (
                 f"{where}.length = {inline(shortest)} is less than a cell: the mesh sees noise "
-                f"that depends on it; take {2 * case.damage.ell:.3g}, which is 2 ell, or more"
+                f"that depends on it; take {_length(case, 2 * case.damage.ell)}, which is 2 ell, "
+                f"or more"
             )
     yield from _of_regions(case)
+    yield from _of_shape(case)
 
 
-def _of_split(case: Case) -> Iterator[str]:
-    pressing = presses(case)
-    if pressing and case.damage.split == "none":
-        yield (
-            f'damage.split = "none": rock under pressure (forces.{pressing}) breaks as easily as '
-            f"under tension, and its cracks close without resistance; leave damage.split out"
-        )
-    if pressing and case.damage.split == "volumetric-deviatoric":
-        yield (
-            'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear at little '
-            'more than its strength in tension; of isotropic rock take "no-tension", else a '
-            "smaller damage.ell"
-        )
+def _of_loads(case: Case) -> Iterator[str]:
+    """Loads on a face that is held against them."""
+    for side, table in case.forces.by_side().items() if case.forces else ():
+        axis, every = case.outline.axis(side), "xyz"[: case.dim]
+        moved = {"pressure": every if axis is None else every[axis], "x": "x", "y": "y", "z": "z"}
+        for key in table.model_fields_set:
+            if set(moved[key]) <= held(case, side).keys():
+                own = case.supports.on(side) not in (None, "free")
+                holds = f"supports.{side}" if own else "supports.section"
+                yield (
+                    f"forces.{side}.{key} moves nothing: {holds} holds the face against it; leave "
+                    f"one of them out"
+                )
 
 
 def _written(case: Case) -> Iterator[tuple[str, Any]]:
@@ -182,13 +196,29 @@ def _written(case: Case) -> Iterator[tuple[str, Any]]:
             seen.add(id(value))
 
 
+def _of_shape(case: Case) -> Iterator[str]:
+    """Parts of a shape that are smaller than a cell."""
+    keys, h = case.domain.shape, cell_edge(case) * (1 - 1e-9)
+    if isinstance(keys, PlateWithHole | Wellbore) and keys.radius < h:
+        yield (
+            f"domain.shape.radius = {inline(keys.radius)} is less than a cell: the hole is not "
+            f"round; take a smaller domain.h"
+        )
+    for number, layer in enumerate(keys.layers if isinstance(keys, Layers) else (), start=1):
+        if layer.thickness < h:
+            yield (
+                f"domain.shape.layers, entry {number}, thickness = {inline(layer.thickness)} is "
+                f"less than a cell; make it thicker, or take a smaller domain.h"
+            )
+
+
 def _of_regions(case: Case) -> Iterator[str]:
     for piece in pieces(case)[1:]:
         thinnest = min(b - a for a, b in zip(piece.lower, piece.upper, strict=True))
         if thinnest < cell_edge(case) * (1 - 1e-9):
             yield (
-                f"{piece.where} is {thinnest:.3g} thin, less than a cell, and may hold none; make "
-                f"it thicker, or take a smaller domain.h"
+                f"{piece.where} is {_length(case, thinnest)} thin, less than a cell, and may hold "
+                f"none; make it thicker, or take a smaller domain.h"
             )
 
 
@@ -227,26 +257,32 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
 
 def _of_plane_strain(case: Case, derived: Numbers, drop: float) -> Iterator[str]:
     enough = derived.sigma_c / (derived.rock.E * derived.rock.expansion)
+    if case.forces and case.forces.prestress and case.forces.prestress.zz is not None:
+        return  # the stress across the plane is not of cold alone
     if derived.dT_c is not None and case.material.plane == "strain" and drop > enough:
         yield (
             f"in plane strain no crack of the plane relieves the stress across it, which alone "
-            f"damages all rock that is colder by {enough:.3g} or more; take material.plane = "
-            f'"stress", a smaller damage.ell (a higher strength), or a 3-D body'
+            f"damages all rock that is colder by {enough:.3g}{unit(case, 'K')} or more; take "
+            f'material.plane = "stress", a smaller damage.ell (a higher strength), or a 3-D body'
         )
 
 
 def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, ...]) -> str:
     """That cooling starts no crack, and what may break the body all the same."""
+    kelvin = unit(case, "K")
     what = "cooling starts no new crack" if causes else "nothing will crack"
-    where = ""
+    where = " without [forces]" if case.forces else ""
     if largest > dT_c * sqrt(rare_factor(case)):
         what = f"perhaps {what}"
-        where = ", or at less where the random toughness is low"
+        where += ", or at less where the random toughness is low"
     elif uneven(case):
         what = f"perhaps {what}"
-        where = ", or at less where the rock differs from its averages"
+        where += ", or at less where the rock differs from its averages"
+    elif case.forces:
+        what = f"perhaps {what}"
     return (
-        f"{what}: the face drops by {largest:.3g} at most, and damage starts at {dT_c:.3g}{where}; "
+        f"{what}: the face drops by {largest:.3g}{kelvin} at most, and damage starts at "
+        f"{dT_c:.3g}{kelvin}{where}; "
         f"{''.join(f'{cause}; ' for cause in causes)}to start cracks by cooling, raise the drop, "
         f"or take a larger damage.ell (a lower strength)"
     )
@@ -259,20 +295,20 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     at_once = case.heat is None or _cools_at_once(case)  # else how deep the cold is says little
     if mixed < h:
         yield (
-            f"sqrt(ell ell0) = {mixed:.2g} is below h = {h:.2g}: nucleation is not resolved, so "
-            f"that the first cracks' number and time depend on the mesh; later depths and spacings "
-            f"do not"
+            f"sqrt(ell ell0) = {_length(case, mixed)} is below h = {_length(case, h)}: nucleation "
+            f"is not resolved, so that the first cracks' number and time depend on the mesh; later "
+            f"depths and spacings do not"
         )
     elif at_once and first > NUCLEATION_DEPTH * mixed:
         yield (
-            f"the first step is too coarse to see nucleation: its diffusion length {first:.2g} is "
-            f"past {NUCLEATION_DEPTH:g} sqrt(ell ell0) = {NUCLEATION_DEPTH * mixed:.2g}; start "
-            f"earlier"
+            f"the first step is too coarse to see nucleation: its diffusion length "
+            f"{_length(case, first)} is past {NUCLEATION_DEPTH:g} sqrt(ell ell0) = "
+            f"{_length(case, NUCLEATION_DEPTH * mixed)}; start earlier"
         )
     if at_once and first < h / 2:
         yield (
-            f"at the first step the diffusion length {first:.2g} is under half a cell: the mesh "
-            f"does not see that temperature; start later or take a smaller domain.h"
+            f"at the first step the diffusion length {_length(case, first)} is under half a "
+            f"cell: the mesh does not see that temperature; start later or take a smaller domain.h"
         )
 
 

@@ -19,6 +19,8 @@ from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
+LONGEST_NAME = 60
+
 
 def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """The function with its errors as Pydantic collects them."""
@@ -64,6 +66,13 @@ def _in_degrees(value: Any) -> Any:
     return float(parse(value, "rotation")) if isinstance(value, str) else value
 
 
+def is_name(text: str) -> str:
+    """The text, if it can stand for a part of a case in sentences, tables and pictures."""
+    if not (text.strip() and len(text) <= LONGEST_NAME and text.isprintable()):
+        raise ValueError(f"a name has 1 to {LONGEST_NAME} characters that can be printed")
+    return text
+
+
 POSITIVE = AfterValidator(_positive)
 NOT_NEGATIVE = AfterValidator(_not_negative)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
@@ -92,6 +101,7 @@ Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]
 Direction = tuple[Number, ...]
 Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
+Name = Annotated[str, AfterValidator(is_name)]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)

@@ -8,6 +8,7 @@ from staffa.cases.cautions import (
     cautions,
     cell_edge,
     first_and_last,
+    forced,
     other_causes,
     peak_drop,
     piece_varies,
@@ -19,7 +20,7 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pieces import has_directions, pieces
-from staffa.cases.rules import adaptive, is_scaled
+from staffa.cases.rules import adaptive, unit
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
 from staffa.grid import broken_layer
@@ -49,7 +50,7 @@ def preview(case: Case) -> Preview:
     """Say what the physics and the cost will be, and warn of what is off."""
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
-    facts += _split_facts(case)
+    facts += _split_facts(case, derived)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -66,26 +67,27 @@ def memory(case: Case) -> float:
     return BASE + levels * PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
 
 
-def _unit(case: Case, unit: str) -> str:
-    return "" if is_scaled(case) else f" {unit}"
-
-
 def _body_facts(case: Case) -> list[Fact]:
     """What a shape or a mesh is from outside, and the names that it knows."""
     if case.domain.is_block:
         return []
-    body, metre = case.outline, _unit(case, "m")
+    body, metre = case.outline, unit(case, "m")
     size = " x ".join(f"{length:.4g}" for length in body.size)
     begins = ", ".join(f"{c:.4g}" for c in body.lower)
     flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
+    finer = case.domain.mesh is not None and case.domain.h is not None
+    edge = "edge where cracks run, domain.h" if finer else "mean edge of the cells"
     named = {
-        "faces": (body.faces, f"names for [supports] and [heat]; flat: {flat}"),
+        "faces": (
+            body.faces,
+            f"names for [supports], [heat], [forces], temperature.face; flat: {flat}",
+        ),
         "regions": (body.regions, "parts of the body"),
         "cracks": (body.cracks, "that are there from the start"),
     }
     return [
         ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
-        ("h", f"{body.h:.3g}{metre}", "mean edge of the cells"),
+        ("h", f"{body.h:.3g}{metre}", edge),
         *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
     ]
 
@@ -120,20 +122,22 @@ def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
-    sigma = f"{derived.sigma_c:.4g}{_unit(case, 'Pa')}"
+    sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
     if not derived.cooled:
         strain = derived.sigma_c / derived.rock.E
-        sooner = "; the given cracks may grow sooner" if case.cracks else ""
-        facts.append(("will it crack", f"at a strain of {strain:.3g}", f"sigma_c/E{sooner}"))
+        sooner = ["the given cracks may grow sooner"] if case.cracks else []
+        told = "; ".join(["sigma_c/E", *sooner, *forced(case)])
+        facts.append(("will it crack", f"at a strain of {strain:.3g}", told))
     return facts
 
 
-def _split_facts(case: Case) -> list[Fact]:
+def _split_facts(case: Case, derived: Numbers) -> list[Fact]:
     pressing = presses(case)
     if pressing:
-        why = f"forces.{pressing} may press cracks shut; sigma_c and dT_c do not count them"
+        told = "sigma_c and dT_c do" if derived.cooled and derived.dT_c else "sigma_c does"
+        why = f"forces ({pressing}) may press cracks shut; {told} not count them"
     elif case.damage.split == "none":
         why = "cold alone acts, which pulls: cracks need no stiffness against pressure"
     else:
@@ -148,8 +152,8 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
     along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
     shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
     facts = [
-        ("k", f"{shown}{_unit(case, 'W/(m K)')}", f"conductivity{along}"),
-        ("kappa", f"{derived.kappa:.4g}{_unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+        ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
+        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
     ]
     for exchange in exchanges(case):
         if exchange.where == face and exchange.film is not None:
@@ -171,7 +175,7 @@ def _what_drops(case: Case) -> str:
 
 def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
     assert derived.severity is not None
-    K = _unit(case, "K")
+    K = unit(case, "K")
     facts = [
         ("severity", f"{derived.severity:.4g}", "expansion dT sqrt(E L/Gc); 54 in the paper"),
         ("dT", f"{derived.dT:.4g}{K}", _what_drops(case)),
@@ -183,7 +187,8 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
             ("will it crack", "cannot be told", "without a threshold only a run can tell"),
         ]
     relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
-    below = f"below 1 {'cooling starts no crack' if other_causes(case) else 'nothing is damaged'}"
+    nothing = "cooling starts no crack" if other_causes(case) else "nothing is damaged"
+    below = f"below 1 {nothing}{', but for [forces]' if case.forces else ''}"
     return [
         *facts,
         ("dT_c", f"{derived.dT_c:.4g}{K}", f"drop at which damage starts, {_where(case, derived)}"),
@@ -216,9 +221,11 @@ def laterally_held(case: Case) -> bool:
 def _verdict(case: Case, ratio: float) -> tuple[str, str]:
     """Whether cooling starts cracks; what else may break the body is named beside it."""
     causes = other_causes(case)
-    if ratio >= 1.5:
-        return "yes", "the drop is well above dT_c"
-    if ratio >= 1:
+    if case.forces is not None:
+        said = "cannot be told", "from dT_c alone"
+    elif ratio >= 1.5:
+        said = "yes", "the drop is well above dT_c"
+    elif ratio >= 1:
         said = "hardly", "damage starts, but the drop is little above dT_c"
     elif ratio > sqrt(rare_factor(case)):
         said = "perhaps", "the face cools enough only where the random toughness is low"
@@ -232,7 +239,7 @@ def _verdict(case: Case, ratio: float) -> tuple[str, str]:
 
 
 def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
-    metre, kappa = _unit(case, "m"), derived.kappa
+    metre, kappa = unit(case, "m"), derived.kappa
     ell, h = float(case.damage.ell), cell_edge(case)
     facts, ell0 = [], derived.ell0
     if ell0 is not None:

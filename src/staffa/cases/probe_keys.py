@@ -2,11 +2,10 @@
 
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, Tag
 
-from staffa.cases.kinds import Integer, Position, Section
+from staffa.cases.kinds import Integer, Name, Position, Section
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=60)]
 MOST = 1000  # points of a line: each is a row a step
 
 

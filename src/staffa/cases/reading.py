@@ -1,7 +1,9 @@
 """From TOML text to a case, or to one sentence that says what is wrong with it."""
 
+import re
 import tomllib
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -125,9 +127,8 @@ def _syntax(error: ValueError) -> str:
 
 
 def _set(table: dict[str, Any], setting: str) -> None:
-    key, equals, text = setting.partition("=")
-    path = [name.strip() for name in key.split(".")]
-    if not equals or not all(path):
+    path, text = _parted(setting)
+    if not all(path):
         raise InputError(f"--set {setting}: write it like --set damage.law=AT2")
     try:
         value = tomllib.loads(f"value = {text}")["value"]
@@ -141,3 +142,25 @@ def _set(table: dict[str, Any], setting: str) -> None:
                 f"--set damage.law=AT2"
             )
     table[path[-1]] = value
+
+
+def _parted(setting: str) -> tuple[list[str], str]:
+    """The names of a setting's key and the text of its value; no name if there is none.
+
+    A name with a dot, a space or an equals sign is in quotes, as in TOML.
+    """
+    for found in re.finditer("=", setting):
+        with suppress(ValueError, RecursionError):
+            return _names_in(setting[: found.start()]), setting[found.end() :]
+    key, equals, text = setting.partition("=")
+    return [name.strip() for name in key.split(".")] if equals else [""], text
+
+
+def _names_in(key: str) -> list[str]:
+    """The names of a dotted key of TOML; ValueError if it is none."""
+    names: list[str] = []
+    inner: Any = tomllib.loads(f"{key} = 0")
+    while isinstance(inner, dict):
+        ((name, inner),) = inner.items()
+        names.append(name)
+    return names

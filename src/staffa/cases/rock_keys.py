@@ -128,7 +128,7 @@ class RockKeys(Section):
     )
     rho: DensityValue | None = Field(
         default=None,
-        description="density, with the heat equation only",
+        description="density, with the heat equation or gravity only",
         examples=[EXAMPLES["density"]],
     )
     c: HeatCapacityValue | None = Field(

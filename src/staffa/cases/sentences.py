@@ -126,6 +126,8 @@ def _wrong_value(detail: Any) -> str:
 
 def _missing(keys: Sequence[int | str]) -> str:
     field = _field(keys)
+    if isinstance(keys[-1], int):
+        return f"{_where(keys[:-1])}: entry {keys[-1] + 1} is missing; {_likeness(keys[:-1])}"
     if field is None or not field.examples:
         return f"[{_where(keys)}] is missing; {EXPLAINED}"
     return (

@@ -4,19 +4,22 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from staffa.cases.kinds import Length, Position, Section
+from staffa.cases.kinds import Length, Name, Position, Section
 from staffa.geometry.shapes import Bored, Layered, Round, Shape
 
 KINDS = ("plate with hole", "wellbore", "disc", "cylinder", "layers")
+RADIUS = "radius of the hole, or of a round body"
 
 
 class _Bored(Section):
     """What a plate with a hole and a block with a bore have in common."""
 
     size: tuple[Length, ...] = Field(description="extent along each axis", examples=[[2.0, 2.0]])
-    radius: Length = Field(description="radius of the hole", examples=[0.1])
+    radius: Length = Field(description=RADIUS, examples=[0.1])
     center: tuple[Position, Position] | None = Field(
-        default=None, description="x and y of its middle; that of the body if left out"
+        default=None,
+        description="x and y of its middle; that of the body if left out",
+        examples=[[1.0, 1.0]],
     )
 
     def shape(self) -> Shape:
@@ -42,7 +45,7 @@ class RoundPlate(Section):
     """A disc around the origin: side."""
 
     kind: Literal["disc"]
-    radius: Length = Field(description="its radius", examples=[1.0])
+    radius: Length = Field(description=RADIUS, examples=[1.0])
 
     def shape(self) -> Shape:
         """What the keys stand for."""
@@ -53,7 +56,7 @@ class Cylinder(Section):
     """An upright cylinder whose bottom lies around the origin: side, bottom, top."""
 
     kind: Literal["cylinder"]
-    radius: Length = Field(description="its radius", examples=[1.0])
+    radius: Length = Field(description=RADIUS, examples=[1.0])
     height: Length = Field(description="its height", examples=[2.0])
 
     def shape(self) -> Shape:
@@ -64,7 +67,7 @@ class Cylinder(Section):
 class Layer(Section):
     """A horizontal layer."""
 
-    region: str = Field(description="its region, which may come again", examples=["shale"])
+    region: Name = Field(description="its region, which may come again", examples=["shale"])
     thickness: Length = Field(description="how thick it is", examples=[0.3])
 
 

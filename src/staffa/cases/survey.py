@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from staffa.cases.model import Case
-from staffa.cases.rules.units import is_scaled
+from staffa.cases.rules.units import is_scaled, unit
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
@@ -58,20 +58,21 @@ def _with_mesh(case: Case, file: Path) -> Case:
             "domain.unit is missing: a mesh counts in numbers, and this case has units; write how "
             'long its 1 is, like unit = "1 mm"'
         )
-    found = outline(mesh_of(file, float(keys.unit or 1.0)))
+    found = outline(mesh_of(file, float(keys.unit or 1.0), str(keys.mesh)))
     if keys.h is not None:
         if keys.h > found.h:
             raise InputError(
                 f"domain.h = {inline(keys.h)}: of a mesh it is the edge of its cells where cracks "
-                f"run, at most the mean edge, {found.h:.3g}; take a smaller one, or leave it out"
+                f"run, at most the mean edge, {found.h:.3g}{unit(case, 'm')}; take a smaller "
+                f"one, or leave it out"
             )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})
 
 
-def mesh_of(file: Path, unit: float) -> Simplices:
-    """The mesh of a file."""
-    return read_msh(file, unit, f'domain.mesh = "{file.name}"')
+def mesh_of(file: Path, unit: float, given: str) -> Simplices:
+    """The mesh of a file; given: what the case calls it."""
+    return read_msh(file, unit, f"domain.mesh = {inline(given)}")
 
 
 def _is_possible(shape: Any) -> None:

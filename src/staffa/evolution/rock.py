@@ -55,7 +55,8 @@ class Places:
         element = ("Discontinuous Lagrange", 0, values.shape[1:] or None)
         field = fem.Function(fem.functionspace(self.domain.mesh, element), name=name)
         cells = field.function_space.dofmap.list[:, 0]
-        field.x.array.reshape(len(values), -1)[cells] = values.reshape(len(values), -1)
+        width = int(np.prod(values.shape[1:]))  # said, for a rank may own nothing
+        field.x.array.reshape(-1, width)[cells] = values.reshape(-1, width)
         return field
 
     def number(self, get: Callable[[Material], Property], name: str) -> Coefficient:

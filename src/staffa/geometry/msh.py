@@ -12,7 +12,7 @@ from staffa.geometry.gmsh_model import SIMPLEX, opened
 from staffa.geometry.simplices import Simplices, facets, keys, parts
 
 BEGINNING = b"$MeshFormat"  # of every .msh file; Gmsh would run other files as scripts
-ANNOUNCED = re.compile(rb'\d+\s+\d+\s+"(.*)"')
+ANNOUNCED = re.compile(rb'(\d+)\s+\d+\s+"(.*)"')
 WAY_OUT = "give domain.size for a rectangle or a box"
 KINDS = {0: "a point", 1: "a curve", 2: "a surface", 3: "a volume"}
 
@@ -43,24 +43,39 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
             gmsh.merge(str(path))
         except Exception as error:  # Gmsh raises this very class
             raise InputError(f"{where}: Gmsh cannot read it ({error}); save it anew") from error
-        for name in _announced(path):
-            if name not in {gmsh.model.getPhysicalName(*g) for g in gmsh.model.getPhysicalGroups()}:
-                raise InputError(
-                    f"{where}: '{name}' names nothing that is in the file; remove it, or save the "
-                    f"mesh anew, in format 4.1 without Mesh.SaveAll"
-                )
+        held = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
+        for dim, name in _announced(path):
+            _is_held(dim, name, held, where)
         return collected(gmsh, where, unit)
 
 
-def _announced(path: Path) -> Iterator[str]:
-    """The names that stand at the beginning of a file."""
+def _is_held(dim: int, name: str, held: set[str], where: str) -> None:
+    """A name that a file announces was read with what it names."""
+    if '"' in name:
+        raise InputError(
+            f"{where}: '{name}' has quotes in it, at which Gmsh ends a name; call it otherwise"
+        )
+    if name not in held and dim == 0:
+        raise InputError(
+            f"{where}: '{name}' names a point, where staffa knows names of regions, faces and "
+            f"cracks only; remove it"
+        )
+    if name not in held:
+        raise InputError(
+            f"{where}: '{name}' names nothing that is in the file; remove it, or save the mesh "
+            f"anew, in format 4.1 without Mesh.SaveAll"
+        )
+
+
+def _announced(path: Path) -> Iterator[tuple[int, str]]:
+    """The dimensions and names that stand at the beginning of a file."""
     with path.open("rb") as file:
         for line in file:
             if line.startswith((b"$Entities", b"$Nodes")):
                 return
             named = ANNOUNCED.fullmatch(line.strip())
             if named:
-                yield named[1].decode(errors="replace")
+                yield int(named[1]), named[2].decode(errors="replace")
 
 
 def collected(gmsh: Any, where: str, unit: float) -> Simplices:
@@ -69,7 +84,10 @@ def collected(gmsh: Any, where: str, unit: float) -> Simplices:
     names = _names(gmsh, dim, where)
     corners, cell_name = _named(gmsh, dim, names, where)
     if not len(corners):
-        raise InputError(f"{where} has no triangles and no tetrahedra; mesh the body, and save it")
+        named = " (Gmsh saves only what has a name: give the body one)" if names else ""
+        raise InputError(
+            f"{where} has no triangles and no tetrahedra; mesh the body, and save it{named}"
+        )
     tags, x, _ = gmsh.model.mesh.getNodes()
     used, place = np.unique(corners, return_inverse=True)
     x = unit * x.reshape(-1, 3)[np.argsort(tags)][np.searchsorted(np.sort(tags), used)]

@@ -15,8 +15,8 @@ from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.newton import CoupledNewton
 from staffa.records import Effort, Energies, Outcome, Stop
 
-# Where Newton follows, an iterative solver of the displacement stops at this fraction of the
-# unbalanced force that it was given.
+# Where Newton follows, an iterative solver of the displacement, or a nonlinear one, stops at this
+# fraction of the unbalanced force that it was given.
 REDUCTION = 0.05
 
 
@@ -85,7 +85,7 @@ def alternate(
     # Another pressure of a fluid whose volume is given is another energy of the damage.
     tally = Tally(energies=problem.energies(), comparable=problem.held is None)
     patience = Patience()
-    newton, direct = problem.newton, problem.elastic.direct
+    newton, exact = problem.newton, problem.elastic.direct and problem.convex is None
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
@@ -105,7 +105,7 @@ def alternate(
         settled = balanced
         change = _minimize_damage(problem, lower, upper, tally)
         # A displacement from which Newton goes on need not be solved for to the last digit.
-        balanced = direct or not newton or change <= stop.change
+        balanced = exact or not newton or change <= stop.change
         equilibrium(problem, values, reduction=0.0 if balanced else REDUCTION)
         tally.balance(problem.energies())
     if not balanced:  # out of sweeps: what is returned is in equilibrium all the same
@@ -129,7 +129,9 @@ def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 
     if problem.convex is None:
         problem.elastic.minimize(problem.u, values, reduction=reduction)
     else:
-        convex.minimize(problem.elastic, problem.convex, problem.u, values, problem.held)
+        convex.minimize(
+            problem.elastic, problem.convex, problem.u, values, problem.held, reduction=reduction
+        )
     problem.keep_u(problem.u)
 
 
@@ -176,7 +178,7 @@ class Tally:
                 f"the energy is not finite after {what}; try a shorter time step or a larger "
                 f"damage.residual_stiffness"
             )
-        scale = max(abs(self.last), abs(total), 1e-300)
+        scale = max(abs(self.last), abs(total), self.energies.scale, 1e-300)
         self.largest_rise = max(self.largest_rise, (total - self.last) / scale)
         self.last = total
 

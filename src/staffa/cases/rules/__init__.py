@@ -35,7 +35,7 @@ from staffa.cases.rules.heat import (
     heat_has_its_profile,
     heat_is_complete,
 )
-from staffa.cases.rules.names import cracks_are_there, faces_are_there
+from staffa.cases.rules.names import cracks_are_there, faces_are_there, files_are_called_apart
 from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.rock import (
     elasticity_is_definite,
@@ -64,13 +64,14 @@ from staffa.cases.rules.times import (
 from staffa.cases.rules.units import (
     is_scaled,
     nothing_is_one_by_default,
+    unit,
     units_are_not_mixed,
 )
 from staffa.cases.split import GAMMA, default_split
 from staffa.grid import SIDES, UNSTRUCTURED
 from staffa.units import Quantity
 
-__all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given"]
+__all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given", "unit"]
 
 # In an order in which each may rely on those before.
 RULES = (
@@ -82,6 +83,7 @@ RULES = (
     faces_are_there,
     cracks_are_there,
     regions_are_places,
+    files_are_called_apart,
     stiffness_is_complete,
     axes_are_directions,
     lists_have_a_number_an_axis,
@@ -158,9 +160,11 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     if case.solver.displacement == "auto":
         found["solver"] = {"displacement": "direct" if two else "iterative"}
     ones = ONES_OF_HEAT if case.heat else ONES
-    for name, unit in ones.items():  # in units only those without effect can have been left out
+    if case.forces is not None and case.forces.gravity is not None:
+        ones = ones | {"rho": "kg/m^3"}
+    for name, one_unit in ones.items():  # in units only those without effect can have been left out
         if name not in keys.model_fields_set:
-            one = Quantity(1.0) if is_scaled(case) else Quantity(1.0, f"1 {unit}")
+            one = Quantity(1.0) if is_scaled(case) else Quantity(1.0, f"1 {one_unit}")
             found["material"][name] = one
     return found
 

@@ -50,9 +50,10 @@ def _stiffness_is_alone(case: Case, piece: Piece) -> None:
         )
     C = piece.keys.stiffness or ()
     if len(C) != 6 or any(len(row) != 6 for row in C):
+        rows = "one row" if len(C) == 1 else f"{len(C)} rows"
         raise InputError(
-            f"{piece.where}.stiffness has {len(C)} rows of {_lengths(C)} numbers; it needs six "
-            f"rows of six, in the order 11, 22, 33, 23, 13, 12"
+            f"{piece.where}.stiffness has {rows} of {_lengths(C)} numbers; it needs six rows of "
+            f"six, in the order 11, 22, 33, 23, 13, 12"
         )
 
 

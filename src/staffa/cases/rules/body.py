@@ -1,6 +1,7 @@
 """Rules on the body: its dimension, its mesh, and what is drawn into it."""
 
 from staffa.cases.model import Case, Disc, Named, Segment
+from staffa.cases.rules.units import unit
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.grid import UNSTRUCTURED
@@ -147,8 +148,9 @@ def _edge(case: Case) -> float:
 
 
 def _edge_in_words(case: Case) -> str:
-    h = case.domain.h
-    return f"the mesh's mean edge, {case.outline.h:.3g}" if h is None else f"domain.h = {inline(h)}"
+    if case.domain.h is not None:
+        return f"domain.h = {inline(case.domain.h)}"
+    return f"the mesh's mean edge, {case.outline.h:.3g}{unit(case, 'm')}"
 
 
 def _smallest(case: Case) -> float:

@@ -12,7 +12,7 @@ def cooling_is_complete(case: Case) -> None:
     faces = case.outline.faces
     if keys.face not in faces and (case.domain.is_block or keys.profile != "none"):
         raise InputError(
-            f"temperature.face: the body has no boundary '{keys.face}'; {choices(keys.face, faces)}"
+            f"temperature.face: the body has no face '{keys.face}'; {choices(keys.face, faces)}"
         )
     if keys.profile in ("none", "heat"):
         for name in ("dT", "severity", "biot"):

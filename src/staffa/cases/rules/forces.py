@@ -31,15 +31,15 @@ def forces_say_something(case: Case) -> None:
     keys = case.forces
     if keys is None:
         return
+    if keys.prestress is not None and not keys.prestress.model_fields_set:
+        raise InputError(
+            f"forces.prestress says nothing; give {', '.join(COMPONENTS)} or some of them, or "
+            f"leave it out"
+        )
     if not presses(case):
         raise InputError(
             "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
             "crack_pressure or crack_volume, or leave it out"
-        )
-    if keys.gravity is not None and case.material.rho is None:
-        raise InputError(
-            f"forces.gravity = {inline(keys.gravity)} acts on material.rho, which is missing; "
-            f'write it like rho = "2700 kg/m^3"'
         )
     if keys.crack_pressure is not None and keys.crack_volume is not None:
         raise InputError(
@@ -127,7 +127,14 @@ def split_fits_the_rock(case: Case) -> None:
             f"damage.gamma = {case.damage.gamma:g} has no meaning but with damage.split = "
             f'"star-convex"; leave it out'
         )
-    if name is None or not SPLITS[name].isotropic:
+    if name in (None, "none"):
+        return
+    if case.material.plane != "strain" and any(averages(p).nu >= 0.5 for p in pieces(case)):
+        raise InputError(
+            f'damage.split = "{name}" needs a bulk modulus, and rock with nu = 0.5 has none; take '
+            f"0.49 or less"
+        )
+    if not SPLITS[name].isotropic:
         return
     if is_anisotropic(case):
         raise InputError(
@@ -167,6 +174,8 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
         try:
             function = formula(value.formula, known)
             for t in times:
-                trial(function, known, places(case, side), t)
+                found = trial(function, known, places(case, side), t)
+                if where == "forces.crack_volume" and found.min() < 0:
+                    raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None

@@ -1,10 +1,13 @@
 """Rules on names: what a case says of the parts of its body is said of parts that are there."""
 
 from collections.abc import Collection
+from pathlib import Path
 
+from staffa.cases.attached import attached
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Named, SupportKeys
+from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
 from staffa.geometry.outline import Outline
 from staffa.grid import SIDES
@@ -35,8 +38,19 @@ def faces_are_there(case: Case) -> None:
 
 def _none(case: Case) -> str:
     if case.domain.is_block:
-        return "a 2-D body has no such side"
+        return "a 2-D body has no such face"
     return f"the {'mesh' if case.domain.mesh else 'shape'} has no such face"
+
+
+def files_are_called_apart(case: Case) -> None:
+    """No two files have one name: a run keeps them side by side."""
+    found: dict[str, Path] = {}
+    for file in attached(case):
+        other = found.setdefault(file.name, file)
+        if other != file:
+            raise InputError(
+                f"{other} and {file} have one name, by which a run keeps them; rename one"
+            )
 
 
 def cracks_are_there(case: Case) -> None:
@@ -45,8 +59,11 @@ def cracks_are_there(case: Case) -> None:
     named = [crack.name for crack in case.cracks if isinstance(crack, Named)]
     for name in named:
         if name not in cracks:
-            has = choices(name, cracks) if cracks else "it has none"
-            raise InputError(f'cracks, name = "{name}": the body has no such crack inside; {has}')
+            none = "it has none; name it in the mesh, or leave it out"
+            has = choices(name, cracks) if cracks else none
+            raise InputError(
+                f"cracks, name = {inline(name)}: the body has no such crack inside; {has}"
+            )
         if named.count(name) > 1:
             raise InputError(f'cracks, name = "{name}" is there twice; leave one out')
     for name in cracks:
@@ -65,7 +82,7 @@ def regions_are_there(given: Collection[str], body: Outline) -> None:
     """
     for name in given:
         if name not in body.regions:
-            has = choices(name, body.regions) if body.regions else "it has none"
+            has = choices(name, body.regions) if body.regions else "it has none; leave it out"
             raise InputError(f"regions.{name}: the body has no such region; {has}")
     for name in body.regions:
         if len(body.regions) > 1 and name not in given:

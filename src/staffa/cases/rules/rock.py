@@ -6,7 +6,7 @@ import numpy as np
 
 from staffa.cases.anisotropy import elasticity
 from staffa.cases.formula import formula, names, trial
-from staffa.cases.kinds import Formula
+from staffa.cases.kinds import Formula, is_name
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, pieces
 from staffa.cases.properties import point_property, varies
@@ -22,17 +22,17 @@ from staffa.physics.elasticity import checked
 
 # A normal field of a larger variation would reach zero at one place in a few million.
 NORMAL = 0.2
-LONGEST_NAME = 60
 
 
 def regions_are_places(case: Case) -> None:
     """Regions are boxes that meet a block, or those that a shape or a mesh names."""
     for name, region in case.regions.items():
-        if not (name.strip() and len(name) <= LONGEST_NAME and name.isprintable()):
+        try:
+            is_name(name)
+        except ValueError as error:
             raise InputError(
-                f"[regions.{shown(name, 20)}]: the name of a region has 1 to {LONGEST_NAME} "
-                f"characters that can be printed; write it like [regions.clay]"
-            )
+                f"[regions.{shown(name, 20)}]: {error}; write it like [regions.clay]"
+            ) from None
         if case.domain.is_block:
             _is_a_box(case, f"regions.{name}", region)
         elif region.lower is not None or region.upper is not None:

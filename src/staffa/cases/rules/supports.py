@@ -54,8 +54,8 @@ def section_can_stretch(case: Case) -> None:
         return
     for side in ("right", "bottom", "top"):
         support = case.supports.on(side)
-        held = support == ("rollers" if side == "right" else "clamped")
-        if held or (isinstance(support, Prescribed) and support.x is not None):
+        holds = support == ("rollers" if side == "right" else "clamped")
+        if holds or (isinstance(support, Prescribed) and support.x is not None):
             raise InputError(
                 f"supports.{side} = {inline(support)} holds x, which supports.section = "
                 f'"{case.supports.section}" leaves free to stretch; leave one out'
@@ -84,12 +84,12 @@ def prescribed_agree(case: Case) -> None:
 
 def edges_agree(case: Case) -> None:
     """Two sides that meet do not prescribe a component differently on the edge they share."""
-    held = {side: _held(case, side) for side in case.outline.faces}
-    for one, other in combinations(held, 2):
+    holds = {side: held(case, side) for side in case.outline.faces}
+    for one, other in combinations(holds, 2):
         if frozenset((one, other)) not in case.outline.touching:
             continue
-        for name in sorted(held[one].keys() & held[other].keys()):
-            here, there = held[one][name], held[other][name]
+        for name in sorted(holds[one].keys() & holds[other].keys()):
+            here, there = holds[one][name], holds[other][name]
             if not _same(here, there):
                 raise InputError(
                     f"supports.{one} and supports.{other} meet, and hold {name} differently there, "
@@ -98,7 +98,7 @@ def edges_agree(case: Case) -> None:
                 )
 
 
-def _held(case: Case, side: str) -> dict[str, float | History]:
+def held(case: Case, side: str) -> dict[str, float | History]:
     """The components that are prescribed on a side, with a section's rollers."""
     support, names = case.supports.on(side), "xyz"[: case.dim]
     axis = case.outline.axis(side)

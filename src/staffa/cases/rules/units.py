@@ -35,6 +35,11 @@ def is_scaled(case: Case) -> bool:
     return not any(quantity.has_units for _, quantity in quantities(case))
 
 
+def unit(case: Case, name: str) -> str:
+    """What stands behind a number of a case in a sentence: this unit, or nothing if scaled."""
+    return "" if is_scaled(case) else f" {name}"
+
+
 def units_are_not_mixed(case: Case) -> None:
     """All quantities have units, or none has; zero is zero in any unit but of temperature, and tau
     has none."""
@@ -66,6 +71,8 @@ def nothing_is_one_by_default(case: Case) -> None:
         needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}
     elif case.temperature.profile != "none":
         needed |= {"expansion": "thermal expansion", "kappa": "diffusivity"}
+    if case.forces is not None and case.forces.gravity is not None:
+        needed |= {"rho": "density"}
     for name, dimension in needed.items():
         if name not in case.material.model_fields_set:
             raise InputError(
