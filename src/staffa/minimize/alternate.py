@@ -85,7 +85,7 @@ def alternate(
     # Another pressure of a fluid whose volume is given is another energy of the damage.
     tally = Tally(energies=problem.energies(), comparable=problem.held is None)
     patience = Patience()
-    newton, exact = problem.newton, problem.elastic.direct and problem.convex is None
+    newton, exact = problem.newton, problem.elastic.direct
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
