@@ -224,6 +224,15 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert facts["cracks at depth"] == "16 at 0.1, 8 at 0.2, 4 at 0.4"
     assert facts["violations"] == "none"
     assert "2.0e-13" in facts["audit, worst step"]
+    assert "cooled on face 'bottom'" in facts["body"] and "split" not in facts["damage"]
+
+
+def test_a_summary_names_the_energy_split_of_the_case(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    split = replace(run, case='[damage]\nsplit = "no-tension"\n')
+    told = {fact.name: fact.text for fact in summary(split)}
+    assert told["damage"] == "AT1, ell = 0.04, energy split no-tension, severity 54"
+    assert summary(replace(run, case="no table")) == summary(run)
 
 
 def test_a_run_without_steps_has_a_page_and_no_pictures(tmp_path):
