@@ -24,11 +24,13 @@ from staffa.io.run_directory import (
 )
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.measure.network import Network
-from staffa.plot.cracks import triangulation
+from staffa.plot.cracks import FACE, cracks_figure, triangulation
 from staffa.plot.curves import energies_figure
-from staffa.plot.frames import Frame, chosen
+from staffa.plot.frames import Frame, chosen, read_frames
 from staffa.plot.network import network_figure
-from staffa.plot.pair import fields_figure
+from staffa.plot.pair import FAINT, fields_figure
+from staffa.plot.reactions import reactions_figure
+from staffa.plot.style import DPI
 from staffa.records import (
     Audit,
     Effort,
@@ -186,6 +188,37 @@ def test_a_whole_run_has_all_pictures_and_a_page_with_its_numbers(tmp_path):
         assert f"<td>{cell}</td>" in text
 
 
+def test_a_title_stands_above_the_line_of_a_cooled_top(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    frames, _ = read_frames(run)
+    pads = {}
+    for face in ("bottom", "top"):
+        manifest = replace(run.manifest, face=face, side=face)
+        axes = cracks_figure(manifest, frames[:1]).axes[0]
+        pads[face] = axes.titleOffsetTrans.transform((0.0, 0.0))[1]
+    assert pads["top"] - pads["bottom"] >= FACE * DPI / 72
+
+
+def test_forces_of_six_faces_have_six_colors_and_no_exponent_under_the_legend():
+    force = {side: (1e7, 2e7, 3e7) for side in SIDES[3]}
+    manifest = drawn_manifest(BOX)
+    steps = [replace(drawn_step(i, BOX, None), reactions=force) for i in (0, 1)]
+    (axes,) = reactions_figure(manifest, steps).axes
+    assert len({line.get_color() for line in axes.lines}) == 6
+    assert axes.yaxis.get_major_formatter().get_offset() == ""
+
+
+def test_the_colors_of_a_difference_end_at_the_largest(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    frames, _ = read_frames(run)
+    whole = frames[-1]
+    for factor, end in ((0.5, 0.5 * whole.alpha.max()), (1.0, FAINT)):
+        other = replace(whole, alpha=factor * whole.alpha)
+        figure = fields_figure(("one", "two"), (run.manifest,) * 2, [(whole, other)])
+        assert figure.axes[2].collections[0].get_clim() == pytest.approx((-end, end))
+        assert figure.axes[-1].get_xlim() == pytest.approx((-end, end))
+
+
 def test_the_table_holds_the_published_and_the_drawn_numbers(tmp_path):
     compared = table(drawn_run(tmp_path / "run"))
     assert compared is not None
@@ -228,6 +261,15 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert facts["cracks at depth"] == "16 at 0.1, 8 at 0.2, 4 at 0.4"
     assert facts["violations"] == "none"
     assert "2.0e-13" in facts["audit, worst step"]
+    assert "cooled on face 'bottom'" in facts["body"] and "split" not in facts["damage"]
+
+
+def test_a_summary_names_the_energy_split_of_the_case(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    split = replace(run, case='[damage]\nsplit = "no-tension"\n')
+    told = {fact.name: fact.text for fact in summary(split)}
+    assert told["damage"] == "AT1, ell = 0.04, energy split no-tension, severity 54"
+    assert summary(replace(run, case="no table")) == summary(run)
 
 
 def test_a_run_without_steps_has_a_page_and_no_pictures(tmp_path):

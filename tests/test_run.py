@@ -127,6 +127,9 @@ def test_the_resolved_case_runs_the_same(serial: Path, tmp_path: Path) -> None:
     assert done.returncode == 0 and done.stdout == ""
     one, two = read_run(serial), read_run(tmp_path / "run")
     assert [s.energies for s in one.steps] == [s.energies for s in two.steps]
+    for table in ("tips.csv", "reactions.csv", "network.csv"):
+        assert (tmp_path / "run" / table).read_text() == (serial / table).read_text(), table
+    assert not (tmp_path / "run" / "report.html").exists()
 
 
 @pytest.mark.slow

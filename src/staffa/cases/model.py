@@ -211,7 +211,9 @@ class Disc(Section):
 class Named(Section):
     """A crack that the mesh has."""
 
-    name: str = Field(description="its name in the mesh", examples=["fault"])
+    name: str = Field(
+        description="in place of these: the name that it has in the mesh", examples=["fault"]
+    )
 
 
 def _shape(value: Any) -> str | None:

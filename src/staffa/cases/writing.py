@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
-from staffa.cases.model import Case, Disc, Segment
+from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.rock_keys import RegionKeys
 from staffa.units import Quantity
 
@@ -139,7 +139,7 @@ def _cracks(case: Case, field: FieldInfo, explained: bool) -> Iterator[str]:
     shape = Segment if case.dim == 2 else Disc
     if not case.cracks:
         yield "# [[cracks]]"
-        for name, key in shape.model_fields.items():
+        for name, key in (shape.model_fields | Named.model_fields).items():
             yield from _comment(key.description or "")
             yield _example(name, key)
     for crack in case.cracks:

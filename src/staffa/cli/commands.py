@@ -34,7 +34,7 @@ Folder = Annotated[
 RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no pictures")]
 
 
 @app.command()

@@ -17,10 +17,12 @@ from staffa.cases.model import Case
 from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.terminal import out
 from staffa.errors import StaffaError
-from staffa.io.run_directory import append_log, read_run
+from staffa.io.run_directory import Run, append_log, read_run
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.records import REJECTED, Manifest, Moment, Step
+from staffa.report.network import networks
+from staffa.report.tables import write_tables
 
 
 def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) -> None:
@@ -31,9 +33,17 @@ def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) ->
         follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
         with follower.progress:
             run(case, directory, comm=comm, watcher=follower.watcher())
-        if comm.rank == 0 and not quiet:
-            print_summary(read_run(directory))
-            print_pictures(read_run(directory))
+        if comm.rank == 0:
+            _leave_results(read_run(directory), quiet=quiet)
+
+
+def _leave_results(run: Run, *, quiet: bool) -> None:
+    """Tables and networks in any case, and what is for people to look at unless it is quiet."""
+    if quiet:
+        write_tables(run, networks(run)[0])
+    else:
+        print_summary(run)
+        print_pictures(run)
 
 
 # Seconds that mpiexec is left to pass on a traceback: an abort at once can lose it.

@@ -201,7 +201,6 @@ def _convex(energy: Energy, matrix: PETSc.Mat) -> ConvexEnergy | None:
     return ConvexEnergy(
         matrix=matrix,
         move_to=lambda u: write_vector(u, energy.state.u),
-        value=energy.total,
         stored=energy.stored,
         forces=energy.residual,
         stiffness=energy.stiffness,

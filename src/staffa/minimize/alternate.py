@@ -15,8 +15,8 @@ from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.newton import CoupledNewton
 from staffa.records import Effort, Energies, Outcome, Stop
 
-# Where Newton follows, an iterative solver of the displacement, or a nonlinear one, stops at this
-# fraction of the unbalanced force that it was given.
+# Where Newton follows, an iterative solver of the displacement stops at this fraction of the
+# unbalanced force that it was given.
 REDUCTION = 0.05
 
 
@@ -85,7 +85,7 @@ def alternate(
     # Another pressure of a fluid whose volume is given is another energy of the damage.
     tally = Tally(energies=problem.energies(), comparable=problem.held is None)
     patience = Patience()
-    newton, exact = problem.newton, problem.elastic.direct
+    newton, exact = problem.newton, problem.elastic.direct or problem.convex is not None
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
@@ -129,9 +129,7 @@ def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 
     if problem.convex is None:
         problem.elastic.minimize(problem.u, values, reduction=reduction)
     else:
-        convex.minimize(
-            problem.elastic, problem.convex, problem.u, values, problem.held, reduction=reduction
-        )
+        convex.minimize(problem.elastic, problem.convex, problem.u, values, problem.held)
     problem.keep_u(problem.u)
 
 

@@ -35,13 +35,12 @@ class ConvexEnergy:
     """An energy of the displacement alone, by functions evaluated where `move_to` went last.
 
     `forces` fills its derivative, `stiffness` its second derivative, of the pattern of `matrix`;
-    `value` is the energy, `stored` the part of it that rock stores; `quadratic` says that the
-    second derivative does not depend on u.
+    `stored` is the part of the energy that rock stores; `quadratic` says that the second derivative
+    does not depend on u.
     """
 
     matrix: PETSc.Mat
     move_to: Callable[[PETSc.Vec], None]
-    value: Callable[[], float]
     stored: Callable[[], float]
     forces: Callable[[PETSc.Vec], None]
     stiffness: Callable[[PETSc.Mat], None]
@@ -82,8 +81,6 @@ def minimize(
     u: PETSc.Vec,
     values: np.ndarray,
     held: Held | None = None,
-    *,
-    reduction: float = 0.0,
 ) -> None:
     """Overwrite u by the minimizer; what u holds is the first guess. Collective.
 
@@ -92,8 +89,6 @@ def minimize(
     elastic : solver of the energy's model at u.
     values : prescribed values, see `ElasticSolver.minimize`.
     held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
-    reduction : stop early, where what the energy may still fall by is the square of this fraction
-        of what it was at first, and it has not risen: for values that u meets already.
 
     Raises
     ------
@@ -101,8 +96,7 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap = first = float("inf")
-    early, met = 0.0, False
+    gap, met = float("inf"), False
     try:
         for number in range(MOST):
             energy.move_to(u)
@@ -116,11 +110,9 @@ def minimize(
             last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
             # The first step may put on new prescribed values: it is no descent but a prediction.
             if number == 0:
-                first, early = energy.value(), reduction**2 * gap
                 met = elastic.meets(u, values)
-            small = gap <= ENOUGH or (gap <= early and energy.value() <= first)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
-            done = energy.quadratic or ((small or stalls) and (met or number > 0))
+            done = energy.quadratic or ((gap <= ENOUGH or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)
             elif slope < 0:

@@ -92,7 +92,13 @@ def draw_panel(
         side.set_visible(True)
     if manifest.cooled_side:
         _mark_face(axes, manifest, manifest.cooled_side)
-    axes.set_title(moment(manifest, frame.step), loc="left", pad=3)
+    entitle(axes, moment(manifest, frame.step), manifest)
+
+
+def entitle(axes: Axes, title: str, manifest: Manifest) -> None:
+    """Put a title on a panel, above the line that marks the cooled face if that is the top."""
+    raised = FACE + 1 if manifest.cooled_side == "top" else 0.0
+    axes.set_title(title, loc="left", pad=3 + raised)
 
 
 def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:

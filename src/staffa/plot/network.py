@@ -9,6 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from staffa.measure.network import Network
@@ -32,8 +33,9 @@ def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
         figure, axes = _plane(manifest, moments, norm)
     label = with_unit("opening", manifest, "m")
     figure.colorbar(
-        ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40, label=label
-    )
+        ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40,
+        label=label, ticks=MaxNLocator(4),
+    )  # fmt: skip
     return figure
 
 

@@ -11,7 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from staffa.plot.cracks import add_legend, draw_panel, extent, temperature_drop, triangulation
+from staffa.plot.cracks import (
+    add_legend,
+    draw_panel,
+    entitle,
+    extent,
+    temperature_drop,
+    triangulation,
+)
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
@@ -22,6 +29,7 @@ from staffa.records import Manifest
 COLORS = (BLUE, ORANGE)
 WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other
 DIFFERENCE = "RdBu_r"
+FAINT = 1e-3  # the colors of a difference end no earlier, so that round-off stays pale
 LONG = 4.0  # width over height of a body whose panels stand in one column
 LONGEST = 18  # characters of a name above a panel
 Curve = tuple[Sequence[float], Sequence[float]]
@@ -80,6 +88,7 @@ def fields_figure(
     """
     apart = [difference(*both, ratio) for both in frames]
     across = 3 if any(d is not None for d in apart) else 2
+    largest = max([FAINT, *(float(abs(d).max()) for d in apart if d is not None)])
     width, height = manifests[0].size
     columns = 1 if width > LONG * height else across
     panel = (WIDTH - 0.7) / columns * height / width + 0.36
@@ -90,9 +99,9 @@ def fields_figure(
         for axes, name, manifest, frame in zip(line, names, manifests, both, strict=False):
             dT = temperature_drop(manifest, [frame])
             draw_panel(axes, manifest, frame, triangulation(frame.grid), dT)
-            axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left", pad=3)
+            entitle(axes, f"{_short(name)}, {moment(manifest, frame.step)}", manifest)
         if across == 3:
-            _draw_difference(line[2], manifests[0], both[0], gap)
+            _draw_difference(line[2], manifests[0], both[0], gap, largest)
     for axes in grid[:, 0]:
         axes.set_ylabel(with_unit("y", manifests[0], "m"))
     for axes, manifest in zip(grid[-1], (*manifests, manifests[0]), strict=False):
@@ -101,8 +110,9 @@ def fields_figure(
     add_legend(figure, manifests[0], first, temperature_drop(manifests[0], first))
     if across == 3:
         figure.colorbar(
-            ScalarMappable(Normalize(-1, 1), DIFFERENCE), ax=grid, location="bottom", shrink=0.5,
-            aspect=40, label=f"damage of {_short(names[1])} minus that of {_short(names[0])}",
+            ScalarMappable(Normalize(-largest, largest), DIFFERENCE), ax=grid, location="bottom",
+            shrink=0.5, aspect=40,
+            label=f"damage of {_short(names[1])} minus that of {_short(names[0])}",
         )  # fmt: skip
     return figure
 
@@ -125,14 +135,17 @@ def difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | Non
     return found
 
 
-def _draw_difference(axes: Axes, manifest: Manifest, frame: Frame, gap: np.ndarray | None) -> None:
+def _draw_difference(
+    axes: Axes, manifest: Manifest, frame: Frame, gap: np.ndarray | None, largest: float
+) -> None:
+    """largest: where the colors end."""
     if gap is None:
         axes.set_axis_off()
         return
     axes.grid(False)
     axes.set_aspect("equal")
     triangles = triangulation(frame.grid)
-    axes.tripcolor(triangles, gap, cmap=DIFFERENCE, vmin=-1, vmax=1, shading="gouraud")
+    axes.tripcolor(triangles, gap, cmap=DIFFERENCE, vmin=-largest, vmax=largest, shading="gouraud")
     x, y = extent(manifest)
     axes.set(xlim=x, ylim=y)
     axes.locator_params(axis="x", nbins=5)

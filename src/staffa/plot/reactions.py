@@ -27,5 +27,6 @@ def reactions_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     axes.set_xlabel(clock_label(manifest, seen))
     unit = "N/m" if len(manifest.size) == 2 else "N"
     axes.set_ylabel(with_unit("force on the body", manifest, unit))
+    axes.yaxis.set_major_formatter("{x:.4g}")  # a common exponent would lie under the legend
     legend_above(axes, 4)
     return figure

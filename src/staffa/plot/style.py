@@ -17,7 +17,8 @@ DPI = 200
 
 # Okabe and Ito's colors, told apart with every kind of color blindness.
 BLACK, BLUE, ORANGE, GREEN, PURPLE = "#1a1a1a", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE)
+SKY, AMBER = "#56B4E9", "#E69F00"
+GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 
 _RC: Any = {
     "font.family": ["DejaVu Sans"],

@@ -1,7 +1,6 @@
 """Draws every picture that a run, an ensemble or a pair of runs has numbers for, and its page."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,15 +20,13 @@ from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
 from staffa.report.ensemble import write_results
-from staffa.report.network import Drawing, networks, write_networks
+from staffa.report.network import Drawing, networks
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
-from staffa.report.series import probes_table, reactions_table
-from staffa.report.tips import tips_table
+from staffa.report.tables import write_tables, writing
 
 PICTURES, PAGE = "pictures", "report.html"
-TIPS, REACTIONS, PROBES = "tips.csv", "reactions.csv", "probes.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,12 +49,10 @@ def draw(run: Run) -> Drawn:
     """
     found, unread = networks(run)
     figures, skipped = _figures(run, found)
-    tables = {TIPS: tips_table(run), REACTIONS: reactions_table(run), PROBES: probes_table(run)}
-    with _writing(run.path):
-        files = write_networks(run, found)
+    tables = write_tables(run, found)
     text = partial(page, run, found)
     told = list(dict.fromkeys([*skipped, *unread]))
-    return _written(run.path, figures, told, text, tables, files)
+    return _written(run.path, figures, told, text, tables)
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
@@ -91,11 +86,10 @@ def _written(
     figures: dict[str, Callable[[], Figure]],
     skipped: list[str],
     text: Callable[[Sequence[Path], Sequence[str]], str],
-    tables: Mapping[str, str | None] | None = None,
-    files: Sequence[Path] = (),
+    tables: tuple[Path, ...] = (),
 ) -> Drawn:
-    pictures, written = [], list(files)
-    with _writing(folder):
+    pictures: list[Path] = []
+    with writing(folder):
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
         for name, figure in figures.items():
             path = folder / PICTURES / f"{name}.png"
@@ -104,30 +98,13 @@ def _written(
                 pictures.append(path)
             except StaffaError as error:
                 skipped.append(f"{name}: {error}")
-        for name, table in (tables or {}).items():
-            if table is None:
-                (folder / name).unlink(missing_ok=True)
-                continue
-            write_aside(folder / name, table)
-            written.append(folder / name)
         write_aside(folder / PAGE, text(pictures, skipped))
     return Drawn(
         page=folder / PAGE,
-        tables=tuple(written),
+        tables=tables,
         pictures=tuple(pictures),
         skipped=tuple(skipped),
     )
-
-
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise StaffaError(
-            f"the report cannot be written into {folder}: {error.strerror}; copy the run to, "
-            f"or choose with --out, a folder that you may write to"
-        ) from None
 
 
 def _ensemble_figures(

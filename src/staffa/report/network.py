@@ -47,7 +47,7 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
     return found, reasons
 
 
-def write_networks(run: Run, found: list[Drawing]) -> list[Path]:
+def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     """Write `network/cracks-NNNN.vtp` and `.csv` for each, and `network.csv`: what was written.
 
     docs/results.md tells what is in them.

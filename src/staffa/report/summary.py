@@ -1,6 +1,8 @@
 """The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
 
+import tomllib
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import reduce
 
@@ -21,7 +23,7 @@ class Fact:
 def summary(run: Run) -> tuple[Fact, ...]:
     """What the run is, how far it came, what it found, and what its audit says."""
     return (
-        *_case(run.manifest),
+        *_case(run),
         *_progress(run),
         *_state(run),
         *_heat(run),
@@ -35,16 +37,25 @@ def title(run: Run) -> str:
     return run.manifest.title or run.path.resolve().name
 
 
-def _case(manifest: Manifest) -> Iterator[Fact]:
+def _case(run: Run) -> Iterator[Fact]:
+    manifest = run.manifest
     unit = "" if manifest.scaled else " m"
     size = " x ".join(f"{length:g}" for length in manifest.size)
     severity = manifest.scales.get("severity")
-    cooled = f", cooled on the {manifest.face}" if manifest.face else ""
+    cooled = f", cooled on face '{manifest.face}'" if manifest.face else ""
     yield Fact(
         name="body", text=f"{size}{unit}{cooled}, {manifest.cells} cells of {manifest.h:g}{unit}"
     )
     text = f"{manifest.law}, ell = {manifest.ell:g}{unit}"
+    text += f", energy split {split}" if (split := _split(run)) else ""
     yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
+
+
+def _split(run: Run) -> str:
+    """The energy split that the record of the case names, or nothing."""
+    with suppress(tomllib.TOMLDecodeError):
+        return str(tomllib.loads(run.case).get("damage", {}).get("split", ""))
+    return ""
 
 
 def _progress(run: Run) -> Iterator[Fact]:
