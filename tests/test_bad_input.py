@@ -505,6 +505,7 @@ FORCES = [
     (("forces={}",), "[forces] says nothing", "give prestress, gravity"),
     (("forces=3",), "forces = 3", "a line [forces] with its keys below it"),
     (("forces.prestres={xx=1.0}",), "[forces] has no key 'prestres'", "Did you mean 'prestress'?"),
+    (("forces.prestress={}",), "forces.prestress says nothing", "give xx, yy"),
     (("forces.prestress=1.0",), "forces.prestress = 1.0", "write prestress like { xx = "),
     (("forces.prestress={xx=true}",), "forces.prestress.xx = true", 'a text like "70 GPa"'),
     (("forces.prestress={zx=1.0}",), "forces.prestress has no key 'zx'", "it has xx, xy"),
@@ -565,6 +566,7 @@ FORCES = [
         "take forces.crack_pressure",
     ),
     (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
+    (('damage.split="spectral"', "material.nu=0.5"), "nu = 0.5 has none", "take 0.49 or less"),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (
@@ -604,6 +606,7 @@ ROCK = [
     (f"material.E={{{RANDOM}=[1,2], axes=[[1,0,0],[0,1,0]]}}", "E.axes is for 3-D", "give angle"),
     ("material.nu={mean=0.7, variation=0.1, length=1}", "it is 0.7 somewhere", "between -1 and"),
     ('material.E={file="none.vtu", name="E"}', "there is no file", "the folder of the case"),
+    ('material.E={file="many.pvtu", name="E"}', "only names other files", "as one .vtu"),
     ('material.E={file="none.vtu"}', "material.E.name is missing", 'name = "E"'),
     ('material.E={file=3, name="E"}', "material.E.file = 3", "a text in quotes"),
     # elasticity

@@ -318,6 +318,79 @@ def test_a_strong_cooling_cracks_whatever_else_is_there():
     meanings = {name: meaning for name, _, meaning in said("temperature.severity=3", CRACKED).facts}
     assert "the given cracks may grow" in meanings["will it crack"], "hardly, but for the cracks"
 
+    meanings = {name: meaning for name, _, meaning in said(CRACKED, *MOVED).facts}
+    assert "the given cracks may grow; the moved sides" in meanings["will it crack"], "yes, and so"
+
+
+SQUEEZED = ("forces.prestress={xx=-1.0}", *HELD)
+
+
+@pytest.mark.parametrize("severity", [2.4, 10.0])
+def test_under_stress_it_cannot_be_told_from_the_drop_alone(severity):
+    known = said(f"temperature.severity={severity}", *SQUEEZED)
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert fact(known, "will it crack") == "cannot be told"
+    assert meanings["will it crack"] == "from dT_c alone; [forces] act too (prestress)"
+    assert "but for [forces]" in meanings["dT/dT_c"]
+    mild = [w for w in known.warnings if "perhaps cooling starts no new crack" in w]
+    assert bool(mild) == (severity == 2.4) and all("without [forces]" in w for w in mild)
+    assert "sigma_c and dT_c do not count them" in meanings["energy split"]
+
+
+def test_a_pressed_body_that_is_not_cooled_is_told_of_its_forces():
+    still = ("temperature={profile='none'}", "time={t=[1.0]}", "output.at=[1.0]")
+    known = said(*still, "forces.top={pressure=1.0}")
+    meanings = {name: meaning for name, _, meaning in known.facts}
+    assert meanings["will it crack"] == "sigma_c/E; [forces] act too (top)"
+    assert meanings["energy split"] == (
+        "forces (top) may press cracks shut; sigma_c does not count them"
+    )
+
+
+def test_of_a_prestress_across_the_plane_what_cold_alone_does_is_not_said():
+    given = ("temperature.severity=2.7", 'material.plane="strain"', *HELD)
+    beginning = "in plane strain no crack of the plane"
+    assert any(beginning in w for w in said(*given, "forces.prestress={xx=-1.0}").warnings)
+    assert not any(beginning in w for w in said(*given, "forces.prestress={zz=-1.0}").warnings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "loose"),
+    [
+        (("forces.prestress={xx=-1.0}",), ["left", "right"]),
+        (SQUEEZED, []),
+        (("forces.prestress={yy={value=1.0, gradient=[0.0, -1.0]}}",), ["bottom"]),
+        (("forces={prestress={yy=-1.0}, top={pressure=1.0}, bottom={pressure=1.0}}",), []),
+        (("forces.prestress={xx=-1.0}", "supports.section=stretch"), []),
+    ],
+)
+def test_a_prestress_that_a_free_face_does_not_bear_is_said_to_relax(settings, loose):
+    found = [w for w in said(*settings).warnings if "relaxes there" in w]
+    assert [w.split(": ")[1].split()[0] for w in found] == loose, found
+
+
+@pytest.mark.parametrize("key", ["crack_pressure", "crack_volume"])
+def test_a_fluid_is_said_to_be_in_the_layer_that_cooling_damages(key):
+    beginning = f"forces.{key}: the fluid is in all damage"
+    assert any(beginning in w for w in said(CRACKED, f"forces.{key}=1.0").warnings)
+    assert not any(beginning in w for w in said(CRACKED, WEAK, f"forces.{key}=1.0").warnings)
+
+
+@pytest.mark.parametrize(
+    ("rock", "stronger"),
+    [("material.nu=0.2", "no-tension"), ("material.nu=-0.1", "star-convex")],
+)
+def test_a_weak_split_is_told_of_a_stronger_one_that_its_rock_takes(rock, stronger):
+    weak = ('damage.split="volumetric-deviatoric"', rock)
+    found = [w for w in said(*SQUEEZED, *weak).warnings if "volumetric-deviatoric" in w]
+    assert len(found) == 1 and f'take "{stronger}"' in found[0], found
+    assert said(*SQUEEZED, f'damage.split="{stronger}"', rock), "which the rock takes"
+
+
+def test_no_pressure_is_a_pressure_too():
+    known = said(CRACKED, "forces.crack_pressure=0.0")
+    assert fact(known, "energy split") == "no-tension"
+
 
 def test_the_far_side_is_felt_by_given_cracks_also_where_none_start():
     mild = (

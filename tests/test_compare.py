@@ -174,7 +174,28 @@ def test_the_energy_of_loads_is_shown_where_there_are_any(pair) -> None:
     assert cells(results(other), "energy of loads") == ("-20", "-20", "0")
     # At tau = .02 there are no cracks: 1.02 elastic, of which a twentieth more, and -20.
     row = common_times(other).rows[0]
-    assert row[-1] == f"{100 * 0.051 / 18.98:.2g} %" and row[-2] == "-18.98 / -18.93"
+    assert row[-1] == f"{100 * 0.051 / 21.071:.2g} %" and row[-2] == "-18.98 / -18.93"
+
+
+def test_loads_that_take_the_total_to_zero_blow_up_no_difference(pair) -> None:
+    """Over the sizes of the energies, added up: a twentieth of the elastic one at most."""
+
+    def floating(step: Step) -> Step:
+        e = step.energies
+        return replace(step, energies=replace(e, loads=-e.elastic - e.surface))
+
+    def more(step: Step) -> Step:
+        e = step.energies
+        return replace(step, energies=replace(e, elastic=1.01 * e.elastic))
+
+    for run, change in ((pair.first.run, floating), (pair.second.run, lambda s: more(floating(s)))):
+        changed(run, change)
+    other = again(pair)
+    assert told(other)["total energy"].startswith("within 1 % at all common times")
+    assert "; loads 0.0e+00" in told(other)["largest differences"]
+    assert "over the larger sum of their sizes" in told(other)["largest differences"]
+    _, apart = gap_between_steps(other)
+    assert 0 < apart.max() <= 0.005
 
 
 def test_times_of_one_run_alone_are_left_to_the_curves(pair) -> None:

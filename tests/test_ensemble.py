@@ -404,3 +404,33 @@ def test_a_member_has_other_seeds_in_every_random_property() -> None:
     assert (other.toughness.seed, other.material.E.seed, other.regions["top"].Gc.seed) == (5, 9, 9)
     assert other.material.nu == case.material.nu and member(case, 3) == case
     assert seeds_from(case, count=2) == range(3, 5)
+
+
+RANDOM_ROCK = """[domain]
+size = [0.6, 0.4]
+h = 0.1
+[material]
+Gc = { mean = 1.0, variation = 0.2, length = 0.2, seed = 1 }
+[regions.cap]
+lower = [0.0, 0.2]
+upper = [0.6, 0.4]
+E = { mean = 2.0, variation = 0.1, length = 0.2, seed = 7 }
+[damage]
+ell = 0.3
+[temperature]
+severity = 3.0
+[time]
+tau = [0.2]
+"""
+
+
+@pytest.mark.slow
+def test_random_properties_make_an_ensemble_too(tmp_path: Path) -> None:
+    """Their seeds stand within the line of a property, and go with that of [toughness]."""
+    (tmp_path / "my.toml").write_text(RANDOM_ROCK)
+    done = staffa(tmp_path, "ensemble", "my.toml", "--seeds", "2", "--out", str(tmp_path / "e"))
+    assert done.returncode == 0, done.stderr
+    assert "2 of 2 finished" in done.stdout
+    one, other = read_ensemble(tmp_path / "e").runs.values()
+    assert "seed = 8 }" in other.case and one.steps[0].energies != other.steps[0].energies
+    assert "2 of 2 finished" in staffa(tmp_path, "show", "e").stdout

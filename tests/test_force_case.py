@@ -75,6 +75,14 @@ def test_it_reads_back() -> None:
     assert parse_case(to_toml(case, explained=True)) == case
 
 
+def test_forces_without_pores_read_back() -> None:
+    """Nothing is said of pores that would have no meaning without a pressure in them."""
+    pores = CASE[CASE.index("pore_pressure") : CASE.index("crack_pressure")]
+    case = parse_case(CASE.replace(pores, ""))
+    assert case.forces is not None and case.forces.pore_pressure is None
+    assert parse_case(to_toml(case)) == case
+
+
 def split_fact(case) -> tuple[str, str]:
     """What check says of the split."""
     ((value, meaning),) = (f[1:] for f in preview(case).facts if f[0] == "energy split")
@@ -84,7 +92,11 @@ def split_fact(case) -> tuple[str, str]:
 @pytest.mark.parametrize(
     ("settings", "split", "why"),
     [
-        ((), "no-tension", "forces.prestress, gravity"),
+        (
+            (),
+            "no-tension",
+            "forces (prestress, gravity, pore_pressure, crack_pressure, bottom) may press",
+        ),
         (("material.nu=-0.1",), "volumetric-deviatoric", "may press cracks shut"),
         (('damage.split="star-convex"',), "star-convex", "may press cracks shut"),
     ],

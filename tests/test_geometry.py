@@ -33,6 +33,7 @@ from staffa.geometry.simplices import outline as found_outline
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
+from staffa.report.pair_reading import read_pair
 from staffa.supports import build_supports, rigid_modes, rollers
 from test_run import launch
 
@@ -724,6 +725,8 @@ def test_a_run_of_a_mesh_keeps_a_copy_from_which_it_can_be_run_again(folder: Pat
     assert (folder / "run" / "plate.msh").read_bytes() == (folder / "plate.msh").read_bytes()
     assert again.outline == case.outline and again.supports == case.supports
     assert run(again, folder / "second")[-1].energies == steps[-1].energies
+    pair = read_pair(folder / "run", folder / "second")
+    assert pair.first.case.outline == pair.second.case.outline == case.outline
 
 
 # How stress gathers around a hole
@@ -789,6 +792,10 @@ def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None
     assert said["regions"][0] == "sand, shale" and said["cracks"][0] == "fault"
     cells = int(said["cells"][0].replace(",", ""))
     assert cells == len(mesh_of(folder / "plate.msh", 1.0, "plate.msh").cells)
+    assert "[supports], [heat], [forces], temperature.face" in said["faces"][1]
+    assert said["h"][1] == "mean edge of the cells"
+    finer = preview(parse_case(PULLED, ["domain.h=0.05"], folder=folder)).facts
+    assert ("h", "0.05", "edge where cracks run, domain.h") in finer
 
 
 @needs_gmsh

@@ -23,8 +23,11 @@ from staffa.io.run_directory import (
     write_aside,
 )
 from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
-from staffa.plot.frames import chosen, read_frames
+from staffa.plot.curves import energies_figure
+from staffa.plot.frames import Frame, chosen, read_frames
+from staffa.plot.network import network_figure
 from staffa.plot.pair import FAINT, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
@@ -501,3 +504,44 @@ def test_rejected_steps_are_counted_and_stand_for_nothing(tmp_path, coarse):
     cut = rewritten(run, [*steps[:5], tried])
     assert not cut.finished and cut.steps == tuple(steps[:5])
     assert draw(cut).page.exists()
+
+
+AWAY = (-1.0, 2.0, 5.0)  # where a body begins
+
+
+@pytest.mark.parametrize("size", [(2.0, 1.0), (2.0, 1.0, 0.5)])
+def test_a_network_is_drawn_where_its_body_is(size):
+    dim = len(size)
+    manifest = drawn_manifest(size, lower=AWAY[:dim])
+    points = np.array([AWAY, np.add(AWAY, [1.0, 0.5, 0.2]), np.add(AWAY, [0.0, 0.5, 0.2])])
+    cracks = Network(
+        points=points,
+        elements=np.array([range(dim)]),
+        damage=np.ones(3),
+        opening=np.full(3, 1e-3),
+    )
+    axes = network_figure(manifest, [(drawn_step(1, size, None), cracks)]).axes[0]
+    drawn = [getattr(axes, f"get_{axis}lim")() for axis in "xyz"[:dim]]
+    margin = 0 if dim == 2 else 0.05
+    expected = [(a, a + s) for a, s in zip(AWAY, size, strict=False)]
+    assert np.array(drawn) == pytest.approx(np.array(expected), abs=margin)
+
+
+def test_a_difference_of_damage_is_drawn_where_the_bodies_are():
+    manifest = drawn_manifest(SLAB, lower=AWAY[:2])
+    mesh = drawn_mesh(SLAB, 2)
+    grid = replace(mesh, points=mesh.points + np.array([*AWAY[:2], 0.0]))
+    alpha = np.linspace(0.0, 1.0, len(grid.points))
+    step = drawn_step(1, SLAB, None)
+    frame = Frame(path=Path("drawn"), step=step, grid=grid, alpha=alpha, T=-alpha)
+    figure = fields_figure(("a", "b"), (manifest, manifest), [(frame, frame)])
+    limits = {(*axes.get_xlim(), *axes.get_ylim()) for axes in figure.axes[:3]}
+    assert limits == {(-1.0, SLAB[0] - 1, 2.0, 2 + SLAB[1])}
+
+
+@pytest.mark.parametrize(("loads", "lowest"), [(0.0, 0.0), (5.0, 0.0), (-50.0, -49.0)])
+def test_energies_below_zero_are_seen(loads, lowest):
+    steps = [drawn_step(index, SLAB, None) for index in range(3)]
+    steps = [replace(s, energies=replace(s.energies, loads=loads)) for s in steps]
+    bottom, _ = energies_figure(drawn_manifest(SLAB), steps).axes[0].get_ylim()
+    assert bottom == 0 if lowest == 0 else bottom < lowest

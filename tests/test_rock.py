@@ -9,7 +9,9 @@ import pytest
 import pyvista
 
 from bodies import needs_gmsh, printed_on, run
+from staffa.cases.attached import attached
 from staffa.cases.build import problem
+from staffa.cases.experiment import run as write_run
 from staffa.cases.numbers import numbers
 from staffa.cases.pieces import averages, pieces
 from staffa.cases.preview import preview
@@ -21,7 +23,10 @@ from staffa.evolution.problem import Problem
 from staffa.fields import linear_spaces, vertices
 from staffa.heat.body import Conduction, Conductor, Held
 from staffa.heat.march import HeatEquation
+from staffa.io.run_directory import CASE
 from staffa.physics.elasticity import Full, Isotropic, Orthotropic, TransverselyIsotropic
+from staffa.report.differences import case_differences
+from staffa.report.pair_reading import read_pair
 
 PLATE = """
 [domain]
@@ -79,7 +84,42 @@ def test_a_field_of_a_file_counts_from_the_case_and_is_interpolated(tmp_path) ->
     case = read_case(folder / "my.toml")
     assert problem(case, comm=MPI.COMM_SELF).material.E(X) == pytest.approx(1 + X[0] + 2 * X[1])
     assert pytest.approx(3.0) == averages(pieces(case)[0]).E, "the mean over the plate"
-    assert parse_case(to_toml(case)) == case, "the record of a run finds the file from anywhere"
+    assert case.material.E.file == "E.vtu" and attached(case) == (folder / "E.vtu",)
+    assert parse_case(to_toml(case), folder=folder) == case
+
+
+def test_a_run_keeps_the_files_of_its_fields_and_is_read_and_compared_without_them(
+    tmp_path,
+) -> None:
+    (tmp_path / "data").mkdir()
+    _write_field(tmp_path / "data" / "E.vtu")
+    (tmp_path / "my.toml").write_text(
+        SLAB.replace("[1.0, 0.5]", "[2.0, 1.0]").replace("0.05", "0.2").replace("0.1\n", "0.4\n")
+        + '[material]\nE = { file = "data/E.vtu", name = "E" }\n'
+    )
+    case = read_case(tmp_path / "my.toml")
+    for name in ("one", "other"):
+        write_run(case, tmp_path / name, comm=MPI.COMM_SELF)
+    (tmp_path / "data" / "E.vtu").unlink()
+    assert read_case(tmp_path / "one" / CASE) == case
+    pair = read_pair(tmp_path / "one", tmp_path / "other")
+    assert pair.second.case == case and not case_differences(pair).rows
+    _write_field(tmp_path / "other" / "E.vtu", width=3.0)
+    ((name, first, second),) = case_differences(read_pair(*(s.run.path for s in pair.sides))).rows
+    assert name == "E.vtu" and first != second
+
+
+def test_files_of_one_name_are_refused(tmp_path) -> None:
+    for place in (tmp_path, tmp_path / "deep"):
+        place.mkdir(exist_ok=True)
+        _write_field(place / "E.vtu")
+    given = [f'material.{p}={{file="{place}E.vtu", name="E"}}' for p, place in TWO_PLACES.items()]
+    with pytest.raises(InputError, match="have one name, by which a run keeps them; rename one"):
+        parse_case(PLATE, given, folder=tmp_path)
+    assert parse_case(PLATE, [given[0], given[0].replace("E=", "Gc=", 1)], folder=tmp_path)
+
+
+TWO_PLACES = {"E": "", "Gc": "deep/"}
 
 
 def _write_field(path, width: float = 2.0) -> None:

@@ -2,6 +2,8 @@
 
 import pytest
 
+import staffa
+from staffa.cases import catalog
 from staffa.io.run_directory import read_run
 from test_run import CASES, launch
 
@@ -31,3 +33,19 @@ def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
         assert one.audit.violations == () and two.audit.violations == ()
         assert two.energies.total == pytest.approx(one.energies.total, rel=1e-5)
     assert runs[0].steps[-1].energies.surface > 0, "cooling must have broken something"
+
+
+@pytest.mark.slow
+def test_no_energy_rises_while_many_cracks_open_and_close(tmp_path) -> None:
+    case = staffa.parse_case(
+        catalog.text("slab"),
+        [
+            "domain.size=[0.6,0.6]", "domain.h=0.03", "damage.ell=0.09", "damage.split=no-tension",
+            "temperature.profile=slab", "supports.left=rollers", "supports.right=rollers",
+            "time.tau=[0.1,0.2,0.3]", "output.at=[0.3]", "measures.depths=[]",
+        ],
+    )  # fmt: skip
+    steps = staffa.run(case, tmp_path / "run")
+    assert sum(step.effort.moves for step in steps) > 3, "Newton must have been at work"
+    for step in steps:
+        assert step.audit.violations == (), f"tau = {step.tau}: {step.audit.violations}"

@@ -18,7 +18,13 @@ from staffa.evolution.system import build
 from staffa.minimize.alternate import reactions
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
-from staffa.physics.split import SPLITS, is_linear_in_g, is_quadratic_in_strain, of_principal
+from staffa.physics.split import (
+    SPLITS,
+    driven_share,
+    is_linear_in_g,
+    is_quadratic_in_strain,
+    of_principal,
+)
 from staffa.records import Stop
 from staffa.strain import principal_strains
 from staffa.supports import SideSupport, at_rest
@@ -93,6 +99,33 @@ def test_what_the_solvers_are_told() -> None:
         assert all(is_linear_in_g(split, plane_stress=plane) for split in SPLITS.values())
         linear = {n for n, s in SPLITS.items() if is_quadratic_in_strain(s, plane_stress=plane)}
         assert linear == {"none"}
+
+
+def test_a_law_that_is_even_is_not_yet_quadratic() -> None:
+    """The parallelogram law tells."""
+
+    class Even:
+        name, isotropic = "even", True
+
+        def density(self, e, g):
+            return g * (abs(e.principal.strains[0]) + abs(e.principal.strains[-1])) ** 2
+
+    assert not is_quadratic_in_strain(Even(), plane_stress=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "principal", "share"),
+    [
+        ("none", (1.0, -NU), 1.0),
+        ("volumetric-deviatoric", (1.0, -NU, -NU), 1.0),
+        ("spectral", (1.0, -NU, -NU), (1 - NU) * (1 + 2 * NU) / (1 + NU)),
+        ("no-tension", (1.0, -NU), 1 - NU**2),
+        ("no-tension", (1.0, -NU, -NU), 1 - 2 * NU**2 / (1 - NU)),
+    ],
+)
+def test_what_drives_damage_in_a_pulled_bar(name: str, principal, share: float) -> None:
+    """The share of its energy, against closed forms."""
+    assert driven_share(SPLITS[name], principal, NU) == pytest.approx(share, rel=1e-9)
 
 
 TENSORS = {

@@ -25,13 +25,14 @@ PICTURE = ROOT / "docs" / "pictures" / "verify-squeezed.png"
 DROP = 54.0  # as in the case; E and expansion are 1, so that it is the thermal stress, too
 SHARES = (0.0, 0.25, 0.5)
 LOOKED_AT = (0.1, 0.2, 0.3)  # tau
-DEEP = 0.1
+DEPTHS = (0.1, 0.25)  # at which cracks are counted
+WIDTH = 1.0
 
 
 def settings(share: float) -> list[str]:
     """What a member changes in the case: the prestress, all else is common to them."""
     return [
-        "domain.size=[1.0,1.0]",
+        f"domain.size=[{WIDTH},1.0]",
         "damage.ell=0.04",
         "domain.h=0.0133",
         "damage.split=no-tension",
@@ -39,7 +40,7 @@ def settings(share: float) -> list[str]:
         "supports.right=rollers",
         "time.tau={start=0.02,stop=0.3,steps=15}",
         f"output.at={list(LOOKED_AT)}",
-        f"forces.prestress.xx={-DROP * share:g}",
+        f"forces.prestress.xx={0 - DROP * share:g}",
     ]
 
 
@@ -48,7 +49,8 @@ def run_members() -> dict:
     runs = {s: run_once(CASE, f"squeezed/{s:g}", settings(s)) for s in SHARES}
     draw(runs)
     kept = {
-        f"{s:g}": origin(run, CASE, settings(s)) | {"states": states(run), "arrests": ends(run)}
+        f"{s:g}": origin(run, CASE, settings(s))
+        | {"states": states(run), "arrests": ends(run), "violations": violations(run)}
         for s, run in runs.items()
     }
     keep(KEPT, kept)
@@ -73,8 +75,12 @@ def state(run: Run, step: Step) -> dict:
         "tau": step.tau,
         "depths": [round(depth, 4) for depth in depths],
         "length": round(measures.length_surface, 4),
-        "violations": list(step.audit.violations),
     }
+
+
+def violations(run: Run) -> list[str]:
+    """What the audit found, step by step."""
+    return [f"tau = {step.tau:.2f}: {v}" for step in run.steps for v in step.audit.violations]
 
 
 def ends(run: Run) -> list[tuple[int, float, float | None]]:
@@ -110,10 +116,12 @@ def squeezed() -> Found:
         for k, tau in enumerate(LOOKED_AT):
             before, after = (kept[s]["states"][k] for s in (less, more))
             for what, a, b in (
-                (f"cracks deeper than {DEEP:g}", deep(before), deep(after)),
+                *((f"cracks deeper than {d:g}", deep(before, d), deep(after, d)) for d in DEPTHS),
                 ("depth of the deepest", deepest(before), deepest(after)),
                 ("length of all cracks", before["length"], after["length"]),
             ):
+                if a == 0:
+                    continue
                 figures.append(
                     Figure(
                         what=f"{what} at tau = {tau:g}, s = {more}",
@@ -126,9 +134,9 @@ def squeezed() -> Found:
     return Found(figures=figures, text=f"{table(kept)}\n\n![Cracks](pictures/{PICTURE.name})")
 
 
-def deep(state: dict) -> int:
-    """How many cracks are deeper than what counts as deep."""
-    return sum(depth > DEEP for depth in state["depths"])
+def deep(state: dict, least: float) -> int:
+    """How many cracks are deeper than this."""
+    return sum(depth > least for depth in state["depths"])
 
 
 def deepest(state: dict) -> float:
@@ -139,25 +147,28 @@ def deepest(state: dict) -> float:
 def table(kept: dict) -> str:
     """One row a share and tau, then the commands."""
     lines = [
-        f"| s | tau | cracks | spacing | deeper than {DEEP:g} | median depth | deepest | length | "
-        "arrests until then |",
-        "|" + " --- |" * 9,
+        "| s | tau | cracks | spacing | "
+        + " | ".join(f"deeper than {d:g}" for d in DEPTHS)
+        + " | median depth | deepest | length | arrests until then |",
+        "|" + " --- |" * (8 + len(DEPTHS)),
     ]
     for s, k in kept.items():
         for found in k["states"]:
             depths, n = found["depths"], len(found["depths"])
-            spacing = f"{1.5 / n:.3f}" if n else "-"
+            spacing = f"{WIDTH / n:.3f}" if n else "-"
             middle = f"{depths[n // 2]:.3f}" if n else "-"
             arrested = [
                 f"{cracks} at {a:.3f}, tau {tau:.2f}"
                 for cracks, a, tau in k["arrests"]
                 if tau <= found["tau"]
             ]
+            counts = " | ".join(str(deep(found, d)) for d in DEPTHS)
             lines.append(
-                f"| {s} | {found['tau']:g} | {n} | {spacing} | {deep(found)} | {middle} | "
+                f"| {s} | {found['tau']:g} | {n} | {spacing} | {counts} | {middle} | "
                 f"{deepest(found):.3f} | {found['length']:.2f} | {'; '.join(arrested) or '-'} |"
             )
     said = [f"`{k['command']}`, {k['date']}, commit {k['commit'][:7]}" for k in kept.values()]
+    said += [f"Audit, s = {s}, {v}" for s, k in kept.items() for v in k["violations"]]
     return "\n".join(lines) + "\n\n" + "\n\n".join(said)
 
 

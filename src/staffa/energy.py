@@ -71,6 +71,13 @@ def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     return elastic if rock.prestress is None else elastic + prestrain(rock.prestress, rock)
 
 
+def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
+    """The change of volume, of area in 2-D, that cold brings about by itself."""
+    if rock.expansion.ufl_shape:
+        return T * sum(rock.expansion[i, i] for i in range(dim))
+    return dim * rock.expansion * T
+
+
 def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     """The elastic strain of the prestress, given in Voigt's order."""
     size = 2 if rock.plane_stress else 3
@@ -144,10 +151,11 @@ class Energy:
         def potential(u: fem.Function) -> ufl.Form:
             """All of the energy that depends on the displacement."""
             elastic = density(strain(u, T, rock)) * dx
-            loads = self.external.potential(u, alpha, dx)
+            loads = self.external.potential(u, alpha, cold, dx)
             return elastic if loads is None else elastic + loads
 
-        loads = self.external.potential(u, alpha, dx)
+        cold = swelling(T, rock, domain.dim)
+        loads = self.external.potential(u, alpha, cold, dx)
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
 
@@ -158,10 +166,11 @@ class Energy:
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
-        volume = crack_volume(u, alpha) * dx
+        volume = crack_volume(u, alpha, cold) * dx
 
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
+        self._rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(fem.form, jit_options=jit_options(domain.comm))
         self._elastic = form(density(strain(u, T, rock)) * dx)
@@ -169,6 +178,7 @@ class Energy:
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
         self._cracks = form(crack_measure(alpha, rock) * dx)
+        self._swelling = form(alpha * cold * dx)
         self._variation = form(variation * length_dx)
         self._volume = form(volume)
         self._widening = form(ufl.derivative(volume, u, v))
@@ -197,16 +207,26 @@ class Energy:
         out.assemble()
 
     def energies(self) -> Energies:
-        """Elastic and surface energy, and minus the work of the loads."""
+        """Elastic and surface energy, and minus the work of the loads; see `count_from_here`."""
         return Energies(
-            elastic=self._integral(self._elastic),
+            elastic=self.stored() - self._rest.elastic,
             surface=self._integral(self._surface),
-            loads=self.loads(),
+            loads=self.loads() - self._rest.loads,
+            at_rest=self._rest.scale,
         )
 
+    def count_from_here(self) -> None:
+        """Let elastic energy and that of the loads count from the state at hand: what prestress
+        stores beforehand is no measure of what happens then."""
+        self._rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
+
+    def stored(self) -> float:
+        """The whole elastic energy."""
+        return self._integral(self._elastic)
+
     def total(self) -> float:
-        """All of these."""
-        return self._integral(self._total) + self._held_volume()
+        """All of `energies`."""
+        return self._integral(self._total) + self._held_volume() - self._rest.total
 
     def loads(self) -> float:
         """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""
@@ -218,8 +238,12 @@ class Energy:
         return float(self.external.pressure.value) * self.external.volume
 
     def crack_volume(self) -> float:
-        """The volume that cracks hold open, -int u . grad alpha; an area in 2-D."""
+        """The volume that cracks hold open, see `external.crack_volume`; an area in 2-D."""
         return self._integral(self._volume)
+
+    def crack_swelling(self) -> float:
+        """What the crack volume is less than its derivative in u times u."""
+        return self._integral(self._swelling)
 
     def widening(self, out: PETSc.Vec) -> None:
         """Derivative of the crack volume in u: the force of a unit of pressure in all cracks."""

@@ -35,6 +35,7 @@ class External:
     ) -> None:
         self.forces, self.time = forces, 0.0
         self.pressure = fem.Constant(domain.mesh, 0.0)
+        self._biot = fem.Constant(domain.mesh, float(forces.biot))
         self._domain, self._spaces, self._density = domain, spaces, density
         self._x = vertices(spaces.alpha).T
         self._varying: list[Varying] = []
@@ -92,11 +93,19 @@ class External:
         self.at(float(kept[0]))
         self.pressure.value = kept[1]
 
-    def potential(self, u: fem.Function, alpha: fem.Function, dx: ufl.Measure) -> ufl.Form | None:
-        """Minus the work of all loads, the pores' included; None without any."""
+    def potential(
+        self, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr, dx: ufl.Measure
+    ) -> ufl.Form | None:
+        """Minus the work of all loads, the pores' included; None without any.
+
+        swelling: the change of volume that costs nothing, see `crack_volume`.
+        """
         terms = list(self._terms(u, dx))
         if self.forces.in_cracks:
-            terms.append(-self.pressure * crack_volume(u, alpha) * dx)
+            pressure = self.pressure
+            if self.pore_pressure is not None:  # which acts in cracks too, as in all rock
+                pressure = pressure - self._biot * self.pore_pressure
+            terms.append(-pressure * crack_volume(u, alpha, swelling) * dx)
         return sum(terms[1:], terms[0]) if terms else None
 
     def _terms(self, u: fem.Function, dx: ufl.Measure) -> list[ufl.Form]:
@@ -105,8 +114,7 @@ class External:
             weight = self._density * fem.Constant(mesh, np.array(forces.gravity))
             terms.append(-ufl.dot(weight, u) * dx)
         if self.pore_pressure is not None:
-            biot = fem.Constant(mesh, float(forces.biot))
-            terms.append(-biot * self.pore_pressure * ufl.div(u) * dx)
+            terms.append(-self._biot * self.pore_pressure * ufl.div(u) * dx)
         ds, n = _sides(self._domain, forces), ufl.FacetNormal(mesh)
         for number, force, pressure in self._on_sides:
             if force is not None:
@@ -116,10 +124,16 @@ class External:
         return terms
 
 
-def crack_volume(u: fem.Function, alpha: fem.Function) -> ufl.core.expr.Expr:
-    """-u . grad alpha, whose integral is the volume that cracks hold open (Bourdin, Chukwudozie
-    and Yoshioka 2012)."""
-    return -ufl.dot(u, ufl.grad(alpha))
+def crack_volume(
+    u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr
+) -> ufl.core.expr.Expr:
+    """alpha (div u - swelling), whose integral is the volume that cracks hold open.
+
+    By parts this is -u . grad alpha (Bourdin, Chukwudozie and Yoshioka 2012) with the mouths of
+    cracks on the surface, where a fluid presses on the body as well: without them it would push the
+    body along. What rock shrinks by in the cold (`swelling`, negative) is no crack.
+    """
+    return alpha * (ufl.div(u) - swelling)
 
 
 def _sides(domain: Domain, forces: Forces) -> ufl.Measure:

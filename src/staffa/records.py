@@ -4,22 +4,33 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+# What is left of a large number taken from another, over it, is no size to judge by.
+ROUND_OFF = 1e-6
+
 
 @dataclass(frozen=True, kw_only=True)
 class Energies:
     """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
 
-    loads: minus the work of external loads.
+    loads: minus the work of external loads. With forces, elastic and loads count from the state of
+    rest before the first step, in which they have at_rest together, without their signs.
     """
 
     elastic: float
     surface: float
     loads: float = 0.0
+    at_rest: float = 0.0
 
     @property
     def total(self) -> float:
         """All of them."""
         return self.elastic + self.surface + self.loads
+
+    @property
+    def scale(self) -> float:
+        """What a difference of energies is small or large against; the total may be near zero."""
+        counted = abs(self.elastic) + abs(self.surface) + abs(self.loads)
+        return counted + ROUND_OFF * self.at_rest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,8 +136,8 @@ class Tip:
 
 @dataclass(frozen=True, kw_only=True)
 class Fluid:
-    """What presses in the cracks: its pressure (Pa), and the volume on which that does work,
-    -int u . grad alpha (m^3; in 2-D m^2)."""
+    """What presses in the cracks: its pressure (Pa), and the volume on which that does work, see
+    `external.crack_volume` (m^3; in 2-D m^2)."""
 
     pressure: float
     volume: float

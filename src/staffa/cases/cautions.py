@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.exchange import exchanges, strongest
+from staffa.cases.force_cautions import force_cautions
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.pieces import Piece, averages, has_directions, pieces
@@ -35,8 +36,8 @@ LOCKING = 0.49  # above it linear elements are too stiff where the volume is con
 
 def cautions(case: Case, derived: Numbers, memory: float) -> list[str]:
     """All of them; memory: what the run will need (bytes)."""
-    found = [*_of_mesh(case), *_of_rock(case), *_of_split(case), *_of_loads(case)]
-    found += _of_memory(memory)
+    found = [*_of_mesh(case), *_of_rock(case), *_of_loads(case), *_of_memory(memory)]
+    found += force_cautions(case, derived.sigma_c)
     if derived.cooled:
         found += [*_of_cooling(case, derived), *_of_heat(case)]
     return found
@@ -98,8 +99,12 @@ def other_causes(case: Case) -> tuple[str, ...]:
     """What may break the body besides nucleation by cooling."""
     given = ("the given cracks may grow",) if case.cracks else ()
     moved = ("the moved sides load it too",) if is_moved(case) else ()
-    pressed = (f"[forces] act too ({presses(case)})",) if case.forces else ()
-    return (*given, *moved, *pressed, *_causes_of_heat(case))
+    return (*given, *moved, *forced(case), *_causes_of_heat(case))
+
+
+def forced(case: Case) -> tuple[str, ...]:
+    """That [forces] act, if they do."""
+    return (f"[forces] act too ({presses(case)})",) if case.forces else ()
 
 
 def _causes_of_heat(case: Case) -> Iterator[str]:
@@ -164,21 +169,6 @@ def _of_rock(case: Case) -> Iterator[str]:
             )
     yield from _of_regions(case)
     yield from _of_shape(case)
-
-
-def _of_split(case: Case) -> Iterator[str]:
-    pressing = presses(case)
-    if pressing and case.damage.split == "none":
-        yield (
-            f'damage.split = "none": rock under pressure (forces.{pressing}) breaks as easily as '
-            f"under tension, and its cracks close without resistance; leave damage.split out"
-        )
-    if pressing and case.damage.split == "volumetric-deviatoric":
-        yield (
-            'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear at little '
-            'more than its strength in tension; of isotropic rock take "no-tension", else a '
-            "smaller damage.ell"
-        )
 
 
 def _of_loads(case: Case) -> Iterator[str]:
@@ -267,6 +257,8 @@ def _of_cooling(case: Case, derived: Numbers) -> Iterator[str]:
 
 def _of_plane_strain(case: Case, derived: Numbers, drop: float) -> Iterator[str]:
     enough = derived.sigma_c / (derived.rock.E * derived.rock.expansion)
+    if case.forces and case.forces.prestress and case.forces.prestress.zz is not None:
+        return  # the stress across the plane is not of cold alone
     if derived.dT_c is not None and case.material.plane == "strain" and drop > enough:
         yield (
             f"in plane strain no crack of the plane relieves the stress across it, which alone "
@@ -279,13 +271,15 @@ def _no_nucleation(case: Case, dT_c: float, largest: float, causes: tuple[str, .
     """That cooling starts no crack, and what may break the body all the same."""
     kelvin = unit(case, "K")
     what = "cooling starts no new crack" if causes else "nothing will crack"
-    where = ""
+    where = " without [forces]" if case.forces else ""
     if largest > dT_c * sqrt(rare_factor(case)):
         what = f"perhaps {what}"
-        where = ", or at less where the random toughness is low"
+        where += ", or at less where the random toughness is low"
     elif uneven(case):
         what = f"perhaps {what}"
-        where = ", or at less where the rock differs from its averages"
+        where += ", or at less where the rock differs from its averages"
+    elif case.forces:
+        what = f"perhaps {what}"
     return (
         f"{what}: the face drops by {largest:.3g}{kelvin} at most, and damage starts at "
         f"{dT_c:.3g}{kelvin}{where}; "

@@ -9,6 +9,7 @@ from staffa.stack import MPI, PETSc
 
 import numpy as np
 
+from staffa.cases.attached import attached
 from staffa.cases.build import problem
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
@@ -73,8 +74,8 @@ def run(
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
     manifest = on_root(comm, lambda: describe(case, setup, system, factor))
-    mesh = case.domain.file
-    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest, mesh))
+    files = on_root(comm, lambda: attached(case))
+    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest, files))
     watcher.started(manifest)
     steps: tuple[Step, ...] = ()
     try:

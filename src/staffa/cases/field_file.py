@@ -13,13 +13,15 @@ import numpy as np
 
 from staffa.errors import InputError, choices
 
+SPREAD = (".pvd", ".pvtu", ".vtm", ".xdmf")  # files that name others, in which the numbers are
+
 
 @dataclass(frozen=True, kw_only=True)
 class MeshField:
     """A field on a mesh of its own; it can be sent to other ranks.
 
     points: shape (n, 3) (m); cells, types: as VTK stores them; values: one a point, or one a cell
-    if per_cell. digest: two fields of one digest are the same.
+    if per_cell. digest: two fields of one digest are the same. path: where it was read.
     """
 
     points: np.ndarray = field(compare=False, repr=False)
@@ -28,6 +30,7 @@ class MeshField:
     values: np.ndarray = field(compare=False, repr=False)
     per_cell: bool
     digest: str
+    path: Path = field(compare=False)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Interpolated at points x, shape (3, n), straight within each cell; NaN outside."""
@@ -60,10 +63,11 @@ def read_field(path: Path, name: str) -> MeshField:
         raise InputError(f"'{name}' is not one number at each place; name a field that is")
     if not np.all(np.isfinite(values)):
         raise InputError(f"'{name}' is not finite everywhere; mend the file")
-    return _field(mesh, values.astype(float), per_cell=name not in dict(mesh.point_data.items()))
+    per_cell = name not in dict(mesh.point_data.items())
+    return _field(mesh, values.astype(float), per_cell=per_cell, path=path)
 
 
-def _field(mesh: Any, values: np.ndarray, *, per_cell: bool) -> MeshField:
+def _field(mesh: Any, values: np.ndarray, *, per_cell: bool, path: Path) -> MeshField:
     arrays = {
         "points": np.asarray(mesh.points, dtype=float),
         "cells": np.asarray(mesh.cells),
@@ -71,7 +75,7 @@ def _field(mesh: Any, values: np.ndarray, *, per_cell: bool) -> MeshField:
         "values": values,
     }
     digest = hashlib.sha256(b"".join(a.tobytes() for a in arrays.values())).hexdigest()
-    return MeshField(**arrays, per_cell=per_cell, digest=digest)
+    return MeshField(**arrays, per_cell=per_cell, digest=digest, path=path)
 
 
 @contextmanager
@@ -89,6 +93,10 @@ def _silence() -> Iterator[None]:
 
 
 def _mesh(path: Path) -> Any:
+    if path.suffix.lower() in SPREAD:
+        raise InputError(
+            f"{path} only names other files, and a run keeps one; write the field as one .vtu"
+        )
     if not path.is_file():
         raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
     import pyvista

@@ -1,6 +1,7 @@
 """The derived numbers of a case: depth, drop, times, strengths; no finite elements."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -9,10 +10,12 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.pieces import Averages, averages, pieces
 from staffa.cases.rules import times_given
+from staffa.cases.split import energy_split
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
 from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
+from staffa.physics.split import NO_SPLIT, EnergySplit, driven_share
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,12 +67,8 @@ def numbers(case: Case) -> Numbers:
     cooled = case.temperature.profile != "none"
     L = depth(case)
     dT, severity = drop(case, m, L)
-    drops = {
-        name: scales.critical_drop(
-            law, **vars(rock) | {"Gc": rock.Gc * least_factor(case)}, ell=ell, state=state
-        )
-        for name, rock in rocks.items()
-    }
+    split, least = energy_split(case), least_factor(case)
+    drops = {name: _critical_drop(law, split, r, least, ell, state) for name, r in rocks.items()}
     weakest = min(rocks, key=lambda name: drops[name] or 0.0)
     return Numbers(
         state=state,
@@ -82,12 +81,32 @@ def numbers(case: Case) -> Numbers:
         kappa=diffusivity(case),
         dT=dT,
         severity=severity,
-        sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell),
+        sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell) / sqrt(_of_a_bar(split, m.nu, state)),
         dT_c=drops[weakest] if cooled else None,
         ell0=scales.ell0(**vars(m), dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, times_given(case))),
         requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
     )
+
+
+def _of_a_bar(split: EnergySplit, nu: float, state: str) -> float:
+    """The part of a pulled bar's energy that drives damage."""
+    across = (-nu,) if state == PLANE_STRESS else (-nu, -nu)
+    return 1.0 if split is NO_SPLIT else driven_share(split, (1.0, *across), nu)
+
+
+def _critical_drop(
+    law: DamageLaw, split: EnergySplit, rock: Averages, least: float, ell: float, state: str
+) -> float | None:
+    """The drop at which damage starts in a rock of which the bands leave this much toughness."""
+    numbers = vars(rock) | {"Gc": rock.Gc * least}
+    drop = scales.critical_drop(law, **numbers, ell=ell, state=state)
+    if drop is None or split is NO_SPLIT:
+        return drop
+    if state == PLANE_STRESS:
+        return drop / sqrt(_of_a_bar(split, rock.nu, state))
+    blocked = (1.0, 1.0, -2 * rock.nu / (1 - rock.nu))  # along the face, and free across it
+    return drop / sqrt(driven_share(split, blocked, rock.nu))
 
 
 def cooled_face(case: Case) -> Face | None:

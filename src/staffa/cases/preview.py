@@ -8,6 +8,7 @@ from staffa.cases.cautions import (
     cautions,
     cell_edge,
     first_and_last,
+    forced,
     other_causes,
     peak_drop,
     piece_varies,
@@ -49,7 +50,7 @@ def preview(case: Case) -> Preview:
     """Say what the physics and the cost will be, and warn of what is off."""
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
-    facts += _split_facts(case)
+    facts += _split_facts(case, derived)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -74,14 +75,19 @@ def _body_facts(case: Case) -> list[Fact]:
     size = " x ".join(f"{length:.4g}" for length in body.size)
     begins = ", ".join(f"{c:.4g}" for c in body.lower)
     flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
+    finer = case.domain.mesh is not None and case.domain.h is not None
+    edge = "edge where cracks run, domain.h" if finer else "mean edge of the cells"
     named = {
-        "faces": (body.faces, f"names for [supports] and [heat]; flat: {flat}"),
+        "faces": (
+            body.faces,
+            f"names for [supports], [heat], [forces], temperature.face; flat: {flat}",
+        ),
         "regions": (body.regions, "parts of the body"),
         "cracks": (body.cracks, "that are there from the start"),
     }
     return [
         ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
-        ("h", f"{body.h:.3g}{metre}", "mean edge of the cells"),
+        ("h", f"{body.h:.3g}{metre}", edge),
         *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
     ]
 
@@ -121,15 +127,17 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
     if not derived.cooled:
         strain = derived.sigma_c / derived.rock.E
-        sooner = "; the given cracks may grow sooner" if case.cracks else ""
-        facts.append(("will it crack", f"at a strain of {strain:.3g}", f"sigma_c/E{sooner}"))
+        sooner = ["the given cracks may grow sooner"] if case.cracks else []
+        told = "; ".join(["sigma_c/E", *sooner, *forced(case)])
+        facts.append(("will it crack", f"at a strain of {strain:.3g}", told))
     return facts
 
 
-def _split_facts(case: Case) -> list[Fact]:
+def _split_facts(case: Case, derived: Numbers) -> list[Fact]:
     pressing = presses(case)
     if pressing:
-        why = f"forces.{pressing} may press cracks shut; sigma_c and dT_c do not count them"
+        told = "sigma_c and dT_c do" if derived.cooled and derived.dT_c else "sigma_c does"
+        why = f"forces ({pressing}) may press cracks shut; {told} not count them"
     elif case.damage.split == "none":
         why = "cold alone acts, which pulls: cracks need no stiffness against pressure"
     else:
@@ -179,7 +187,8 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
             ("will it crack", "cannot be told", "without a threshold only a run can tell"),
         ]
     relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
-    below = f"below 1 {'cooling starts no crack' if other_causes(case) else 'nothing is damaged'}"
+    nothing = "cooling starts no crack" if other_causes(case) else "nothing is damaged"
+    below = f"below 1 {nothing}{', but for [forces]' if case.forces else ''}"
     return [
         *facts,
         ("dT_c", f"{derived.dT_c:.4g}{K}", f"drop at which damage starts, {_where(case, derived)}"),
@@ -212,9 +221,11 @@ def laterally_held(case: Case) -> bool:
 def _verdict(case: Case, ratio: float) -> tuple[str, str]:
     """Whether cooling starts cracks; what else may break the body is named beside it."""
     causes = other_causes(case)
-    if ratio >= 1.5:
-        return "yes", "the drop is well above dT_c"
-    if ratio >= 1:
+    if case.forces is not None:
+        said = "cannot be told", "from dT_c alone"
+    elif ratio >= 1.5:
+        said = "yes", "the drop is well above dT_c"
+    elif ratio >= 1:
         said = "hardly", "damage starts, but the drop is little above dT_c"
     elif ratio > sqrt(rare_factor(case)):
         said = "perhaps", "the face cools enough only where the random toughness is low"

@@ -6,6 +6,7 @@ points, shape (3, n) -> (n,), in a body of dim dimensions, in SI or scaled as th
 kind is another such class, a line in `form`, and one in `PropertyValue`.
 """
 
+from os.path import abspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,7 +18,6 @@ from pydantic import (
     StringConstraints,
     Tag,
     ValidationInfo,
-    field_validator,
     model_validator,
 )
 
@@ -142,7 +142,8 @@ class RandomHeatCapacity(RandomField):
 class FieldFile(Section):
     """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is.
 
-    It is read with the case, on rank 0, and goes with it to the other ranks.
+    It is read with the case, on rank 0, and goes with it to the other ranks. Once read it goes by
+    its file's name, as the copy that is kept with a run does.
     """
 
     file: str = Field(
@@ -154,20 +155,21 @@ class FieldFile(Section):
     )
     _field: MeshField | None = PrivateAttr(default=None)
 
-    @field_validator("file")
-    @classmethod
-    def _from_the_case(cls, file: str, info: ValidationInfo) -> str:
-        """A path that holds from anywhere, as the record of a run needs it."""
-        folder = (info.context or {}).get(FOLDER, Path())
-        return str((folder / file).resolve())
-
     @model_validator(mode="after")
-    def _read(self) -> "FieldFile":
+    def _read(self, info: ValidationInfo) -> "FieldFile":
+        folder = (info.context or {}).get(FOLDER, Path())
         try:
-            self._field = read_field(Path(self.file), self.name)
+            self._field = read_field(Path(abspath(folder / self.file)), self.name)
         except InputError as error:
             raise ValueError(str(error)) from None
+        object.__setattr__(self, "file", self.path.name)  # by nobody else: a case is frozen
         return self
+
+    @property
+    def path(self) -> Path:
+        """Where the file is."""
+        assert self._field is not None
+        return self._field.path
 
     def at_points(self, dim: int) -> PointFunction:
         """Its values, interpolated; NaN where its mesh does not reach."""

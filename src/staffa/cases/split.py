@@ -14,7 +14,7 @@ def presses(case: Case) -> str:
     if keys is None:
         return ""
     own = ("prestress", "gravity", "pore_pressure", "crack_pressure", "crack_volume")
-    return ", ".join([*(name for name in own if getattr(keys, name)), *keys.by_side()])
+    return ", ".join([*(name for name in own if getattr(keys, name) is not None), *keys.by_side()])
 
 
 def is_anisotropic(case: Case) -> bool:
@@ -22,12 +22,17 @@ def is_anisotropic(case: Case) -> bool:
     return not all(is_isotropic(keys) for keys in (case.material, *case.regions.values()))
 
 
+def takes_principal_strains(case: Case) -> bool:
+    """Whether splits by principal strains are for its rock: isotropic, with nu >= 0."""
+    return not is_anisotropic(case) and all(averages(piece).nu >= 0 for piece in pieces(case))
+
+
 def default_split(case: Case) -> str:
-    """None where cold alone acts: it pulls. Else what lets no rock break under pressure."""
+    """None where cold alone acts: it pulls. Else what breaks the least under pressure of what its
+    rock takes: isotropic rock with nu >= 0 does not break at all."""
     if not presses(case):
         return "none"
-    auxetic = any(averages(piece).nu < 0 for piece in pieces(case))
-    return "volumetric-deviatoric" if auxetic or is_anisotropic(case) else "no-tension"
+    return "no-tension" if takes_principal_strains(case) else "volumetric-deviatoric"
 
 
 def energy_split(case: Case) -> EnergySplit:

@@ -171,7 +171,7 @@ def _advance(
 
 def imbalance(loading: Loading, outcome: Outcome) -> float:
     """Error of the energy balance on frozen cracks, over the energy."""
-    scale = max(abs(loading.start), abs(loading.end), abs(outcome.energies.total), 1e-300)
+    scale = max(abs(loading.start), abs(loading.end), outcome.energies.scale, 1e-300)
     return abs(loading.end - loading.start - loading.work) / scale
 
 

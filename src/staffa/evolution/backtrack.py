@@ -38,12 +38,14 @@ MOST_RETURNS = 3
 class Past:
     """What is remembered of a step besides its damage and temperature.
 
-    total: its energy. loaded, work, imbalance: the energy on frozen cracks that it began with, and
-    the account of the loads that led there. heat: what the heat equation did.
+    total, scale: its energy, see `records.Energies`. loaded, work, imbalance: the energy on frozen
+    cracks that it began with, and the account of the loads that led there. heat: what the heat
+    equation did.
     """
 
     loads: Loads
     total: float
+    scale: float
     loaded: float
     work: float
     imbalance: float
@@ -71,6 +73,7 @@ class History:
             Past(
                 loads=loads,
                 total=total,
+                scale=advance.outcome.energies.scale,
                 loaded=total + advance.released,
                 work=advance.work,
                 imbalance=advance.imbalance,
@@ -126,7 +129,7 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
     surface = -np.inf if loaded else system.energy.energies().surface
     try:
         for index, past in enumerate(history.steps[:-1]):
-            enough = past.total - backtracking.tolerance * abs(past.total)
+            enough = past.total - backtracking.tolerance * past.scale
             if surface >= enough or (limited and history.returns[index] >= MOST_RETURNS):
                 continue
             system.state.T.x.array[:] = _temperature(system, history, index)[0]

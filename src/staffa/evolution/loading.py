@@ -19,9 +19,9 @@ class Loading:
     """What changing the loads did with the cracks frozen.
 
     work: of the temperature change, of the prescribed displacements and of external loads that
-    change, along the straight path from the loads before; exact without a split. With one, of the
-    powers at both ends of the path each is a bound: what lies between them is taken to be the
-    work. start, end: total energies. heat: what the heat equation did, if it gives the temperature.
+    change, along the straight path from the loads before: exact without a split; with one, the ends
+    of the path do not tell, and it is what the energy changed by. start, end: total energies. heat:
+    what the heat equation did, if it gives the temperature.
     """
 
     work: float
@@ -76,10 +76,7 @@ def put_on(
         raise _not_finite("force", end.time)
     equilibrium(parts, end.values)
     at_last, last = energy.total(), power()
-    if energy.linear:
-        work = (first + last) / 2
-    else:
-        work = float(np.clip(at_last - at_first, min(first, last), max(first, last)))
+    work = (first + last) / 2 if energy.linear else at_last - at_first
     return Loading(work=work, start=at_first, end=at_last)
 
 

@@ -44,6 +44,7 @@ def come_to_rest(problem: Problem, system: System) -> None:
     outcome, _ = settle(problem, system, start)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
+    system.energy.count_from_here()
     failing = damage_at_strength(problem.material.law) + MARGIN
     ran = crack_advance(system.state, before, threshold=failing)
     if ran > PROFILE * problem.material.ell:

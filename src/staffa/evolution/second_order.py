@@ -34,6 +34,13 @@ def examine(
     rule = problem.second_order
     if rule is None or not advance.outcome.converged:
         return advance, None
+    if system.alternation.held:
+        return advance, Stability(
+            bifurcation=None,
+            stability=None,
+            negative=0,
+            failure="it does not know of a volume that is held",
+        )
     kept, found = snapshot(system), None
     try:
         for state in _escapes(problem, rule, system, loads, advance):

@@ -202,6 +202,7 @@ def _convex(energy: Energy, matrix: PETSc.Mat) -> ConvexEnergy | None:
         matrix=matrix,
         move_to=lambda u: write_vector(u, energy.state.u),
         value=energy.total,
+        stored=energy.stored,
         forces=energy.residual,
         stiffness=energy.stiffness,
         quadratic=energy.linear,
@@ -218,6 +219,7 @@ def _held(energy: Energy) -> Held | None:
 
     return Held(
         widening=energy.widening,
+        offset=energy.crack_swelling,
         target=lambda: external.volume,
         pressure=lambda: float(external.pressure.value),
         press=press,

@@ -9,12 +9,12 @@ from staffa.io.run_directory import MANIFEST, Run, read_run
 
 RESULTS = "ensemble.csv"
 MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
-SEED_LINE = re.compile(r"^seed = \d+$", flags=re.MULTILINE)
+SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random property
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ensemble:
-    """Runs of one case that differ in nothing but the seed of the toughness: seed -> run."""
+    """Runs of one case that differ in nothing but their seeds: that of [toughness] -> run."""
 
     path: Path
     runs: dict[int, Run]
@@ -57,7 +57,7 @@ def read_ensemble(path: Path) -> Ensemble:
     Raises
     ------
     InputError
-        Their cases differ in more than the seed.
+        Their cases differ in more than their seeds.
     StaffaError
         A file of one is damaged.
     """
@@ -65,9 +65,9 @@ def read_ensemble(path: Path) -> Ensemble:
     runs = {seed: read_run(place) for seed, place in begun.items()}
     found = Ensemble(path=path, runs=runs)
     for run in runs.values():
-        if SEED_LINE.sub("", run.case) != SEED_LINE.sub("", found.first.case):
+        if SEED.sub("", run.case) != SEED.sub("", found.first.case):
             raise InputError(
                 f"{path} is no ensemble: {found.first.path.name} and {run.path.name} in it are "
-                f"runs of cases that differ in more than the seed; move one of them elsewhere"
+                f"runs of cases that differ in more than their seeds; move one of them elsewhere"
             )
     return found

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -69,12 +70,13 @@ def require_free(path: Path) -> None:
         raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
 
 
-def create(path: Path, case: str, manifest: Manifest, mesh: Path | None = None) -> None:
-    """Make a run directory with its case, a copy of the mesh that it names, its manifest, and no
+def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
+    """Make a run directory with its case, copies of the files that it names, its manifest, and no
     step yet."""
     (path / FIELDS).mkdir(parents=True, exist_ok=True)
-    if mesh is not None:
-        shutil.copyfile(mesh, path / mesh.name)
+    for file in files:
+        with suppress(shutil.SameFileError):  # it lies there already
+            shutil.copyfile(file, path / file.name)
     write_aside(path / CASE, case)
     write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
     (path / STEPS).touch()

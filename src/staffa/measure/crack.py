@@ -59,7 +59,7 @@ AROUND = {(2, 4): [0, 1, 3, 2], (3, 8): [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
 def crack_volume(domain: Domain, state: State) -> float:
-    """-int u . grad alpha^4: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
+    """int alpha^4 div u: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
     cells, dim = _cells(domain, state), domain.dim
     cells = cells[:, AROUND.get((dim, cells.shape[1]), slice(None))]
     x = vertices(state.alpha.function_space)

@@ -250,6 +250,12 @@ class ElasticSolver:
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
+    def meets(self, u: PETSc.Vec, values: np.ndarray) -> bool:
+        """Whether u has these prescribed values on `fixed` already."""
+        self.force.set(0.0)
+        self.force.array_w[self.fixed] = u.array_r[self.fixed] - values
+        return bool(self.force.norm(PETSc.NormType.NORM_INFINITY) == 0.0)
+
     def curvature(self, u: PETSc.Vec) -> float:
         """u . K u, at the stiffness of the last `minimize`."""
         self.stiffness.mult(u, self.force)

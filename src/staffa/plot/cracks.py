@@ -65,6 +65,11 @@ def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
     return columns, min(height, 2 * WIDTH)
 
 
+def extent(manifest: Manifest) -> list[tuple[float, float]]:
+    """Where the body begins and ends along each axis (m)."""
+    return [(a, a + s) for a, s in zip(manifest.corner, manifest.size, strict=True)]
+
+
 def draw_panel(
     axes: Axes, manifest: Manifest, frame: Frame, triangles: Triangulation, dT: float
 ) -> None:
@@ -80,10 +85,9 @@ def draw_panel(
         axes.tricontour(
             triangles, theta, levels=levels, colors=colors, linewidths=0.7, linestyles="solid"
         )
-    (left, bottom), (width, height) = manifest.corner, manifest.size
-    axes.set_xlim(left, left + width)
+    x, y = extent(manifest)
+    axes.set(xlim=x, ylim=y)
     axes.locator_params(axis="x", nbins=5)
-    axes.set_ylim(bottom, bottom + height)
     for side in axes.spines.values():
         side.set_visible(True)
     if manifest.cooled_side:

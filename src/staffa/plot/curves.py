@@ -31,7 +31,8 @@ def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     axes.plot(at, [e.surface for e in energies], color=ORANGE, label="surface", **style)
     axes.set_xlabel(clock_label(manifest, steps))
     axes.set_ylabel(energy_label(manifest))
-    axes.set_ylim(bottom=0)
+    if all(min(e.total, e.elastic, e.loads) >= 0 for e in energies):
+        axes.set_ylim(bottom=0)
     legend_above(axes, 3)
     return figure
 

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from staffa.measure.network import Network
-from staffa.plot.cracks import layout
+from staffa.plot.cracks import extent, layout
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import WIDTH, new_figure
 from staffa.records import Manifest, Step
@@ -46,6 +46,7 @@ def _plane(
     figure = new_figure(height)
     rows = ceil(len(moments) / columns)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    x, y = extent(manifest)
     for number, axes in enumerate(grid.flat):
         if number >= len(moments):
             axes.set_axis_off()
@@ -60,7 +61,7 @@ def _plane(
             )
         )
         axes.grid(False)
-        axes.set(xlim=(0, manifest.size[0]), ylim=(0, manifest.size[1]), aspect="equal")
+        axes.set(xlim=x, ylim=y, aspect="equal")
         for side in axes.spines.values():
             side.set_visible(True)
         axes.set_title(moment(manifest, step), loc="left", pad=3)
@@ -83,8 +84,8 @@ def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, l
             cracks.points[cracks.elements], facecolors=colors, edgecolors="#0003", linewidths=0.2
         )
     )
-    x, y, z = manifest.size
-    axes.set(xlim=(0, x), ylim=(0, y), zlim=(0, z), aspect="equal")
+    x, y, z = extent(manifest)
+    axes.set(xlim=x, ylim=y, zlim=z, aspect="equal")
     axes.set_xlabel(with_unit("x", manifest, "m"))
     axes.set_ylabel(with_unit("y", manifest, "m"))
     axes.set_zlabel(with_unit("z", manifest, "m"))

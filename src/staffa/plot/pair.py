@@ -11,7 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from staffa.plot.cracks import add_legend, draw_panel, entitle, temperature_drop, triangulation
+from staffa.plot.cracks import (
+    add_legend,
+    draw_panel,
+    entitle,
+    extent,
+    temperature_drop,
+    triangulation,
+)
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
@@ -139,8 +146,8 @@ def _draw_difference(
     axes.set_aspect("equal")
     triangles = triangulation(frame.grid)
     axes.tripcolor(triangles, gap, cmap=DIFFERENCE, vmin=-largest, vmax=largest, shading="gouraud")
-    axes.set_xlim(0, manifest.size[0])
-    axes.set_ylim(0, manifest.size[1])
+    x, y = extent(manifest)
+    axes.set(xlim=x, ylim=y)
     axes.locator_params(axis="x", nbins=5)
     for side in axes.spines.values():
         side.set_visible(True)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from staffa.records import Step
-from staffa.report.pair import Pair
+from staffa.report.pair import Pair, Side
 from staffa.report.readings import Reading, readings
 from staffa.report.summary import Fact
 
@@ -42,17 +42,30 @@ def percent(part: float) -> str:
 def gap_between_steps(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) of either run where both know something, and how far apart total energies are.
 
-    Each is interpolated linearly between its steps; the difference is over the larger of the two.
+    Each is interpolated linearly between its steps; the difference is over the larger sum of sizes.
     """
     curves = [
-        np.array([[pair.at(step), step.energies.total / side.energy] for step in side.run.steps])
+        np.array(
+            [
+                [pair.at(step), step.energies.total / side.energy, _sizes(side, step)]
+                for step in side.run.steps
+            ]
+        )
         for side in pair.sides
     ]
     begin, end = max(c[0, 0] for c in curves), min(c[-1, 0] for c in curves)
     at = np.unique(np.concatenate([c[:, 0] for c in curves]))
     at = at[(at >= begin) & (at <= end)]
-    one, other = (np.interp(at, *c.T) for c in curves)
-    return at, _over(abs(one - other), np.maximum(abs(one), abs(other)))
+    (one, whole), (other, larger) = (
+        [np.interp(at, c[:, 0], column) for column in c.T[1:]] for c in curves
+    )
+    return at, _over(abs(one - other), np.maximum(whole, larger))
+
+
+def _sizes(side: Side, step: Step) -> float:
+    """|elastic| + |surface| + |loads|: a total that loads cannot bring near zero."""
+    e = step.energies
+    return (abs(e.elastic) + abs(e.surface) + abs(e.loads)) / side.energy
 
 
 def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
@@ -61,13 +74,10 @@ def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 
 def gaps(pair: Pair, shared: Sequence[Steps], energy: Reading) -> np.ndarray:
-    """Differences of an energy over the larger total energy of the two, shape (n,)."""
-    total = readings(pair)["total energy"]
-    values, totals = (
-        np.array([reading.of(pair, steps) for steps in shared], dtype=float)
-        for reading in (energy, total)
-    )
-    return _over(abs(values[:, 1] - values[:, 0]), abs(totals).max(axis=1))
+    """Differences of an energy over the larger sum of sizes of the two, shape (n,)."""
+    values = [[value or 0.0 for value in energy.of(pair, steps)] for steps in shared]
+    sizes = [[_sizes(*one) for one in zip(pair.sides, steps, strict=True)] for steps in shared]
+    return _over(abs(np.diff(values)[:, 0]), np.max(sizes, axis=1))
 
 
 def _energies_agree(pair: Pair, shared: Sequence[Steps]) -> Fact:
@@ -88,12 +98,14 @@ def _energies_agree(pair: Pair, shared: Sequence[Steps]) -> Fact:
 
 def _largest(pair: Pair, shared: Sequence[Steps]) -> str:
     """Of each energy, and when."""
-    told = []
-    for name in ("elastic energy", "surface energy", "total energy"):
+    told, loaded = [], any(step.energies.loads for steps in shared for step in steps)
+    names = {"elastic": "elastic energy", "surface": "surface energy", "total": "total energy"}
+    for short, name in {**names, **({"loads": "energy of loads"} if loaded else {})}.items():
         apart = gaps(pair, shared, readings(pair)[name])
         most = int(apart.argmax())
-        told.append(f"{name.split()[0]} {apart[most]:.1e}, {_when(pair, shared[most])}")
-    return f"{'; '.join(told)}; over the larger total energy at that time"
+        told.append(f"{short} {apart[most]:.1e}, {_when(pair, shared[most])}")
+    whole = "sum of their sizes" if loaded else "total energy"
+    return f"{'; '.join(told)}; over the larger {whole} at that time"
 
 
 def _between(pair: Pair) -> Iterator[Fact]:

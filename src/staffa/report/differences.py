@@ -1,10 +1,13 @@
 """What differs between two runs besides their results: keys of the cases, facts of the runs."""
 
 from collections.abc import Callable, Iterator, Mapping
+from hashlib import file_digest
+from operator import eq
 from typing import Any
 
 from pydantic import BaseModel
 
+from staffa.cases.attached import attached
 from staffa.cases.model import Case
 from staffa.cases.writing import inline
 from staffa.records import Manifest
@@ -19,9 +22,13 @@ FACTS = (
 
 
 def case_differences(pair: Pair) -> Table:
-    """The keys of the cases whose values differ, defaults resolved; 5 mm and 0.005 m do not."""
+    """The keys of the cases whose values differ, defaults resolved; 5 mm and 0.005 m do not.
+
+    So do the files that they name, by the first digits of their SHA-256.
+    """
     cases = [dict(_keys(side.case)) for side in pair.sides]
     rows = _rows(*cases, same=lambda a, b: a == b or inline(a) == inline(b), text=_value)
+    rows += _rows(*(dict(_files(side.case)) for side in pair.sides), same=eq, text=_fact)
     return Table(
         header=("case", *pair.names),
         rows=rows,
@@ -59,6 +66,12 @@ def _keys(case: Case) -> Iterator[tuple[str, Any]]:
             continue
         for key in type(table).model_fields:
             yield f"{section}.{key}", getattr(table, key)
+
+
+def _files(case: Case) -> Iterator[tuple[str, Any]]:
+    for path in attached(case):
+        with path.open("rb") as file:
+            yield path.name, file_digest(file, "sha256").hexdigest()[:8]
 
 
 def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:

@@ -24,7 +24,7 @@ CAPTIONS = {
     "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
     "error as a band, and each member as a thin line.",
     "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
-    "total energies are, over the larger of them.",
+    "total energies are, over the larger of them, parts below zero counted by size.",
     "growth-of-both": "Growth of the cracks of both runs.",
     "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
     "growth": "Growth of the cracks: the mean of the finished members, its standard error as a "

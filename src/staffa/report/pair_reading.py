@@ -74,7 +74,7 @@ def _finished(path: Path) -> Run:
 
 def _case(run: Run) -> Case:
     try:
-        return parse_case(run.case)
+        return parse_case(run.case, folder=run.path)
     except InputError as error:
         raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
 

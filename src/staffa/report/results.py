@@ -57,7 +57,10 @@ def common_times(pair: Pair) -> Table:
         return Table(header=(), rows=(), notes=("The runs have no time in common.",))
     note = f"Each cell: {pair.names[0]} / {pair.names[1]}."
     if pair.alike:
-        note += " Apart: the difference of the total energies over the larger of them."
+        note += (
+            " Apart: the difference of the total energies over the larger of them, parts below "
+            "zero counted by size."
+        )
     return Table(
         header=(pair.clock or "", *map(named, shown), *apart), rows=tuple(rows), notes=(note,)
     )

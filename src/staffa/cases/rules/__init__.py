@@ -35,7 +35,7 @@ from staffa.cases.rules.heat import (
     heat_has_its_profile,
     heat_is_complete,
 )
-from staffa.cases.rules.names import cracks_are_there, faces_are_there
+from staffa.cases.rules.names import cracks_are_there, faces_are_there, files_are_called_apart
 from staffa.cases.rules.probes import probes_are_inside
 from staffa.cases.rules.rock import (
     elasticity_is_definite,
@@ -83,6 +83,7 @@ RULES = (
     faces_are_there,
     cracks_are_there,
     regions_are_places,
+    files_are_called_apart,
     stiffness_is_complete,
     axes_are_directions,
     lists_have_a_number_an_axis,

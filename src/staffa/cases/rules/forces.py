@@ -31,6 +31,11 @@ def forces_say_something(case: Case) -> None:
     keys = case.forces
     if keys is None:
         return
+    if keys.prestress is not None and not keys.prestress.model_fields_set:
+        raise InputError(
+            f"forces.prestress says nothing; give {', '.join(COMPONENTS)} or some of them, or "
+            f"leave it out"
+        )
     if not presses(case):
         raise InputError(
             "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
@@ -122,7 +127,14 @@ def split_fits_the_rock(case: Case) -> None:
             f"damage.gamma = {case.damage.gamma:g} has no meaning but with damage.split = "
             f'"star-convex"; leave it out'
         )
-    if name is None or not SPLITS[name].isotropic:
+    if name in (None, "none"):
+        return
+    if case.material.plane != "strain" and any(averages(p).nu >= 0.5 for p in pieces(case)):
+        raise InputError(
+            f'damage.split = "{name}" needs a bulk modulus, and rock with nu = 0.5 has none; take '
+            f"0.49 or less"
+        )
+    if not SPLITS[name].isotropic:
         return
     if is_anisotropic(case):
         raise InputError(

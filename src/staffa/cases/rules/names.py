@@ -1,7 +1,9 @@
 """Rules on names: what a case says of the parts of its body is said of parts that are there."""
 
 from collections.abc import Collection
+from pathlib import Path
 
+from staffa.cases.attached import attached
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Named, SupportKeys
@@ -38,6 +40,17 @@ def _none(case: Case) -> str:
     if case.domain.is_block:
         return "a 2-D body has no such face"
     return f"the {'mesh' if case.domain.mesh else 'shape'} has no such face"
+
+
+def files_are_called_apart(case: Case) -> None:
+    """No two files have one name: a run keeps them side by side."""
+    found: dict[str, Path] = {}
+    for file in attached(case):
+        other = found.setdefault(file.name, file)
+        if other != file:
+            raise InputError(
+                f"{other} and {file} have one name, by which a run keeps them; rename one"
+            )
 
 
 def cracks_are_there(case: Case) -> None:
