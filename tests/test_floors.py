@@ -12,7 +12,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
     {
-        *("errors", "units", "records", "options", "parallel", "stack", "grid", "jit"),
+        *("errors", "units", "records", "manifest", "options", "parallel", "stack", "grid", "jit"),
         *("unstructured", "geometry"),
     },
     {"physics"},
@@ -43,6 +43,7 @@ LIGHT = [
     "staffa.errors",
     "staffa.units",
     "staffa.records",
+    "staffa.manifest",
     "staffa.grid",
     "staffa.unstructured",
     "staffa.geometry.shapes",

@@ -23,6 +23,7 @@ from staffa.io.run_directory import (
     write_aside,
 )
 from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.manifest import Manifest
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
 from staffa.plot.curves import energies_figure
@@ -31,18 +32,7 @@ from staffa.plot.network import network_figure
 from staffa.plot.pair import FAINT, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
-from staffa.records import (
-    Audit,
-    Effort,
-    Energies,
-    Heat,
-    Manifest,
-    Measures,
-    Return,
-    Section,
-    Step,
-    Tip,
-)
+from staffa.records import Audit, Effort, Energies, Heat, Measures, Return, Section, Step, Tip
 from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
@@ -264,12 +254,11 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert "cooled on face 'bottom'" in facts["body"] and "split" not in facts["damage"]
 
 
-def test_a_summary_names_the_energy_split_of_the_case(tmp_path):
+def test_a_summary_names_the_energy_split(tmp_path):
     run = drawn_run(tmp_path / "run")
-    split = replace(run, case='[damage]\nsplit = "no-tension"\n')
+    split = replace(run, manifest=replace(run.manifest, split="no-tension"))
     told = {fact.name: fact.text for fact in summary(split)}
     assert told["damage"] == "AT1, ell = 0.04, energy split no-tension, severity 54"
-    assert summary(replace(run, case="no table")) == summary(run)
 
 
 def test_a_run_without_steps_has_a_page_and_no_pictures(tmp_path):

@@ -17,8 +17,9 @@ from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, vertices, zero_state
 from staffa.io.run_directory import append_step, create, read_run
+from staffa.manifest import Probe
 from staffa.measure.probes import Probes
-from staffa.records import Probe, Step
+from staffa.records import Step
 from staffa.report.series import probes_table, reactions_table
 from staffa.supports import SideSupport, clamped, rollers
 from test_report import drawn_manifest, drawn_step

@@ -236,14 +236,6 @@ class Return:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Probe:
-    """Points of the body at which fields are read off: shape (n, 2 or 3), m."""
-
-    name: str
-    points: tuple[tuple[float, ...], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
 class Moment:
     """Which step, and when: index, time (s), and tau, None where nothing diffuses."""
 
@@ -347,63 +339,3 @@ def _measures(record: dict[str, Any]) -> Measures:
         volume=record.get("volume", 0.0),
         fluid=Fluid(**record["fluid"]) if record.get("fluid") else None,
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Manifest:
-    """What a run is: written once, before its first step.
-
-    title, law: the case's own. scaled: True if lengths and times are scaled, False if in m and s.
-    size: extent along each axis, lower: where the body begins (None: at the origin); face: name of
-    the cooled face, if it is a flat side of the body; side: which of a box's that is, if it has
-    another name; h: cell edge; L: depth of the body below the face. toughness_factor: measured
-    discrete toughness over Gc. tip_reach: how far sharp tips lie beyond the recorded ones (see
-    `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
-    steps those that it will not miss; requested: whether each is an output time. threshold: damage
-    above which a point counts as cracked. probes: where fields are read off at each step. scales:
-    the derived numbers that `staffa check` prints, by name.
-    """
-
-    version: str
-    commit: str | None
-    created: str
-    ranks: int
-    title: str
-    law: str
-    scaled: bool
-    size: tuple[float, ...]
-    face: str | None
-    h: float
-    ell: float
-    L: float
-    cells: int
-    unknowns: int
-    mesh: str
-    toughness_factor: float
-    times: tuple[float, ...]
-    taus: tuple[float | None, ...]
-    requested: tuple[bool, ...]
-    scales: dict[str, float | None]
-    versions: dict[str, str]
-    petsc_options: dict[str, str]
-    tip_reach: float | None = None
-    adaptive: bool = False
-    lower: tuple[float, ...] | None = None
-    side: str | None = None
-    probes: tuple[Probe, ...] = ()
-    threshold: float = 0.8
-    format: int = 1
-
-    @property
-    def corner(self) -> tuple[float, ...]:
-        """Lower corner of the box around the body."""
-        return self.lower or (0.0,) * len(self.size)
-
-    @property
-    def cooled_side(self) -> str | None:
-        """The side of a box that the cooled face is."""
-        return self.side or self.face
-
-    def sharp(self, depth: float) -> float:
-        """Depth (m) of the sharp tip of a crack whose recorded tip is so deep; 0 stays 0."""
-        return depth + (self.tip_reach or 0.0) if depth else 0.0

@@ -25,6 +25,7 @@ from staffa.evolution.toughness import discrete_toughness
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.loads.closed_form import Load
+from staffa.manifest import Manifest, Probe
 from staffa.measure.crack import Gauge, measures
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
@@ -32,7 +33,7 @@ from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
-from staffa.records import Manifest, Moment, Probe, Step, kept
+from staffa.records import Moment, Step, kept
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,6 +160,7 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         ranks=domain.comm.size,
         title=case.title,
         law=setup.material.law.name,
+        split=setup.material.split.name,
         scaled=is_scaled(case),
         lower=domain.lower,
         size=domain.size,

@@ -18,9 +18,10 @@ from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.terminal import out
 from staffa.errors import StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
+from staffa.manifest import Manifest
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root
-from staffa.records import REJECTED, Manifest, Moment, Step
+from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
 from staffa.report.tables import write_tables
 

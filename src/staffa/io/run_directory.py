@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.records import REJECTED, Manifest, Probe, Step, kept
+from staffa.manifest import Manifest, Probe
+from staffa.records import REJECTED, Step, kept
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (

@@ -10,8 +10,8 @@ from dolfinx import geometry
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import State
+from staffa.manifest import Probe
 from staffa.parallel import sum_over_ranks
-from staffa.records import Probe
 
 # A point on a side may lie outside of the mesh by round-off: by this fraction of a cell.
 OUTSIDE = 1e-6

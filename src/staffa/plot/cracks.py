@@ -14,10 +14,10 @@ from matplotlib.tri import Triangulation
 
 from staffa.grid import SIDES, face_position
 from staffa.io.vtkhdf import Grid
+from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
 from staffa.plot.labels import TAU_CONVENTION, moment, with_unit
 from staffa.plot.style import WIDTH, new_figure
-from staffa.records import Manifest
 
 # Pale up to half, so that what is seen dark is the crack and not the width of its damage profile.
 DAMAGE = LinearSegmentedColormap.from_list(

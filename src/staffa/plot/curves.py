@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from staffa.grid import face_axis
+from staffa.manifest import Manifest
 from staffa.measure.generations import Arrests, Track, arrests, tracks
 from staffa.plot.labels import clock, clock_label, crack_label, energy_label, with_unit
 from staffa.plot.style import BLACK, BLUE, GENERATIONS, GREEN, ORANGE, legend_above, new_figure
-from staffa.records import Manifest, Measures, Step
+from staffa.records import Measures, Step
 
 
 def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:

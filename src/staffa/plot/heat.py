@@ -6,9 +6,10 @@ from itertools import accumulate
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
+from staffa.manifest import Manifest
 from staffa.plot.labels import clock, clock_label, heat_label
 from staffa.plot.style import BLACK, GENERATIONS, legend_above, new_figure
-from staffa.records import Heat, Manifest, Step
+from staffa.records import Heat, Step
 
 
 def heat_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from staffa.records import Manifest, Step
+from staffa.manifest import Manifest
+from staffa.records import Step
 
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
 TAU_CONVENTION = TAU + r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ in a half-space"

@@ -12,10 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from staffa.manifest import Manifest
 from staffa.measure.averages import spread
 from staffa.plot.labels import clock, clock_label, crack_label, with_unit
 from staffa.plot.style import BLACK, BLUE, ORANGE, legend_above, new_figure
-from staffa.records import Manifest, Measures, Step
+from staffa.records import Measures, Step
 
 Members = Sequence[Sequence[Step]]
 BAND: Any = {"alpha": 0.3, "linewidth": 0}

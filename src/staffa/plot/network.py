@@ -12,11 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from staffa.manifest import Manifest
 from staffa.measure.network import Network
 from staffa.plot.cracks import extent, layout
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import WIDTH, new_figure
-from staffa.records import Manifest, Step
+from staffa.records import Step
 
 COLORS = "viridis_r"  # what is closed is pale
 NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open

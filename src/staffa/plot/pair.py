@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from staffa.manifest import Manifest
 from staffa.plot.cracks import (
     add_legend,
     draw_panel,
@@ -24,7 +25,6 @@ from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
 from staffa.plot.volume import DEPTHS, deepest, rendered
 from staffa.plot.volume import MOST as MOST_VOLUMES
-from staffa.records import Manifest
 
 COLORS = (BLUE, ORANGE)
 WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other

@@ -5,9 +5,10 @@ from itertools import cycle
 
 from matplotlib.figure import Figure
 
+from staffa.manifest import Manifest
 from staffa.plot.labels import clock, clock_label, with_unit
 from staffa.plot.style import GENERATIONS, legend_above, new_figure
-from staffa.records import Manifest, Step
+from staffa.records import Step
 
 LINES = ("-", "--", ":")
 

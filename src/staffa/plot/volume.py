@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 
 from staffa.errors import StaffaError
 from staffa.grid import SIDES
+from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import WIDTH, new_figure
-from staffa.records import Manifest
 
 RENDERER = "staffa.plot.rendering"
 CRACK = 0.7  # damage that is drawn as crack

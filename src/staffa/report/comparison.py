@@ -6,8 +6,8 @@ from itertools import chain
 
 from staffa.grid import face_axis
 from staffa.io.run_directory import Run
+from staffa.manifest import Manifest
 from staffa.measure.generations import Arrests, arrests
-from staffa.records import Manifest
 from staffa.report.published import BAHR, PAPER, SEVERITY, Published
 
 ABSENT = "-"

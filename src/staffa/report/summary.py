@@ -1,13 +1,12 @@
 """The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
 
-import tomllib
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import reduce
 
 from staffa.io.run_directory import Run
-from staffa.records import Effort, Heat, Manifest, Step
+from staffa.manifest import Manifest
+from staffa.records import Effort, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
 
@@ -47,15 +46,8 @@ def _case(run: Run) -> Iterator[Fact]:
         name="body", text=f"{size}{unit}{cooled}, {manifest.cells} cells of {manifest.h:g}{unit}"
     )
     text = f"{manifest.law}, ell = {manifest.ell:g}{unit}"
-    text += f", energy split {split}" if (split := _split(run)) else ""
+    text += f", energy split {manifest.split}" if manifest.split != "none" else ""
     yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
-
-
-def _split(run: Run) -> str:
-    """The energy split that the record of the case names, or nothing."""
-    with suppress(tomllib.TOMLDecodeError):
-        return str(tomllib.loads(run.case).get("damage", {}).get("split", ""))
-    return ""
 
 
 def _progress(run: Run) -> Iterator[Fact]:
