@@ -166,7 +166,7 @@ class Energy:
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
-        volume = crack_volume(u, alpha, cold) * dx
+        self._in_cracks = (crack_volume(u, alpha, cold) * dx, alpha * cold * dx, u, v)
 
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
@@ -178,10 +178,7 @@ class Energy:
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
         self._cracks = form(crack_measure(alpha, rock) * dx)
-        self._swelling = form(alpha * cold * dx)
         self._variation = form(variation * length_dx)
-        self._volume = form(volume)
-        self._widening = form(ufl.derivative(volume, u, v))
         self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)
         # Not by ufl.replace, whose cache would keep every mesh there ever was.
@@ -239,15 +236,15 @@ class Energy:
 
     def crack_volume(self) -> float:
         """The volume that cracks hold open, see `external.crack_volume`; an area in 2-D."""
-        return self._integral(self._volume)
+        return self._integral(self._cracks_open["volume"])
 
     def crack_swelling(self) -> float:
         """What the crack volume is less than its derivative in u times u."""
-        return self._integral(self._swelling)
+        return self._integral(self._cracks_open["swelling"])
 
     def widening(self, out: PETSc.Vec) -> None:
         """Derivative of the crack volume in u: the force of a unit of pressure in all cracks."""
-        self._vector(self._widening, self._sums_u, out)
+        self._vector(self._cracks_open["widening"], self._sums_u, out)
 
     def crack_length(self) -> float:
         """Surface energy over the toughness where it is spent and across the crack: length in 2-D,
@@ -271,6 +268,17 @@ class Energy:
         stress = np.zeros((len(cells), 3, 3))
         stress[:, :size, :size] = found.reshape(len(cells), size, size)
         return stress
+
+    @cached_property
+    def _cracks_open(self) -> dict[str, fem.Form]:
+        """Forms of the volume in cracks, compiled where it is asked for."""
+        volume, cold, u, v = self._in_cracks
+        form = partial(fem.form, jit_options=jit_options(self.comm))
+        return {
+            "volume": form(volume),
+            "swelling": form(cold),
+            "widening": form(ufl.derivative(volume, u, v)),
+        }
 
     @cached_property
     def _stress(self) -> fem.Expression:

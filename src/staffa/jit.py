@@ -17,6 +17,8 @@ FLAGS = [
     "-fno-signed-zeros",
     "-fassociative-math",
 ]
+# How long to wait for another process that compiles the same form (s).
+PATIENCE = 300
 VECTOR = {"avx2": "-mavx2", "fma": "-mfma"}
 
 
@@ -24,7 +26,7 @@ def jit_options(comm: MPI.Comm) -> dict[str, Any]:
     """Options for `dolfinx.fem.form`. Compiled code is cached by its flags. Collective."""
     here = _features()
     vector = [flag for name, flag in VECTOR.items() if not any_over_ranks(comm, name not in here)]
-    return {"cffi_extra_compile_args": [*FLAGS, *vector]}
+    return {"cffi_extra_compile_args": [*FLAGS, *vector], "timeout": PATIENCE}
 
 
 def _features() -> set[str]:
