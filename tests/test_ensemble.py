@@ -306,7 +306,9 @@ REFUSED = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("change", "arguments", "names", "way_out"), REFUSED, ids=lambda v: str(v)[:30]
+    ("change", "arguments", "names", "way_out"),
+    REFUSED,
+    ids=lambda v: getattr(v, "__name__", str(v))[:30],
 )
 def test_what_cannot_be_a_member_is_refused_and_nothing_written(
     real: Path, tmp_path: Path, change, arguments, names, way_out
