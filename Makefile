@@ -26,13 +26,13 @@ demo: $(READY)
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
 
 test: $(READY)
-	$(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope
 
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
-	$(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
