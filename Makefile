@@ -14,7 +14,7 @@ export PYTHONNOUSERSITE = 1
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
-	@echo "make test    run every test"
+	@echo "make test    run every test but those of minutes, which make verify runs"
 	@echo "make check   format, lint, types and the fast tests, in about a minute"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes an hour"
@@ -26,13 +26,13 @@ demo: $(READY)
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
 
 test: $(READY)
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not long"
 
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
@@ -41,6 +41,7 @@ bench: $(READY)
 
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
+	[ -n "$(ONLY)" ] || STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) -m long
 	$(PYTHON_HERE) verify/run.py $(ONLY)
 
 format: $(READY)

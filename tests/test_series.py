@@ -140,7 +140,7 @@ from staffa.evolution.system import build
 from staffa.measure.crack import crack_volume
 from staffa.measure.probes import Probes
 from staffa.supports import SideSupport
-from test_readings import LINE, SPOT
+from test_series import LINE, SPOT
 crack = FlatCrack(center=(0.5, 0.0, 0.0), normal=(1.0, 0.0, 0.0), radius=0.25)
 pull = SideSupport(side="right", components={0: lambda x, t: 1.0 * t, 1: lambda x, t: 0.0})
 problem = body((1.0, 0.6), 0.05, material=rock(cracks=(crack,)), sides=(

@@ -226,7 +226,7 @@ def bar(name: str, law: str, strains, *, state: str = "plane stress") -> list[fl
 
 
 BARS = [
-    (name, law, pulled)
+    pytest.param(name, law, pulled, marks=[pytest.mark.long] if law == "AT2" else [])
     for name, law, pulled in product(SPLITS, ("AT1", "AT2"), (True, False))
     if pulled or name != "no-tension"
 ]

@@ -82,6 +82,7 @@ def test_a_straight_crack_along_cells_costs_what_its_normal_says(law, axis: floa
     assert found == pytest.approx(3.0 * cost(A, 0.0) * factor, rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_gmsh
 @pytest.mark.parametrize("angle", [-60.0, -20.0, 75.0])
@@ -191,6 +192,7 @@ def turning(
     return Path(angle=float(-np.degrees(np.arctan(slope))), x=path, fitted=fitted)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @needs_gmsh
 def test_a_crack_behind_a_cold_front_turns_by_the_angle_that_costs_least() -> None:
