@@ -18,11 +18,11 @@ from staffa.jit import jit_options
 from staffa.loads.forces import Forces
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
+from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
 from staffa.records import Energies
 from staffa.strain import (
-    VOIGT,
     AnisotropicRock,
     Coefficient,
     IsotropicRock,
@@ -81,7 +81,7 @@ def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
 def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     """The elastic strain of the prestress, given in Voigt's order."""
     size = 2 if rock.plane_stress else 3
-    place = {ij: k for k, ij in enumerate(VOIGT)}
+    place = {ij: k for k, ij in enumerate(PAIRS)}
     stress = [[prestress[place[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
     return rock.elasticity.strain_of(ufl.as_tensor(stress))
 
@@ -123,7 +123,7 @@ class Energy:
         external: External | None = None,
     ) -> None:
         self.comm, self._mesh = domain.comm, domain.mesh
-        self.state, self.law, self.split = state, rock.law, rock.split
+        self.state, self.law = state, rock.law
         self.external = external or External(
             domain, spaces, Forces(), fem.Constant(domain.mesh, 0.0)
         )

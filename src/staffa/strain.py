@@ -9,6 +9,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
+from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
 from staffa.physics.split import Strained, in_order, isotropic_strain
 
@@ -19,9 +20,8 @@ APART = 1e-7
 # A strain that is none.
 NONE = 1e-30
 
-# Voigt's order of a symmetric tensor, and the places of its components in the plane.
-VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-IN_PLANE, ACROSS = [0, 1, 5], [2, 3, 4]
+# The places in Voigt's order of the components in the plane.
+IN_PLANE = [0, 1, 5]
 
 type Coefficient = fem.Constant | fem.Function
 
@@ -48,8 +48,8 @@ class IsotropicRock:
 @dataclass(frozen=True, kw_only=True)
 class AnisotropicRock:
     """A stiffness C (Pa) and its inverse, one a cell, in Voigt's order; of plane stress that of the
-    plane, 3 x 3. swelling: the change of volume that a
-    stress along each Voigt component brings about, over it (1/Pa); K: Reuss's bulk modulus.
+    plane, 3 x 3. swelling: the change of volume that a stress along each component brings about,
+    over it (1/Pa); K: Reuss's bulk modulus.
     """
 
     C: fem.Function
@@ -79,7 +79,7 @@ class AnisotropicRock:
 
 
 def _places(e: ufl.core.expr.Expr) -> tuple[tuple[int, int], ...]:
-    return VOIGT if e.ufl_shape[0] == 3 else tuple(VOIGT[k] for k in IN_PLANE)
+    return PAIRS if e.ufl_shape[0] == 3 else tuple(PAIRS[k] for k in IN_PLANE)
 
 
 def _voigt(e: ufl.core.expr.Expr, shear: int) -> ufl.core.expr.Expr:

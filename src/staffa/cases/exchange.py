@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.clock import conductivity, diffusivity, times_in
-from staffa.cases.heat import at_start, in_time
+from staffa.cases.heat import in_time
 from staffa.cases.heat_keys import HeatCracks, HeatSide, InTime
 from staffa.cases.model import Case
+from staffa.cases.properties import in_space
 from staffa.cases.rules.times import times_given
 from staffa.loads.closed_form import Convective, Face
 
@@ -74,7 +75,7 @@ def _exchange(
         drop, rise = _shares(-flux * shift)
         return Exchange(where=where, drop=drop, rise=rise, reached=drop)
     assert case.heat is not None
-    start = float(at_start(case.heat.initial, case.dim)(middle)[0])
+    start = float(in_space(case.heat.initial, case.dim)(middle)[0])
     below = start - _history(case, given.T, middle, last)
     below[np.abs(below) < ROUND_OFF * abs(start)] = 0.0
     drop, rise = _shares(below)

@@ -2,14 +2,12 @@
 
 from typing import Annotated, Any
 
-import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
-from staffa.cases.heat_keys import InTime, form
+from staffa.cases.heat_keys import Even, Given, InTime
 from staffa.cases.kinds import (
     Acceleration,
     CrackVolume,
-    Formula,
     Number,
     Section,
     SidesSection,
@@ -17,7 +15,6 @@ from staffa.cases.kinds import (
     StressGradient,
 )
 from staffa.grid import SIDES
-from staffa.physics.elasticity import PointFunction
 
 STRESS_EXAMPLES = [
     "-20 MPa",
@@ -27,7 +24,7 @@ STRESS_EXAMPLES = [
 IN_TIME_EXAMPLES = ["10 MPa", {"t": ["0 s", "10 min"], "value": ["0 MPa", "10 MPa"]}]
 
 
-class StressWithDepth(Section):
+class StressWithDepth(Even):
     """A stress that changes evenly along a direction."""
 
     value: Stress = Field(description="stress at the origin", examples=["-20 MPa"])
@@ -36,18 +33,8 @@ class StressWithDepth(Section):
         examples=[["0 MPa/m", "0.02 MPa/m"]],
     )
 
-    def at_points(self, dim: int) -> PointFunction:
-        """Its values."""
-        origin, gradient = float(self.value), np.array(self.gradient, dtype=float)
-        return lambda x: origin + gradient @ x[:dim]
 
-
-StressInSpace = Annotated[
-    Annotated[Stress, Tag("a value")]
-    | Annotated[StressWithDepth, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
+StressInSpace = Given[Stress, StressWithDepth]
 
 
 class StressInTime(InTime):
@@ -66,18 +53,8 @@ class VolumeInTime(InTime):
     )
 
 
-StressValue = Annotated[
-    Annotated[Stress, Tag("a value")]
-    | Annotated[StressInTime, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
-VolumeValue = Annotated[
-    Annotated[CrackVolume, Tag("a value")]
-    | Annotated[VolumeInTime, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
+StressValue = Given[Stress, StressInTime]
+VolumeValue = Given[CrackVolume, VolumeInTime]
 
 
 def _stress(words: str) -> Any:

@@ -1,6 +1,5 @@
 """Case -> what acts on the body besides cold."""
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,8 @@ from staffa.cases.formula import formula
 from staffa.cases.heat import in_time
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
-from staffa.cases.properties import point_property
+from staffa.cases.properties import in_space
 from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
-from staffa.physics.elasticity import values
 
 # In the order of `loads.forces.Forces.prestress`.
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -27,20 +25,16 @@ def forces(case: Case) -> Forces:
         gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
         sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
-        pore_pressure=None if keys.pore_pressure is None else _in_space(keys.pore_pressure, dim),
+        pore_pressure=None if keys.pore_pressure is None else in_space(keys.pore_pressure, dim),
         biot=1.0 if keys.biot is None else keys.biot,
         crack_pressure=_of_time(keys, "crack_pressure"),
         crack_volume=_of_time(keys, "crack_volume"),
     )
 
 
-def _in_space(value: Any, dim: int) -> InSpace:
-    return partial(values, point_property(value, dim))
-
-
 def _prestress(keys: Prestress, dim: int) -> InSpace:
     given = [getattr(keys, name) for name in COMPONENTS]
-    parts = [None if value is None else _in_space(value, dim) for value in given]
+    parts = [None if value is None else in_space(value, dim) for value in given]
 
     def stress(x: np.ndarray) -> np.ndarray:
         return np.array([np.zeros(x.shape[1]) if part is None else part(x) for part in parts])

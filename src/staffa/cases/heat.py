@@ -4,11 +4,11 @@ import numpy as np
 
 from staffa.cases.boxes import product
 from staffa.cases.formula import formula, names
-from staffa.cases.heat_keys import Geotherm, HeatBand, HeatKeys, InTime
+from staffa.cases.heat_keys import HeatBand, HeatKeys, InTime
 from staffa.cases.kinds import ONE, Formula
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, conductivity, pieces
-from staffa.cases.properties import point_property, product_of
+from staffa.cases.properties import in_space, point_property, product_of
 from staffa.heat.body import (
     Bath,
     Conduction,
@@ -33,8 +33,8 @@ def conduction(case: Case) -> Conduction:
     return Conduction(
         **vars(body),
         regions=dict(zip(case.regions, regions, strict=True)),
-        initial=at_start(keys.initial, dim),
-        stress_free=None if keys.stress_free is None else at_start(keys.stress_free, dim),
+        initial=in_space(keys.initial, dim),
+        stress_free=None if keys.stress_free is None else in_space(keys.stress_free, dim),
         sides=_sides(case),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
@@ -122,15 +122,3 @@ def in_time(value: float | InTime | Formula, dim: int) -> Values:
         return lambda x, time: float(np.interp(time, t, values))
     constant = float(value)
     return lambda x, time: constant
-
-
-def at_start(value: float | Geotherm | Formula, dim: int) -> PointValues:
-    """A temperature of the table [heat] as a function of points alone."""
-    if isinstance(value, Formula):
-        evaluated = formula(value.formula, names(dim, time=False))
-        return lambda x: evaluated(x, 0.0)
-    if isinstance(value, Geotherm):
-        origin, gradient = float(value.value), np.array(value.gradient, dtype=float)
-        return lambda x: origin + gradient @ x[: len(gradient)]
-    constant = float(value)
-    return lambda x: np.full(x.shape[1], constant)

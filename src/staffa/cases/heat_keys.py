@@ -2,7 +2,8 @@
 
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag
+import numpy as np
+from pydantic import Discriminator, Field, InstanceOf, Tag
 
 from staffa.cases.boxes import Box
 from staffa.cases.kinds import (
@@ -20,6 +21,8 @@ from staffa.cases.kinds import (
     TemperatureGradient,
     kind,
 )
+from staffa.physics.elasticity import PointFunction
+from staffa.units import Quantity
 
 
 class InTime(Section):
@@ -62,7 +65,19 @@ class SourceInTime(InTime):
     value: tuple[HeatSource, ...] = _values("0 W/m^3", "100 W/m^3")
 
 
-class Geotherm(Section):
+class Even(Section):
+    """A quantity that changes evenly along a direction."""
+
+    value: InstanceOf[Quantity]
+    gradient: tuple[InstanceOf[Quantity], ...]
+
+    def at_points(self, dim: int) -> PointFunction:
+        """Its values."""
+        origin, gradient = float(self.value), np.array(self.gradient, dtype=float)
+        return lambda x: origin + gradient @ x[:dim]
+
+
+class Geotherm(Even):
     """A temperature that changes evenly along a direction."""
 
     value: Temperature = Field(description="temperature at the origin", examples=["20 °C"])
@@ -81,36 +96,18 @@ def form(value: Any) -> str:
     return "a formula" if _is_formula(value) else kind(value)
 
 
-TemperatureValue = Annotated[
-    Annotated[Temperature, Tag("a value")]
-    | Annotated[TemperatureInTime, Tag("a table")]
+# A number, a table, or a formula of it.
+type Given[Value, Table] = Annotated[
+    Annotated[Value, Tag("a value")]
+    | Annotated[Table, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
     Discriminator(form),
 ]
-FluxValue = Annotated[
-    Annotated[HeatFlux, Tag("a value")]
-    | Annotated[FluxInTime, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
-FilmValue = Annotated[
-    Annotated[FilmCoefficient, POSITIVE, Tag("a value")]
-    | Annotated[FilmInTime, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
-SourceValue = Annotated[
-    Annotated[HeatSource, Tag("a value")]
-    | Annotated[SourceInTime, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
-Start = Annotated[
-    Annotated[Temperature, Tag("a value")]
-    | Annotated[Geotherm, Tag("a table")]
-    | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
-]
+TemperatureValue = Given[Temperature, TemperatureInTime]
+FluxValue = Given[HeatFlux, FluxInTime]
+FilmValue = Given[Annotated[FilmCoefficient, POSITIVE], FilmInTime]
+SourceValue = Given[HeatSource, SourceInTime]
+Start = Given[Temperature, Geotherm]
 
 START_EXAMPLES = [
     "20 °C",

@@ -1,13 +1,14 @@
 """From the value of a property, as keys, to a number or a function of position."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from staffa.cases.kinds import Section
 from staffa.cases.property_keys import RandomField
-from staffa.physics.elasticity import Property, values
+from staffa.physics.elasticity import PointFunction, Property, values
 
 
 def varies(value: Any) -> bool:
@@ -18,6 +19,11 @@ def varies(value: Any) -> bool:
 def point_property(value: Any, dim: int) -> Property:
     """What stands for a property, in SI or scaled as the case is."""
     return value.at_points(dim) if varies(value) else float(value)
+
+
+def in_space(value: Any, dim: int) -> PointFunction:
+    """The same as a function of points, where it is one number too."""
+    return partial(values, point_property(value, dim))
 
 
 def average(value: Any, dim: int, places: Callable[[], np.ndarray]) -> float:
