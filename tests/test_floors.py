@@ -60,6 +60,7 @@ LIGHT = [
     "staffa.measure.generations",
     "staffa.measure.tip",
     "staffa.measure.cells",
+    "staffa.measure.patterns",
     "staffa.measure.averages",
     "staffa.measure.tracing",
     "staffa.io.network",

@@ -33,8 +33,8 @@ class Junction(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Raster:
-    """Pixels over a rectangle; by axis: their edge (m), their number, and whether the raster goes on
-    at its other end."""
+    """Pixels over a rectangle: their edges (m) and number along both axes, and whether the raster
+    goes on at its other end."""
 
     pixel: tuple[float, float]
     shape: tuple[int, ...]

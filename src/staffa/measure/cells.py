@@ -18,6 +18,9 @@ from staffa.measure.borders import SHORTEST, Junction, Raster, borders, junction
 
 # An uncracked region of less than so many ell^2 is a gap between cracks, and no cell.
 SMALLEST = 4.0
+# Digits of the damage that count: the same run on other ranks differs in those beyond, and on flat
+# crests they would steer the flood.
+DIGITS = 6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +70,7 @@ def cells(
     """
     raster = Raster(pixel=pixel, shape=damage.shape, periodic=periodic)
     body, area = np.isfinite(damage), pixel[0] * pixel[1]
-    height = np.where(body, damage, np.inf)
+    height = np.where(body, np.round(damage, DIGITS), np.inf)
     regions = _regions(height <= threshold, periodic, SMALLEST * ell**2 / area)
     tiles = _flooded(height, regions, body, periodic)
     n, found = int(tiles.max(initial=0)), borders(tiles, raster)
