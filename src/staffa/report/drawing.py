@@ -24,7 +24,7 @@ from staffa.report.network import Drawing, networks
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
-from staffa.report.tables import write_tables, writing
+from staffa.report.tables import write_pooled, write_tables, writing
 
 PICTURES, PAGE = "pictures", "report.html"
 
@@ -56,7 +56,7 @@ def draw(run: Run) -> Drawn:
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
-    """The same for an ensemble, with `ensemble.csv`.
+    """The same for an ensemble, with `ensemble.csv` and, of a 3-D body, `cells.csv`.
 
     Raises
     ------
@@ -64,7 +64,8 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
         The directory cannot be written to.
     """
     figures, skipped = _ensemble_figures(ensemble)
-    drawn = _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble))
+    text = partial(ensemble_page, ensemble)
+    drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
     write_results(ensemble)
     return drawn
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.records import Step
 from staffa.report.agreement import ROUND_OFF, gaps, percent
+from staffa.report.columns import by_depth
 from staffa.report.comparison import ABSENT, Table, run_arrests
 from staffa.report.ensemble import number
 from staffa.report.pair import Pair, Side, caveats
@@ -26,7 +27,7 @@ def results(pair: Pair) -> Table:
             rows.append(_row(pair, named(reading), values, whole=reading.whole))
     return Table(
         header=("at the end", *pair.names, "difference"),
-        rows=(*rows, *_crossing(pair, last), *_generations(pair)),
+        rows=(*rows, *_crossing(pair, last), *_columns(pair), *_generations(pair)),
         notes=(
             "Difference: the second run against the first. First crack: the first step with a tip. "
             "Spacing: the mean along the face, of all cracks. Generations and depths are those of "
@@ -104,6 +105,29 @@ def _crossing(pair: Pair, last: Sequence[Step]) -> Iterator[Row]:
     for height in (h for h in one if h in other):
         counts = one[height].cracks, other[height].cracks
         yield _row(pair, f"cracks at {height:.3g}{unit}", counts, whole=True)
+
+
+def _columns(pair: Pair) -> Iterator[Row]:
+    """The cells at each depth of both 3-D bodies: their number, and how far apart cracks are."""
+    one, other = (
+        {
+            float(f"{depth / side.length:.6g}"): (found, side.length)
+            for depth, found in below.items()
+        }
+        for side, below in ((side, by_depth([side.run])) for side in pair.sides)
+    )
+    unit = f" {pair.length_unit}" if pair.length_unit else ""
+    for depth in (d for d in one if d in other):
+        both = one[depth], other[depth]
+        counts = both[0][0].number, both[1][0].number
+        yield _row(pair, f"cells at {depth:.3g}{unit}", counts, whole=True)
+        spacings = [
+            None if found.spacing.value is None else found.spacing.value / length
+            for found, length in both
+        ]
+        yield _row(
+            pair, f"their spacing{unit and f' ({unit.strip()})'}", (spacings[0], spacings[1])
+        )
 
 
 def _generations(pair: Pair) -> Iterator[Row]:
