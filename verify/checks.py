@@ -12,6 +12,7 @@ from onset import onset
 from quench import quench
 from second_order import second_order
 from slabs import against_bahr, convergence, growth
+from solid import bars, pulled_disc
 from squeezed import squeezed
 from surfing import on_a_side, surfing
 from toughness_direction import toughness_direction
@@ -55,6 +56,20 @@ CHECKS = {
         "`verify/injection.py` ran them on Gmsh's cells, fine where the crack runs, as kept in "
         "`verify/injection.json`.",
         measure=injection,
+    ),
+    "solid-bar": Check(
+        title="A bar in three dimensions",
+        text="The ready case `bar` with a square section, 0.3 x 0.3, and cells of 0.04; it is "
+        "weaker by 0.5 % in the middle where it is to break. Half width: mean over the vertices "
+        "of what their damage says by the exact profile.",
+        measure=bars,
+    ),
+    "solid-disc": Check(
+        title="A disc-shaped crack under a remote stress",
+        text="A quarter of a large block whose two ends are pulled by a stress that grows by 2 % "
+        "of the critical one a step, Gmsh's cells; the crack's radius is told by what it adds to "
+        "the stored energy. As kept in `verify/solid.json`.",
+        measure=pulled_disc,
     ),
     "second-order": Check(
         title="Uniqueness and stability",
