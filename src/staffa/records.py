@@ -29,8 +29,12 @@ class Energies:
     @property
     def scale(self) -> float:
         """What a difference of energies is small or large against; the total may be near zero."""
-        counted = abs(self.elastic) + abs(self.surface) + abs(self.loads)
-        return counted + ROUND_OFF * self.at_rest
+        return abs(self.elastic) + abs(self.surface) + self.work
+
+    @property
+    def work(self) -> float:
+        """That of the loads, and what round-off in a state of rest is taken for."""
+        return abs(self.loads) + ROUND_OFF * self.at_rest
 
 
 @dataclass(frozen=True, kw_only=True)
