@@ -347,8 +347,8 @@ def test_columns_are_compared_at_equal_depths(tmp_path) -> None:
     cut_into_columns(run_at(tmp_path / "a", BOX, n=4), (6, 6, 5), (6, 7))
     cut_into_columns(run_at(tmp_path / "b", BOX, n=4), (6, 6, 6, 6, 6))
     found = results(read_pair(tmp_path / "a", tmp_path / "b"))
-    assert cells(found, "cells at 0.1 L")[:2] == ("4", "6")
-    assert cells(found, "their spacing (L)") == ("0.5", "0.5", "0")
+    assert cells(found, "cells at 0.1")[:2] == ("4", "6")
+    assert cells(found, "spacing at 0.1") == ("0.5", "0.5", "0")
     assert not any(row[0].startswith("cells at 0.2") for row in found.rows), "of one run only"
 
 

@@ -108,26 +108,26 @@ def _crossing(pair: Pair, last: Sequence[Step]) -> Iterator[Row]:
 
 
 def _columns(pair: Pair) -> Iterator[Row]:
-    """The cells at each depth of both 3-D bodies: their number, and how far apart cracks are."""
+    """The number and the spacing of cells at each depth at which both runs of 3-D bodies have
+    them."""
     one, other = (
         {
-            float(f"{depth / side.length:.6g}"): (found, side.length)
-            for depth, found in below.items()
+            float(f"{depth / side.length:.6g}"): found
+            for depth, found in by_depth([side.run]).items()
         }
-        for side, below in ((side, by_depth([side.run])) for side in pair.sides)
+        for side in pair.sides
     )
     unit = f" {pair.length_unit}" if pair.length_unit else ""
     for depth in (d for d in one if d in other):
-        both = one[depth], other[depth]
-        counts = both[0][0].number, both[1][0].number
-        yield _row(pair, f"cells at {depth:.3g}{unit}", counts, whole=True)
-        spacings = [
-            None if found.spacing.value is None else found.spacing.value / length
-            for found, length in both
-        ]
+        found = one[depth], other[depth]
         yield _row(
-            pair, f"their spacing{unit and f' ({unit.strip()})'}", (spacings[0], spacings[1])
+            pair, f"cells at {depth:.3g}{unit}", (found[0].number, found[1].number), whole=True
         )
+        spacings = [
+            None if known.spacing.value is None else known.spacing.value / side.length
+            for known, side in zip(found, pair.sides, strict=True)
+        ]
+        yield _row(pair, f"spacing at {depth:.3g}{unit}", (spacings[0], spacings[1]))
 
 
 def _generations(pair: Pair) -> Iterator[Row]:
