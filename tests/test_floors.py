@@ -59,6 +59,8 @@ LIGHT = [
     "staffa.measure.statistics",
     "staffa.measure.generations",
     "staffa.measure.tip",
+    "staffa.measure.cells",
+    "staffa.measure.patterns",
     "staffa.measure.averages",
     "staffa.measure.tracing",
     "staffa.io.network",

@@ -26,7 +26,7 @@ from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest, Probe
-from staffa.measure.crack import Gauge, measures
+from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
@@ -116,6 +116,7 @@ def _observers(
         h=setup.domain.h,
         toughness_factor=factor,
     )
+    below = planes(setup.domain, gauge, setup.material.ell)
 
     def save(moment: Moment, converged: bool) -> str | None:
         time = moment.time
@@ -129,7 +130,7 @@ def _observers(
         return name
 
     return Observers(
-        measure=lambda: measures(setup.domain, system.state, system.energy, gauge),
+        measure=lambda: measures(setup.domain, system.state, system.energy, gauge, below),
         probe=lambda: looks(system.state),
         save=save,
         watch=watcher.swept,
