@@ -23,6 +23,7 @@ from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import WIDTH, new_figure
+from staffa.records import Step
 
 RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
@@ -41,24 +42,23 @@ class View:
     places: np.ndarray
 
 
-def volume_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
-    """The last moment: the rock, its near quarter cut away, and below it the cracks alone.
+def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
+    """The rock, its near quarter cut away, and below it the cracks alone.
 
     Raises
     ------
     StaffaError
         Rendering is not possible here.
     """
-    last = frames[-1:]
-    bottom = deepest(manifest, last)
-    views = [row[0] for row in rendered(manifest, last, bottom, (ROCK, CRACKS))]
+    bottom = deepest(manifest, [frame.step])
+    views = [row[0] for row in rendered(manifest, [frame.path], bottom, (ROCK, CRACKS))]
     heights = [view.image.shape[0] / view.image.shape[1] for view in views]
     figure = new_figure(SHARE * WIDTH * sum(heights) + 1.2)
     panels = figure.subplots(2, 1, height_ratios=heights)
     for axes, view in zip(panels, views, strict=True):
         draw_view(axes, manifest, view)
     face, tips = (", its cooled face up", ", turned over") if manifest.face else ("", "")
-    panels[0].set_title(f"{moment(manifest, last[0].step)}: the rock{face}", loc="left")
+    panels[0].set_title(f"{moment(manifest, frame.step)}: the rock{face}", loc="left")
     panels[1].set_title(f"the cracks alone{tips}", loc="left")
     add_depths(figure, panels, bottom, depth_label(manifest))
     return figure
@@ -88,14 +88,14 @@ def depth_label(manifest: Manifest) -> str:
 
 def rendered(
     manifest: Manifest,
-    frames: Sequence[Frame],
+    files: Sequence[Path],
     bottom: float,
     looks: Sequence[str],
     *,
     pixels: int = PIXELS,
     ready: Callable[[], None] = lambda: None,
 ) -> list[list[View]]:
-    """Views in each look (`rendering.ROCK` or `CRACKS`) of each moment; of one look all alike.
+    """Views in each look (`rendering.ROCK` or `CRACKS`) of each file of fields, alike in one look.
 
     bottom: depth (m) at which the colors end. pixels: edge of an image before what is white around
     all of its look is cut off. ready: called after each view.
@@ -113,7 +113,7 @@ def rendered(
         job = {
             "result": str(result),
             "looks": list(looks),
-            "files": [str(frame.path.resolve()) for frame in frames],
+            "files": [str(file.resolve()) for file in files],
             "lower": manifest.corner,
             "size": manifest.size,
             "face": _face(manifest),
@@ -123,7 +123,7 @@ def rendered(
             "colors": DEPTHS,
             "pixels": pixels,
         }
-        said = _in_a_child(json.dumps(job), PATIENCE * len(looks) * len(frames), ready)
+        said = _in_a_child(json.dumps(job), PATIENCE * len(looks) * len(files), ready)
         if not result.is_file():
             raise StaffaError(
                 f"VTK cannot render off screen here ({said}); open the files in fields/ with "
@@ -131,15 +131,14 @@ def rendered(
             )
         with np.load(result) as found:
             images, places = found["images"], found["places"]
-    n = len(frames)
+    n = len(files)
     rows = range(0, len(images), n)
     return [_cropped(images[start : start + n], places[start : start + n]) for start in rows]
 
 
-def deepest(manifest: Manifest, frames: Sequence[Frame]) -> float:
+def deepest(manifest: Manifest, steps: Sequence[Step]) -> float:
     """Depth (m) at which the colors end: that of the deepest tip, or of the body."""
-    measured = [frame.step.measures for frame in frames]
-    front = max((m.front for m in measured if m is not None), default=0.0)
+    front = max((step.measures.front for step in steps if step.measures), default=0.0)
     return front or manifest.size[SIDES[3][_face(manifest)][0]]
 
 
