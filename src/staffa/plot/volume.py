@@ -50,8 +50,8 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
     StaffaError
         Rendering is not possible here.
     """
-    bottom = deepest(manifest, [frame.step])
-    views = [row[0] for row in rendered(manifest, [frame.path], bottom, (ROCK, CRACKS))]
+    bottom, looks = deepest(manifest, [frame.step]), (ROCK, CRACKS)
+    views = [row[0] for row in rendered(manifest, [frame.path], bottom, looks, pixels=PIXELS)]
     heights = [view.image.shape[0] / view.image.shape[1] for view in views]
     figure = new_figure(SHARE * WIDTH * sum(heights) + 1.2)
     panels = figure.subplots(2, 1, height_ratios=heights)
@@ -92,7 +92,7 @@ def rendered(
     bottom: float,
     looks: Sequence[str],
     *,
-    pixels: int = PIXELS,
+    pixels: int,
     ready: Callable[[], None] = lambda: None,
 ) -> list[list[View]]:
     """Views in each look (`rendering.ROCK` or `CRACKS`) of each file of fields, alike in one look.
