@@ -11,14 +11,14 @@ from PIL import Image
 from staffa.errors import InputError
 from staffa.io.run_directory import Run, append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import write_vtkhdf
-from staffa.measure.patterns import Estimate
+from staffa.measure.patterns import Estimate, pattern
 from staffa.plot import movie, volume
 from staffa.plot.columns import (
     AT_THE_END,
     CRACK,
     NEIGHBORS,
     Curve,
-    Sizes,
+    Plane,
     painted,
     sections_figure,
     size_figure,
@@ -26,7 +26,7 @@ from staffa.plot.columns import (
 from staffa.plot.frames import read_frames
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.records import CellSection
-from staffa.report import columns
+from staffa.report import planes
 from staffa.report.drawing import draw
 from test_report import drawn_manifest, drawn_mesh, drawn_run, drawn_step
 
@@ -68,9 +68,9 @@ def one_section(depth: float) -> CellSection:
     )  # fmt: skip
 
 
-def planes_of(run: Run) -> list[columns.Plane]:
+def planes_of(run: Run) -> list[Plane]:
     (frame,), _ = read_frames(run)
-    return columns.planes(run.manifest, frame)
+    return planes.planes_of(run.manifest, frame)
 
 
 def test_planes_are_cut_where_the_run_looked_for_cells(tmp_path):
@@ -87,9 +87,9 @@ def test_planes_are_even_down_to_the_deepest_crack_where_no_depths_were_asked_fo
     (step,) = run.steps
     assert step.measures is not None
     bare = replace(step, measures=replace(step.measures, cells=()))
-    found = columns.depths_of(run.manifest, bare)
+    found = planes.depths_of(run.manifest, bare)
     assert found == pytest.approx([0.5 / 12 * k for k in (1, 3, 5, 7, 9, 11)])
-    assert columns.depths_of(replace(run.manifest, face=None), bare) == []
+    assert planes.depths_of(replace(run.manifest, face=None), bare) == []
 
 
 def test_a_cell_has_the_color_of_the_number_of_its_neighbors(tmp_path):
@@ -121,18 +121,17 @@ def test_sections_have_a_panel_each_of_equal_size_and_a_legend_of_all_classes(tm
 
 
 def test_sizes_are_drawn_with_their_errors_beside_theory():
+    one = pattern([one_section(0.1)])
     known = Estimate(value=0.3, error=0.05)
-    found = [
-        Sizes(depth=0.1, inside=9, diameter=known, spacing=known),
-        Sizes(
-            depth=0.4, inside=0, diameter=Estimate(value=None, error=None),
-            spacing=Estimate(value=0.5, error=None),
+    found = {
+        0.1: replace(one, interior=9, diameter=known, spacing=known),
+        0.4: replace(
+            one, diameter=Estimate(value=None, error=None), spacing=Estimate(value=0.5, error=None)
         ),
-    ]  # fmt: skip
+    }
     curve = Curve(name="theory", depths=np.array([0.0, 0.4]), lengths=np.array([0.1, 0.8]))
     (axes,) = size_figure(drawn_manifest(SIZE), found, [curve]).axes
-    theory = axes.lines[0]
-    assert theory.get_ydata().tolist() == [0.1, 0.8]
+    assert axes.lines[0].get_ydata().tolist() == [0.1, 0.8]
     points = [bars.lines[0].get_xydata().tolist() for bars in axes.containers]
     assert points == [[[0.1, 0.3]], [[0.1, 0.3], [0.4, 0.5]]]
     ends = axes.containers[0].lines[2][0].get_segments()[0][:, 1]
@@ -141,15 +140,12 @@ def test_sizes_are_drawn_with_their_errors_beside_theory():
     assert [text.get_text() for text in axes.texts] == ["9"]
 
 
-def test_sizes_are_those_of_the_records_and_theory_takes_the_ell0_of_the_case(tmp_path):
-    run = columns_run(tmp_path / "run")
-    found = columns.sizes(run.steps[0])
-    assert [s.depth for s in found] == list(DEPTHS) and {s.inside for s in found} == {1}
-    assert found[0].diameter.value == pytest.approx(np.sqrt(4 / 9 / np.pi))
-    once, twice = columns.doubling(run.manifest, 0.178)
+def test_theory_takes_the_ell0_of_the_case():
+    manifest = drawn_manifest(SIZE, scales={"ell0": 0.01})
+    once, twice = planes.doubling(manifest, 0.178)
     assert once.lengths[-1] == pytest.approx(0.32), "the table has 32 at 17.8 ell0"
     assert twice.lengths[-1] == pytest.approx(0.64)
-    assert columns.doubling(replace(run.manifest, scales={}), 0.2) == []
+    assert planes.doubling(replace(manifest, scales={}), 0.2) == []
 
 
 @pytest.mark.slow

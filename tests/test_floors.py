@@ -83,7 +83,7 @@ LIGHT = [
     "staffa.cases.writing",
     "staffa.plot",
     "staffa.report",
-    "staffa.report.columns",
+    "staffa.report.planes",
     "staffa.report.ensemble",
     "staffa.report.pair_reading",
     "staffa.report.results",

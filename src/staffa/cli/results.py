@@ -12,6 +12,7 @@ from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison
 from staffa.report.agreement import agreement
+from staffa.report.columns import columns
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.report.ensemble import ensemble_title, facts, sheets
@@ -21,11 +22,12 @@ from staffa.report.summary import Fact, summary, title
 
 
 def print_summary(run: Run) -> None:
-    """Facts, the comparison with the paper where it has a meaning, and its notes."""
+    """Facts, the comparison with the paper where it has a meaning, the cells of a 3-D body."""
     _print_facts(title(run), summary(run))
     compared = comparison.table(run)
-    if compared is not None:
-        _print_table(compared)
+    for found in (compared, columns([run])):
+        if found is not None:
+            _print_table(found)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
@@ -40,6 +42,9 @@ def print_ensemble(ensemble: Ensemble) -> None:
         for line in sheet.total_lines():
             numbers.add_row(*line)
         out.print(numbers)
+    together = columns(list(ensemble.finished.values()))
+    if together is not None:
+        _print_table(together)
     _print_notes(dict.fromkeys(note for sheet in found for note in sheet.notes))
 
 

@@ -30,7 +30,8 @@ class Cells:
     tiles: to which cell each pixel belongs, shape (n_x, n_y), 0 outside of the body.
     areas: of the tiles (m^2), shape (n,); centroids: of these, from the raster's corner (m), shape
     (n, 2). perimeters: length of the borders with other cells (m). sides: how many other cells a
-    cell borders. ends: along how many axes it touches an end of the body, 2 in a corner, 0 inside.
+    cell borders. ends: along how many axes it touches an end of the body, 2 in a corner, 0 inside;
+    of a body that is no rectangle at most 1.
     junctions: where cracks meet (m), shape (k, 2); kinds: how. cracked: the part of the body that
     has more damage than the threshold.
     """
@@ -140,7 +141,7 @@ def _centroids(tiles: np.ndarray, n: int, raster: Raster) -> np.ndarray:
 
 
 def _ends(tiles: np.ndarray, n: int, periodic: tuple[bool, bool]) -> np.ndarray:
-    """Along how many axes each cell touches the raster's end or what is no body."""
+    """Along how many axes each cell touches the raster's end; whether it does what is no body."""
     beyond = np.pad(tiles, [(int(not joined),) * 2 for joined in periodic])
     found = np.zeros(n + 1, dtype=int)
     for axis in range(2):
@@ -148,4 +149,5 @@ def _ends(tiles: np.ndarray, n: int, periodic: tuple[bool, bool]) -> np.ndarray:
         for step in (1, -1):
             out |= np.roll(beyond, step, axis) == 0
         found[np.unique(beyond[out])] += 1
-    return found[1:]
+    # A body that does not fill the raster has no corners that are known.
+    return found[1:] if tiles.all() else np.minimum(found[1:], 1)

@@ -1,6 +1,6 @@
 """The cells of a cooled 3-D body: on planes below its cooled face, and their size against depth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from staffa.manifest import Manifest
 from staffa.measure.cells import Cells
-from staffa.measure.patterns import Estimate
+from staffa.measure.patterns import Estimate, Pattern
 from staffa.plot.labels import moment, with_unit
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
 from staffa.records import Step
@@ -40,17 +40,6 @@ class Plane:
     extent: tuple[tuple[float, float], tuple[float, float]]
     damage: np.ndarray
     cells: Cells
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sizes:
-    """Of the cells at one depth (m): mean equivalent diameter of those inside, how many these are,
-    and area over the length of the cracks in it."""
-
-    depth: float
-    inside: int
-    diameter: Estimate
-    spacing: Estimate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,26 +77,33 @@ def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> 
     return figure
 
 
-def size_figure(manifest: Manifest, sizes: Sequence[Sizes], curves: Sequence[Curve] = ()) -> Figure:
+def size_figure(
+    manifest: Manifest, patterns: Mapping[float, Pattern], curves: Sequence[Curve] = ()
+) -> Figure:
     """Spacing of the cracks and mean diameter of the cells against depth, with standard errors.
 
-    curves: what theory says, one line each.
+    patterns: by depth (m). curves: what theory says, one line each.
     """
     figure = new_figure(3.8)
     axes = figure.subplots()
     for curve, line in zip(curves, ("--", ":", "-."), strict=False):
         axes.plot(curve.depths, curve.lengths, label=curve.name, **THEORY, linestyle=line)
+    diameters = {depth: found.diameter for depth, found in patterns.items()}
+    spacings = {depth: found.spacing for depth, found in patterns.items()}
     name = "mean diameter of the cells inside, and their number"
-    _draw_sizes(axes, sizes, "diameter", "o", BLUE, name)
-    _draw_sizes(axes, sizes, "spacing", "s", ORANGE, "spacing: area over length of the cracks")
-    for found in sizes:
+    _draw_estimates(axes, diameters, "o", BLUE, name)
+    _draw_estimates(axes, spacings, "s", ORANGE, "spacing: area over length of the cracks")
+    for depth, found in patterns.items():
         if found.diameter.value is not None:
             axes.annotate(
-                f"{found.inside}", (found.depth, found.diameter.value), xytext=(5, 5),
+                f"{found.interior}", (depth, found.diameter.value), xytext=(5, 5),
                 textcoords="offset points", fontsize=7, color=BLUE,
             )  # fmt: skip
-    axes.set_xlim(left=0, right=1.08 * max(found.depth for found in sizes))
-    axes.set_ylim(0, _highest(sizes, curves))
+    deepest = max(patterns)
+    axes.set_xlim(left=0, right=1.08 * deepest)
+    drawn = [e.value + (e.error or 0) for e in (*diameters.values(), *spacings.values()) if e.value]
+    among = [curve.lengths[curve.depths <= deepest] for curve in curves]
+    axes.set_ylim(0, 1.08 * float(np.nanmax(np.concatenate([[0.0], drawn, *among]))) or 1.0)
     axes.set_xlabel(with_unit("depth below the cooled face", manifest, "m"))
     axes.set_ylabel(with_unit("length", manifest, "m"))
     legend_above(axes, 2)
@@ -151,25 +147,14 @@ def _classes() -> list[Patch]:
     return [*found, Patch(facecolor=AT_THE_END, label="cut by an end of the body")]
 
 
-def _draw_sizes(
-    axes: Axes, sizes: Sequence[Sizes], what: str, marker: str, color: str, label: str
+def _draw_estimates(
+    axes: Axes, found: Mapping[float, Estimate], marker: str, color: str, label: str
 ) -> None:
     """Points joined, each with its error if it has one."""
-    found = [(s.depth, getattr(s, what)) for s in sizes]
-    known = [(depth, e.value, e.error or 0.0) for depth, e in found if e.value is not None]
+    known = [(depth, e.value, e.error or 0.0) for depth, e in found.items() if e.value is not None]
     if known:
         depth, value, error = zip(*known, strict=True)
         axes.errorbar(
             depth, value, error, color=color, marker=marker, markersize=5, capsize=3,
             linewidth=1.2, label=label,
         )  # fmt: skip
-
-
-def _highest(sizes: Sequence[Sizes], curves: Sequence[Curve]) -> float:
-    """Where the axis of lengths ends: above all points, and what curves have among them."""
-    deepest = max(found.depth for found in sizes)
-    tops = [e.value + (e.error or 0.0) for s in sizes for e in (s.diameter, s.spacing) if e.value]
-    for curve in curves:
-        among = curve.lengths[curve.depths <= deepest]
-        tops += among[np.isfinite(among)].tolist()
-    return 1.08 * max(tops, default=1.0)

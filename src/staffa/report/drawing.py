@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run, write_aside
-from staffa.manifest import Manifest
 from staffa.plot.columns import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
-from staffa.plot.frames import Frame, read_frames, spread, with_fields
+from staffa.plot.frames import read_frames, spread, with_fields
 from staffa.plot.heat import heat_figure
 from staffa.plot.members import counts_figure, growth_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
@@ -22,13 +21,14 @@ from staffa.plot.network import network_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
-from staffa.report.columns import doubling, planes, sizes
+from staffa.report.columns import by_depth
 from staffa.report.ensemble import write_results
 from staffa.report.network import Drawing, networks
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
-from staffa.report.tables import write_tables, writing
+from staffa.report.planes import doubling, planes_of
+from staffa.report.tables import write_pooled, write_tables, writing
 
 PICTURES, PAGE, MOVIE = "pictures", "report.html", "growing"
 Write = Callable[[Path], None]
@@ -73,7 +73,7 @@ def draw(
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
-    """The same for an ensemble, with `ensemble.csv`.
+    """The same for an ensemble, with `ensemble.csv` and, of a 3-D body, `cells.csv`.
 
     Raises
     ------
@@ -81,7 +81,8 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
         The directory cannot be written to.
     """
     figures, skipped = _ensemble_figures(ensemble)
-    drawn = _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble))
+    text = partial(ensemble_page, ensemble)
+    drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
     write_results(ensemble)
     return drawn
 
@@ -148,7 +149,7 @@ def _ensemble_figures(
     else:
         skipped.append("counts: the case gives no measures.depths to count cracks at")
     figures["growth"] = partial(growth_figure, manifest, members)
-    return figures, skipped
+    return figures | _sizes(list(ensemble.finished.values())), skipped
 
 
 def _figures(
@@ -166,7 +167,9 @@ def _figures(
         figures["cracks"] = partial(cracks_figure, manifest, frames)
     else:
         figures["cracks"] = partial(volume_figure, manifest, frames[-1])
-        figures |= _of_cells(manifest, frames[-1])
+        if found_in := planes_of(manifest, frames[-1]):
+            figures["sections"] = partial(sections_figure, manifest, frames[-1].step, found_in)
+        figures |= _sizes([run])
     shown = {frame.step.index for frame in frames}
     moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
     if moments:
@@ -185,12 +188,11 @@ def _figures(
     return figures, skipped
 
 
-def _of_cells(manifest: Manifest, last: Frame) -> dict[str, Callable[[], Figure]]:
-    """How to draw the cells of the last moment, if there are any to look for."""
-    figures: dict[str, Callable[[], Figure]] = {}
-    if found := planes(manifest, last):
-        figures["sections"] = partial(sections_figure, manifest, last.step, found)
-    if known := sizes(last.step):
-        theory = doubling(manifest, known[-1].depth)
-        figures["spacing"] = partial(size_figure, manifest, known, theory)
-    return figures
+def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
+    """How to draw the sizes of the cells by depth, of all runs together, if they found any."""
+    found = {depth: seen for depth, seen in by_depth(runs).items() if seen.number}
+    if not found:
+        return {}
+    manifest = runs[0].manifest
+    theory = doubling(manifest, max(found))
+    return {"spacing": partial(size_figure, manifest, found, theory)}
