@@ -196,7 +196,7 @@ def test_a_run_in_three_dimensions_is_drawn_with_its_cells_and_growing(tmp_path,
 def test_a_movie_of_a_body_in_two_dimensions_is_made_if_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr("staffa.plot.style.DPI", 40)
     monkeypatch.setattr(movie, "DPI", 40)
-    monkeypatch.setattr(movie, "MOST", 4)
+    monkeypatch.setattr("staffa.report.drawing.MOST", 4)
     run = drawn_run(tmp_path / "run")
     assert "growing.gif" not in [path.name for path in draw(run).pictures]
     (path,) = [path for path in draw(run, movie=True).pictures if path.suffix == ".gif"]

@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from staffa.errors import StaffaError
 from staffa.io.run_directory import Run
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.frames import read_frames
@@ -39,7 +40,7 @@ def write_movie(
     Raises
     ------
     StaffaError
-        Rendering is not possible here.
+        Rendering is not possible here, or no fields can be read.
     """
     draw = _flat if len(run.manifest.size) == 2 else _solid
     with rc_context(RC):
@@ -47,6 +48,8 @@ def write_movie(
             Image.fromarray(picture).quantize(dither=Image.Dither.NONE)
             for picture in draw(run, steps, told)
         ]
+    if not pictures:
+        raise StaffaError("the fields of its steps cannot be read")
     aside = path.with_name(path.name + ".part")
     while not _fits(aside, pictures):
         pictures = pictures[::-2][::-1]  # every other one, the last among them
