@@ -448,18 +448,20 @@ def test_any_side_can_be_the_cooled_one(tmp_path, face):
 @pytest.mark.slow
 def test_a_body_in_three_dimensions_is_rendered(tmp_path):
     run = drawn_run(tmp_path / "run", BOX)
-    drawn = draw(run)
-    assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png", "lengths.png"], drawn
+    drawn = draw(run, movie=False)
+    names = ["cracks", "sections", "energies", "lengths"]
+    assert [p.name for p in drawn.pictures] == [f"{name}.png" for name in names], drawn
     for picture in drawn.pictures:
         assert_shows_something(picture)
 
 
 @pytest.mark.usefixtures("coarse")
-def test_without_a_renderer_only_the_picture_in_three_dimensions_is_missing(tmp_path, monkeypatch):
+def test_without_a_renderer_only_what_it_draws_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr("staffa.plot.volume.RENDERER", "staffa.no_such_module")
     drawn = draw(drawn_run(tmp_path / "run", BOX, n=6))
-    assert [p.name for p in drawn.pictures] == ["energies.png", "lengths.png"]
-    assert any("ParaView" in reason for reason in drawn.skipped)
+    assert [p.name for p in drawn.pictures] == ["sections.png", "energies.png", "lengths.png"]
+    missing = [reason.split(":")[0] for reason in drawn.skipped if "ParaView" in reason]
+    assert missing == ["cracks", "growing"]
 
 
 def test_depths_of_the_table_are_those_of_sharp_tips(tmp_path):

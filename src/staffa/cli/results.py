@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rich.markup import escape
+from rich.progress import Progress
 from rich.table import Table
 
 from staffa.cli.terminal import out
@@ -55,9 +56,17 @@ def print_pair(pair: Pair) -> None:
     _print_table(common_times(pair))
 
 
-def print_pictures(run: Run) -> None:
-    """Draw the pictures and the page, and print where they are."""
-    _print_drawn(draw(run))
+def print_pictures(run: Run, *, movie: bool | None = None) -> None:
+    """Draw the pictures and the page, with how far the animation is, and print where they are.
+
+    movie: whether there is one; by default in 3-D only.
+    """
+    with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
+        task = bar.add_task("drawing", total=None)
+        drawn = draw(
+            run, movie=movie, told=lambda done, of: bar.update(task, completed=done, total=of)
+        )
+    _print_drawn(drawn)
 
 
 def print_ensemble_pictures(ensemble: Ensemble) -> None:

@@ -16,7 +16,12 @@ from staffa.report.results import common_times, results
 from staffa.report.summary import summary, title
 
 CAPTIONS = {
-    "cracks": "The cracks at chosen times.",
+    "cracks": "The cracks, at chosen times; in 3-D at the last one, in the rock and alone.",
+    "sections": "Planes below the cooled face: what is broken is dark, and each cell that cracks "
+    "cut out has the color of the number of its neighbors.",
+    "spacing": "How far apart the cracks are, and how large the cells, at each depth: means and "
+    "standard errors of the cells of one plane.",
+    "growing": "The cracks growing.",
     "network": "The crack network, and how far it is open.",
     "energies": "Energies of each step.",
     "reactions": "What the supports carry: the force of each held side on the body.",
