@@ -7,10 +7,13 @@ that are in runs/verify/columns, by hand on more ranks say, are taken as they ar
 """
 
 import json
+import shutil
 from collections.abc import Iterator, Sequence
 from math import hypot, pi, sqrt
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
 from figures import Figure, Found
 from runs import ROOT, keep, origin, run_once
 
@@ -23,6 +26,9 @@ CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
 SIZES = {"single": (2.5, (1, 2, 3, 4)), "doubled": (5.0, (1, 2))}  # width, seeds
 CHANGE = 0.1  # of size and depth that is none
+INSIDE = 0.8  # of the depth of the body
+PICTURES = ROOT / "docs" / "pictures"
+DRAWN = ("verify-columns.png", "verify-columns-sections.png", "verify-columns-size.png")
 SHARP = "sharp-crack finite elements, half-space, ell0 for two blocked directions"
 
 
@@ -38,6 +44,8 @@ def run_members() -> dict:
         for seed in seeds:
             run = run_once(CASE, f"columns/{name}-{seed}", settings(width, seed))
             kept[f"{name}-{seed}"] = origin(run, CASE, settings(width, seed)) | digest(run)
+    for picture, drawn in zip(("cracks.png", "sections.png"), DRAWN, strict=False):
+        shutil.copy(run.path / "pictures" / picture, PICTURES / drawn)  # of the widest
     keep(KEPT, kept)
     return kept
 
@@ -90,8 +98,40 @@ def columns() -> Found:
         for depth in patterns["doubled"]
     }
     ell0 = next(iter(kept.values()))["ell0"]
+    draw(patterns, ell0)
+    pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
     figures = [*alike(kept, patterns), *growing(both, ell0)]
-    return Found(figures=figures, text="\n\n".join([table(both), members(kept)]))
+    return Found(figures=figures, text="\n\n".join([table(both), members(kept), pictures]))
+
+
+def draw(patterns: dict[str, dict[float, Pattern]], ell0: float) -> None:
+    """Size of the cells against depth, of both sizes of the block."""
+    figure, axes = plt.subplots(figsize=(7, 4))
+    depths = np.linspace(0.05, 0.65, 50)
+    p = spacing_at(depths, ell0)
+    label = "parallel cracks, from p(a) to 2 p(a)"
+    axes.fill_between(depths, p, 2 * p, color="C0", alpha=0.2, label=label)
+    for marker, (size, found) in zip("os", patterns.items(), strict=True):
+        at, diameters, errors = zip(*known(found), strict=True)
+        axes.errorbar(at, diameters, errors, fmt=f"k{marker}-", capsize=3, label=size)
+    axes.set(xlabel="depth", ylabel="diameter of the cells", xlim=(0, 0.65))
+    axes.legend(frameon=False, fontsize=9)
+    figure.savefig(PICTURES / DRAWN[2], dpi=120, bbox_inches="tight")
+    plt.close(figure)
+
+
+def known(found: dict[float, Pattern]) -> Iterator[tuple[float, float, float]]:
+    """Depth, diameter and its standard error, where there is more than one cell."""
+    for depth, cells in found.items():
+        area = cells.whole_area
+        if cells.number > 1 and area.value is not None:
+            size = diameter(area.value)
+            yield depth, size, size * (area.error or 0.0) / area.value / 2
+
+
+def diameter(area: float) -> float:
+    """Of the circle of this area."""
+    return sqrt(4 * area / pi)
 
 
 def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Figure]:
@@ -108,13 +148,15 @@ def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Fig
             measured=two.value / one.value,
             tolerance=max(CHANGE, error),
         )
-    last = {s: [m["fronts"][-1] for n, m in kept.items() if n.startswith(s)] for s in SIZES}
-    means = {size: sum(values) / len(values) for size, values in last.items()}
+    fronts = {s: [m["fronts"] for n, m in kept.items() if n.startswith(s)] for s in SIZES}
+    means = {size: np.mean(values, axis=0) for size, values in fronts.items()}
+    highest = np.max([values for found in fronts.values() for values in found], axis=0)
+    last = int(np.flatnonzero(highest < INSIDE)[-1])  # before cracks feel the far side
     yield Figure(
-        what="depth of penetration, doubled over single",
-        source="the same depth",
+        what=f"depth of penetration at step {last}, doubled over single",
+        source=f"the same depth; single: {means['single'][last]:.3g}",
         reference=1.0,
-        measured=means["doubled"] / means["single"],
+        measured=float(means["doubled"][last] / means["single"][last]),
         tolerance=CHANGE,
     )
 
@@ -128,7 +170,7 @@ def growing(found: dict[float, Pattern], ell0: float) -> Iterator[Figure]:
                 what=f"diameter of cells at depth {depth:g}, over ell0",
                 source=f"{SHARP}: from p to 2 p, p = {p / ell0:.3g}",
                 reference=1.5 * p / ell0,
-                measured=sqrt(4 * area / pi) / ell0,
+                measured=diameter(area) / ell0,
                 tolerance=0.5 * p / ell0,
             )
 
@@ -158,13 +200,16 @@ def table(found: dict[float, Pattern]) -> str:
 
 def members(kept: dict) -> str:
     """Where the numbers come from."""
-    head = "| member | unknowns | sweeps | s | depth | command, commit |\n| --- " * 1
-    lines = [
-        f"| {name} | {m['unknowns']:,} | {m['sweeps']} | {m['seconds']} | {m['fronts'][-1]:g} "
-        f"| `{m['command']}`, {m['commit']}{' (audit: ' + m['violations'][0] + ')' if m['violations'] else ''} |"
+    head = ("member", "unknowns", "sweeps", "s", "commit", "command", "audit")
+    rows = [
+        (
+            *(name, f"{m['unknowns']:,}", f"{m['sweeps']}", f"{m['seconds']}", m["commit"]),
+            *(f"`{m['command']}`", "; ".join(m["violations"]) or "nothing"),
+        )
         for name, m in kept.items()
     ]
-    return head + "| --- " * 5 + "|\n" + "\n".join(lines)
+    lines = (head, ["---"] * len(head), *rows)
+    return "\n".join("| " + " | ".join(row) + " |" for row in lines)
 
 
 if __name__ == "__main__":
