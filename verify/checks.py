@@ -24,8 +24,8 @@ CHECKS = {
         text="Errors from sqrt(kappa t) = 3 h on, over the drop; orders of the root mean square "
         "error with held, flux and film sides and a source; how much warmer a quenched corner gets "
         "than it was, which nothing should: capacities are lumped, and steps begin as short as "
-        "their error asks. Some of Gmsh's tetrahedra are obtuse; of the ready cases, `cylinder-mantle` "
-        "alone has them with heat.",
+        "their error asks. Some of Gmsh's tetrahedra are obtuse; of the ready cases, "
+        "`cylinder-mantle` alone has them with heat.",
         measure=heat,
     ),
     "heat-cracks": Check(
