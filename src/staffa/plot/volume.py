@@ -70,7 +70,7 @@ def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
     axes.set_axis_off()
     for length, (x, y) in zip(manifest.size, view.places, strict=True):
         said = f"{length:.3g}" + ("" if manifest.scaled else " m")
-        style = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
+        style: Any = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
         axes.text(x, y, said, **style, in_layout=False)  # within the image
 
 
