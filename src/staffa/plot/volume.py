@@ -29,7 +29,7 @@ RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
 PIXELS = 1200  # edge of a rendered view
 SHARE = 0.8  # of the picture's width that a view takes
-MARGIN = 6  # pixels left white around what is drawn
+MARGIN = 0.025  # of a view's edge that is left white around what is drawn
 PATIENCE = 240  # seconds that rendering one view may take before it is given up
 
 
@@ -60,7 +60,7 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
     face, tips = (", its cooled face up", ", turned over") if manifest.face else ("", "")
     panels[0].set_title(f"{moment(manifest, frame.step)}: the rock{face}", loc="left")
     panels[1].set_title(f"the cracks alone{tips}", loc="left")
-    add_depths(figure, panels, bottom, depth_label(manifest))
+    add_depths(figure, panels[-1], bottom, depth_label(manifest))
     return figure
 
 
@@ -70,7 +70,8 @@ def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
     axes.set_axis_off()
     for length, (x, y) in zip(manifest.size, view.places, strict=True):
         said = f"{length:.3g}" + ("" if manifest.scaled else " m")
-        axes.text(x, y, said, ha="center", va="center", fontsize=8, color="#555555")
+        style: Any = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
+        axes.text(x, y, said, **style, in_layout=False)  # within the image
 
 
 def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
@@ -148,13 +149,13 @@ def _face(manifest: Manifest) -> str:
 
 
 def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
-    """Without the white around all of the images."""
-    drawn = (images < 250).any(axis=(0, 3))
-    (top, bottom), (left, right) = (
-        np.flatnonzero(drawn.any(axis=axis))[[0, -1]] if drawn.any() else (0, -1) for axis in (1, 0)
-    )
-    top, left = max(top - MARGIN, 0), max(left - MARGIN, 0)
-    cut = images[:, top : bottom + MARGIN, left : right + MARGIN]
+    """Without the white around all of the images and places."""
+    rows, columns = np.nonzero((images < 250).any(axis=(0, 3)))
+    drawn = np.concatenate([np.stack([columns, rows], axis=1), places.reshape(-1, 2)])
+    margin = MARGIN * images.shape[1]
+    left, top = np.maximum(drawn.min(axis=0) - margin, 0).astype(int)
+    right, bottom = (drawn.max(axis=0) + margin).astype(int)
+    cut = images[:, top:bottom, left:right]
     pairs = zip(cut, places - [left, top], strict=True)
     return [View(image=image, places=beside) for image, beside in pairs]
 
