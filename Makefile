@@ -32,14 +32,14 @@ demo3d: $(READY)
 
 # Ranks that wait for one another spin: they get the cores for themselves.
 test: $(READY)
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not mpi and not long"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not mpi and not long"
 	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -m "mpi and not long"
 
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi and not long"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)

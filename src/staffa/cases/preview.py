@@ -279,9 +279,10 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 def _planes(case: Case) -> list[Fact]:
     """Where the columns of a 3-D body are measured."""
-    depths, axis = case.measures.depths, case.outline.axis(case.temperature.face)
-    if case.dim == 2 or not depths or axis is None:
+    depths = case.measures.depths
+    if case.dim == 2 or not depths:
         return []
+    axis = case.outline.axis(case.temperature.face)
     size = [length for k, length in enumerate(case.outline.size) if k != axis]
     across, along = divisions(tuple(size), cell_edge(case) / 2)
     counted = f"{len(depths)} of {across} x {along} pixels"
