@@ -6,6 +6,7 @@ The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/,
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from errno import EIO
 from pathlib import Path
 
 import h5py
@@ -33,29 +34,42 @@ def write_vtkhdf(
     """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
     in place."""
     aside = path.with_name(path.name + ".part")
-    n_cells, width = grid.cells.shape
-    with h5py.File(aside, "w") as file:
-        root = file.create_group("VTKHDF")
-        root.attrs["Version"] = np.array([1, 0])  # all that is used here; older readers take it
-        kind = b"UnstructuredGrid"
-        root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
-        root["NumberOfPoints"] = np.array([len(grid.points)])
-        root["NumberOfCells"] = np.array([n_cells])
-        root["NumberOfConnectivityIds"] = np.array([n_cells * width])
-        _put(root, "Points", grid.points)
-        _put(root, "Connectivity", grid.cells.ravel().astype(np.int64))
-        _put(root, "Offsets", np.arange(0, n_cells * width + 1, width))
-        _put(root, "Types", np.full(n_cells, grid.type, dtype=np.uint8))
-        data = root.create_group("PointData")
-        for name, values in fields.items():
-            _put(data, name, values)
-        if in_cells:
-            data = root.create_group("CellData")
-            for name, values in in_cells.items():
-                _put(data, name, values)
-    with aside.open("rb") as file:
-        os.fsync(file.fileno())
+    try:
+        with h5py.File(aside, "w") as file:
+            _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})
+        with aside.open("rb") as written:
+            os.fsync(written.fileno())
+    except (OSError, RuntimeError) as error:
+        aside.unlink(missing_ok=True)
+        # HDF5 tells of a disk that is full when it closes a file, as an error of its own.
+        raise error if isinstance(error, OSError) else OSError(EIO, str(error)) from error
     aside.replace(path)
+
+
+def _fill(
+    root: h5py.Group,
+    grid: Grid,
+    fields: Mapping[str, np.ndarray],
+    in_cells: Mapping[str, np.ndarray],
+) -> None:
+    n_cells, width = grid.cells.shape
+    root.attrs["Version"] = np.array([1, 0])  # all that is used here; older readers take it
+    kind = b"UnstructuredGrid"
+    root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
+    root["NumberOfPoints"] = np.array([len(grid.points)])
+    root["NumberOfCells"] = np.array([n_cells])
+    root["NumberOfConnectivityIds"] = np.array([n_cells * width])
+    _put(root, "Points", grid.points)
+    _put(root, "Connectivity", grid.cells.ravel().astype(np.int64))
+    _put(root, "Offsets", np.arange(0, n_cells * width + 1, width))
+    _put(root, "Types", np.full(n_cells, grid.type, dtype=np.uint8))
+    data = root.create_group("PointData")
+    for name, values in fields.items():
+        _put(data, name, values)
+    if in_cells:
+        data = root.create_group("CellData")
+        for name, values in in_cells.items():
+            _put(data, name, values)
 
 
 def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
