@@ -51,9 +51,7 @@ def on_disk(directory: Path) -> Iterator[None]:
     except OSError as error:
         why = f"{directory} cannot be written to ({error.strerror or error})"
         if error.errno in (ENOENT, ENOTDIR):
-            raise StaffaError(
-                f"{why}: it is gone, and the run with it; run the case again"
-            ) from None
+            raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
         raise StoppedError(why) from None
 
 

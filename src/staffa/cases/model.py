@@ -250,8 +250,8 @@ class OutputKeys(Section):
     )
     checkpoint: CheckpointKeys = Field(
         default=CheckpointKeys(),
-        description="when the run is saved for `staffa resume`: after so many steps, and after a step "
-        "at whose end so many minutes have gone since; see docs/restarts.md",
+        description="when the run is saved for `staffa resume`: after so many steps, and after a "
+        "step at whose end so many minutes have gone; see docs/restarts.md",
         examples=[{"steps": 10, "minutes": 30.0}],
     )
     probes: tuple[ProbeKeys, ...] = Field(

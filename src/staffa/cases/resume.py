@@ -105,7 +105,7 @@ def _require_run(directory: Path) -> None:
         raise InputError(f"there is no folder {directory}; name that of a run")
     if not (directory / run_directory.MANIFEST).is_file():
         raise InputError(
-            f"{directory} is no run directory: it has no {run_directory.MANIFEST}; name one, or, if "
+            f"{directory} is no run directory: it has no {run_directory.MANIFEST}; name one or, if "
             f"a run was cut in it before it began, remove it and run the case again"
         )
 

@@ -161,10 +161,8 @@ class Follower:
         for sentence in said:
             self._say(f"  {sentence}")
         self.before = self._done(steps[-1]) if steps else 0.0
-        where = (
-            f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else "from its start"
-        )
-        self._say(f"  goes on {where}")
+        last = f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else ""
+        self._say(f"  goes on {last or 'from its start'}")
 
     def swept(self, moment: Moment, sweep: Sweep) -> None:
         """Refresh the live line."""
