@@ -102,8 +102,17 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
                 f"folder, or move that run elsewhere"
             )
         if seed in seeds:
-            begun[seed] = run_directory.read_run(place).finished
+            begun[seed] = _is_finished(place)
     return begun
+
+
+def _is_finished(place: Path) -> bool:
+    if not (place / run_directory.MANIFEST).is_file():
+        raise InputError(
+            f"{place} holds a run that was cut before it began; remove it to have it run again, or "
+            f"choose seeds without it with --first"
+        )
+    return run_directory.read_run(place).finished
 
 
 def run_ensemble(

@@ -81,7 +81,7 @@ def run(
         The watcher asked to stop, or the directory cannot be written to any more; `resume` goes on.
     """
     watcher = watcher or Watcher()
-    on_root(comm, lambda: run_directory.require_free(directory))
+    on_root(comm, lambda: _require_free(directory))
     setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
@@ -98,6 +98,11 @@ def run(
             return march_on(case, setup, system, manifest, watcher, keeper)
     finally:
         system.destroy()
+
+
+def _require_free(directory: Path) -> None:
+    way_out = f"go on with `staffa resume {directory}` if it is not finished, or choose another one"
+    run_directory.require_free(directory, way_out)
 
 
 @contextmanager
@@ -118,7 +123,7 @@ def writing(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[s
             directory.mkdir(parents=True, exist_ok=True)
         said = lock.take()
         if new:
-            run_directory.require_free(directory)
+            _require_free(directory)
         return said
 
     said = on_root(comm, take)

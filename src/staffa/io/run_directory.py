@@ -53,8 +53,10 @@ class Run:
         return any(time == step.time and asked for time, asked in planned)
 
 
-def require_free(path: Path) -> None:
+def require_free(path: Path, way_out: str = "choose another folder or remove it") -> None:
     """Refuse a place that holds a run already, or cannot hold one.
+
+    way_out: from a run that is there.
 
     Raises
     ------
@@ -64,10 +66,7 @@ def require_free(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise InputError(f"--out {path} is a file; name a folder that is new or empty")
     if (path / STEPS).exists() or (path / CASE).exists():
-        raise InputError(
-            f"--out {path} holds a run already; if it is not finished, `staffa resume {path}` goes "
-            f"on with it; else choose another folder or remove it"
-        )
+        raise InputError(f"--out {path} holds a run already; {way_out}")
     above = path
     while not above.exists():
         above = above.parent
