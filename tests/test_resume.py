@@ -55,7 +55,7 @@ def test_a_run_cut_again_and_again_is_the_same_to_the_last_bit(case, tmp_path: P
     """The looks are a number that has nothing to do with steps: cuts fall within them."""
     expected = whole_run(case, tmp_path / "whole")
     tried = (*expected.steps, *expected.superseded, *expected.rejected)
-    looks = sum(1 + step.sweeps for step in tried) // 2
+    looks = 2 * sum(1 + step.sweeps for step in tried) // 5
     cut_run(case, tmp_path / "cut", looks)
     times = finish(tmp_path / "cut", looks)
     assert times >= 2, f"it was resumed {times} times"

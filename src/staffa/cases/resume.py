@@ -11,12 +11,12 @@ import numpy as np
 
 from staffa.cases.build import problem
 from staffa.cases.experiment import Watcher, march_on, probes, writing
-from staffa.cases.keeper import Keeper, versions
+from staffa.cases.keeper import Keeper, on_disk, versions
 from staffa.cases.model import Case
 from staffa.cases.reading import parse_case, setting_names
 from staffa.cases.rules.times import counts_in
 from staffa.cases.writing import to_toml
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
 from staffa.evolution.system import build
@@ -90,7 +90,8 @@ def resume(
             journal = run_directory.Journal(directory, taken.lines)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             standing = keeper.take_up(taken.page) if taken.page else None
-            on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
+            with on_disk(directory):
+                on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
             said = tuple(sentence for sentence in (said_by_lock, *taken.said) if sentence)
             watcher.started(manifest)
             watcher.resumed(taken.steps, said)
@@ -269,12 +270,3 @@ def _with_times(manifest: Manifest, setup: Problem) -> Manifest:
         taus=tuple(None if tau_of is None else tau_of(t) for t in plan.times),
         requested=plan.requested,
     )
-
-
-def can_be_resumed(directory: Path) -> bool:
-    """Whether a run has begun there; a light look, for those who have several."""
-    try:
-        _require_run(directory)
-    except StaffaError:
-        return False
-    return True
