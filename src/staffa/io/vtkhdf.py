@@ -3,14 +3,14 @@
 The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/, UnstructuredGrid.
 """
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from errno import EIO
 from pathlib import Path
 
 import h5py
 import numpy as np
+
+from staffa.io.run_directory import write_aside
 
 # VTK's cell types (vtkCellType.h) and their number of vertices.
 VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
@@ -33,17 +33,12 @@ def write_vtkhdf(
 ) -> None:
     """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
     in place."""
-    aside = path.with_name(path.name + ".part")
-    try:
-        with h5py.File(aside, "w") as file:
-            _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})
-        with aside.open("rb") as written:
-            os.fsync(written.fileno())
-    except (OSError, RuntimeError) as error:
-        aside.unlink(missing_ok=True)
-        # HDF5 tells of a disk that is full when it closes a file, as an error of its own.
-        raise error if isinstance(error, OSError) else OSError(EIO, str(error)) from error
-    aside.replace(path)
+    # In memory first: on a disk that is full HDF5 breaks off in the middle, and is of no use then.
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+        _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})
+        file.flush()
+        content = file.id.get_file_image()
+    write_aside(path, content)
 
 
 def _fill(
