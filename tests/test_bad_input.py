@@ -49,8 +49,8 @@ VALUES = [
     ("solver.backtracking_tolerance=0.0", "solver.backtracking_tolerance", "larger than zero"),
     # probes
     ("output.checkpoint=3", "output.checkpoint = 3", "write checkpoint like { steps = 10"),
-    ("output.checkpoint={steps=0}", "output.checkpoint, steps = 0", "at least 1"),
-    ("output.checkpoint={minutes=0.0}", "output.checkpoint, minutes = 0.0", "larger than zero"),
+    ("output.checkpoint={steps=0}", "output.checkpoint.steps = 0", "at least 1"),
+    ("output.checkpoint={minutes=0.0}", "output.checkpoint.minutes = 0.0", "larger than zero"),
     ("output.checkpoint={hours=1}", "output.checkpoint", "minutes, steps"),
     ("output.probes=3", "output.probes = 3", "write probes like"),
     ('output.probes=[{name="a"}]', "output.probes, entry 1, point is missing", "point = [0.5"),

@@ -165,6 +165,7 @@ class ElasticSolver:
         if fresh:
             if self._forgotten and not self.direct:  # GAMG would keep its first interpolation
                 self.ksp.pc.reset()
+                self.ksp.setOperators(self.constrained)
             self._forgotten = False
             self.renewals += 1
             self.diagonal.copy(self.kept)
