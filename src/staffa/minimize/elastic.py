@@ -89,7 +89,6 @@ class ElasticSolver:
         self.direct = self.ksp.pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
         self.iterations = self.renewals = 0
         self._stale, self._drift, self._pace = True, 0.0, 0.0
-        self._forgotten = False
 
     @property
     def exact(self) -> bool:
@@ -98,7 +97,7 @@ class ElasticSolver:
 
     def forget(self) -> None:
         """Begin with a new preconditioner: what comes then depends on the problem alone."""
-        self._stale = self._forgotten = True
+        self._stale = True
 
     def _vector(self, values: np.ndarray) -> PETSc.Vec:
         vector = self.rhs.duplicate()
@@ -163,10 +162,6 @@ class ElasticSolver:
         """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
         fresh = self._stale
         if fresh:
-            if self._forgotten and not self.direct:  # GAMG would keep its first interpolation
-                self.ksp.pc.reset()
-                self.ksp.setOperators(self.constrained)
-            self._forgotten = False
             self.renewals += 1
             self.diagonal.copy(self.kept)
             self._stale, self._drift, self._pace = False, 0.0, 0.0
