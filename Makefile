@@ -10,10 +10,11 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
-.PHONY: help demo test check bench verify format clean FORCE
+.PHONY: help demo demo3d test check bench verify format clean FORCE
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
+	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes ten minutes"
 	@echo "make test    run every test but those of minutes, which make verify runs"
 	@echo "make check   format, lint, types and the fast tests, in about a minute"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
@@ -25,19 +26,26 @@ demo: $(READY)
 	rm -rf runs/demo
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
 
+demo3d: $(READY)
+	rm -rf runs/demo3d
+	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/brick.toml --out runs/demo3d
+
+# Ranks that wait for one another spin: they get the cores for themselves.
 test: $(READY)
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not long"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not mpi and not long"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -m "mpi and not long"
 
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist loadscope -m "not slow and not mpi and not long"
+	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
 	$(PYTHON_HERE) bench/run.py $(CASES)
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/scaling.py
 
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)

@@ -240,7 +240,7 @@ COMBINED = [
     ),
     ((*SOLID, "material.nu=0.5"), "material.nu = 0.5", "take 0.49 or less"),
     ((*SOLID, 'material.plane="stress"'), "material.plane", "leave it out"),
-    ((*SOLID, "measures.depths=[0.1]"), "measures.depths = [0.1]", "leave it out"),
+    ((*SOLID, "measures.depths=[1.0]"), "measures.depths: 1.0", "take smaller depths"),
     ((*SOLID, 'supports.section="free"'), "supports.section", "in 3-D give rollers"),
     ((*SOLID, "cracks=[{start=[0,0,0],end=[1,0,0]}]"), "cracks, entry 1", "this body is 3-D"),
     (

@@ -1,4 +1,4 @@
-"""A bar in traction: strength, dissipated energy, and damage profile of AT1 and AT2."""
+"""A bar in traction, flat and solid: strength, dissipated energy, damage profile of AT1, AT2."""
 
 from staffa.stack import MPI
 
@@ -13,6 +13,7 @@ from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
 from staffa.minimize.alternate import reactions
+from staffa.parallel import max_over_ranks
 from staffa.physics.damage import LAWS
 from staffa.records import Step, Stop
 from staffa.supports import SideSupport, at_rest
@@ -97,6 +98,71 @@ def check_profile(law: str, system: System) -> None:
     exact = np.maximum(1 - r / (2 * ELL), 0) ** 2 if law == "AT1" else np.exp(-r / ELL)
     error = np.abs(alpha - exact).max()
     assert error < 0.03, f"profile off by {error:.3f}"
+
+
+# A solid bar that is thinner, on cells that are coarser: seconds. `make verify ONLY=solid-bar` has
+# the whole section.
+THIN, COARSE = 0.12, 1 / 25
+
+
+def solid_bar(cells: str, strains, **changes) -> Problem:
+    """Pulled along x, its other sides free; AT1."""
+    pulled = (
+        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="right", components={0: lambda x, t: t * LENGTH}),
+    )
+    return body(
+        (LENGTH, THIN, THIN),
+        COARSE,
+        cells=cells,
+        sides=pulled,
+        times=tuple(strains),
+        material=rock(E=E, nu=0.3, ell=ELL, law=LAWS["AT1"], state="solid", **changes),
+        stop=Stop(change=1e-5, residual=1e-3),
+        displacement="iterative",
+    )
+
+
+@pytest.mark.parametrize("cells", ["hexahedron", "tetrahedron"])
+def test_a_solid_bar_is_elastic_up_to_its_strength(cells: str) -> None:
+    """Uniaxial stress whatever the section: E times the strain, and damage from 19.365 on."""
+    strains = STRAIN["AT1"] * np.array([0.5, 0.99, 1.03])
+    system = build(problem := solid_bar(cells, strains))
+    damage, stresses = [], []
+    for _ in march(problem, system):
+        moving = system.supports.values(1.0) > 0
+        forces = reactions(system.alternation)[moving].sum()
+        stresses.append(system.state.u.function_space.mesh.comm.allreduce(forces) / THIN**2)
+        damage.append(max_over_ranks(MPI.COMM_WORLD, system.state.alpha.x.array))
+    system.destroy()
+    assert stresses[:2] == pytest.approx(E * strains[:2], rel=1e-4)
+    assert damage[0] == damage[1] == 0 < damage[2], f"{damage}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cells", ["hexahedron", "tetrahedron"])
+def test_a_broken_solid_bar_has_paid_for_its_section(cells: str) -> None:
+    """One plane crack across, of the measured toughness, to 1 %; no force is left."""
+    strains = STRAIN["AT1"] * np.array([0.05, 1.5, 4.0])
+    problem = solid_bar(cells, strains, toughness=weaker_middle)
+    system = build(problem)
+    steps = list(march(problem, system))
+    moving = system.supports.values(1.0) > 0
+    stress = reactions(system.alternation)[moving].sum() / THIN**2
+    assert abs(stress) < 0.01 * STRENGTH["AT1"], f"{stress}"
+    factor = discrete_toughness(problem.material, dim=3, h=COARSE, cells=cells)
+    paid = system.energy.crack_length() / THIN**2
+    assert paid == pytest.approx(factor, rel=0.01), f"{paid:.4f}, {factor:.4f}"
+    assert steps[-1].energies.elastic < 1e-2 * steps[-1].energies.surface
+    assert half_width(system) == pytest.approx(2 * ELL, abs=COARSE), "(1 - r/(2 ell))^2 ends"
+    system.destroy()
+
+
+def half_width(system: System) -> float:
+    """How far damage reaches beyond the broken cells."""
+    x, alpha = vertices(system.spaces.alpha)[:, 0], system.state.alpha.x.array
+    broken, damaged = x[alpha > 0.99], x[alpha > 1e-3]
+    return max(broken.min() - damaged.min(), damaged.max() - broken.max())
 
 
 @pytest.mark.parametrize("law", ["AT1", "AT2"])

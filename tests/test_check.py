@@ -494,6 +494,9 @@ EXPECTED = {
     "cell": ["nucleation is not resolved"],
     "array": ["nucleation is not resolved"],
     "two-cracks": ["nucleation is not resolved"],
+    "brick": ["a crack is not resolved", "nucleation is not resolved"],
+    "cylinder": ["a crack is not resolved", "nucleation is not resolved"],
+    "cylinder-mantle": ["a crack is not resolved", "nucleation is not resolved"],
     "bar": ["the smallest extent is 3 ell"],
     "glass-slab": ["nucleation is not resolved"],
     "granite-face": ["nucleation is not resolved"],
@@ -661,3 +664,12 @@ def test_a_heated_case_in_units_says_its_units():
         "dT": "280 K",
     }
     assert {name: fact(known, name) for name in expected} == expected
+
+
+def test_the_rasters_on_which_columns_are_measured_are_told() -> None:
+    found = said(
+        "domain.size=[0.4, 0.2, 0.4]", "measures.depths=[0.1,0.2]", "temperature.face=left"
+    )
+    assert fact(found, "sections") == "2 of 20 x 40 pixels"
+    flat = [name for name, *_ in said("measures.depths=[0.1]").facts]
+    assert "sections" not in flat, "in 2-D there are lines"

@@ -23,7 +23,17 @@ from staffa.report.pair import Pair, caveats
 from staffa.report.pair_reading import place_of, read_pair
 from staffa.report.results import common_times, difference, results
 from test_bad_input import check_sentence, files_in, sentence_of, staffa
-from test_report import BOX, ELL, SLAB, TAUS, N, assert_shows_something, drawn_run, rewritten
+from test_report import (
+    BOX,
+    ELL,
+    SLAB,
+    TAUS,
+    N,
+    assert_shows_something,
+    cut_into_columns,
+    drawn_run,
+    rewritten,
+)
 
 BODY = """title = "A drawn slab"
 [domain]
@@ -331,6 +341,15 @@ def test_of_bodies_of_two_sizes_no_difference_is_given_that_depends_on_size(tmp_
     assert cells(results(pair), "total energy")[2] == ABSENT
     assert cells(results(pair), "deepest crack")[2] == "0"
     assert "apart" not in common_times(pair).header
+
+
+def test_columns_are_compared_at_equal_depths(tmp_path) -> None:
+    cut_into_columns(run_at(tmp_path / "a", BOX, n=4), (6, 6, 5), (6, 7))
+    cut_into_columns(run_at(tmp_path / "b", BOX, n=4), (6, 6, 6, 6, 6))
+    found = results(read_pair(tmp_path / "a", tmp_path / "b"))
+    assert cells(found, "cells at 0.1")[:2] == ("4", "6")
+    assert cells(found, "spacing at 0.1") == ("0.5", "0.5", "0")
+    assert not any(row[0].startswith("cells at 0.2") for row in found.rows), "of one run only"
 
 
 def test_two_dimensions_are_compared_with_three_in_depths_and_times(tmp_path) -> None:

@@ -487,6 +487,11 @@ SENTENCES = {
         ("time={tau=[0.1]}",), "time.tau counts in the depth", "'hole' (temperature.face)",
     ),
     "depths": (("measures.depths=[0.1]",), "measures.depths = [0.1]", "is no flat side"),
+    "depths below a mantle": (
+        ("domain.shape={kind='cylinder',radius=1.0,height=2.0}", "temperature.face=side",
+         "supports={}", "heat={initial=1.0,side={T=0.0}}", "measures.depths=[0.1]"),
+        "measures.depths = [0.1]: 'side' (temperature.face) is no flat side", "leave it out",
+    ),
     "a crack of no mesh": (
         ("cracks=[{name='fault'}]",), 'cracks, name = "fault": the body has no such crack',
         "name it in the mesh, or leave it out",

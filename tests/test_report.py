@@ -4,6 +4,7 @@ import csv
 import subprocess
 import sys
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,19 @@ from staffa.plot.network import network_figure
 from staffa.plot.pair import FAINT, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
-from staffa.records import Audit, Effort, Energies, Heat, Measures, Return, Section, Step, Tip
+from staffa.records import (
+    Audit,
+    CellSection,
+    Effort,
+    Energies,
+    Heat,
+    Measures,
+    Return,
+    Section,
+    Step,
+    Tip,
+)
+from staffa.report.columns import cells_table, columns, pooled_table
 from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
@@ -435,18 +448,20 @@ def test_any_side_can_be_the_cooled_one(tmp_path, face):
 @pytest.mark.slow
 def test_a_body_in_three_dimensions_is_rendered(tmp_path):
     run = drawn_run(tmp_path / "run", BOX)
-    drawn = draw(run)
-    assert [p.name for p in drawn.pictures] == ["cracks.png", "energies.png", "lengths.png"], drawn
+    drawn = draw(run, movie=False)
+    names = ["cracks", "sections", "energies", "lengths"]
+    assert [p.name for p in drawn.pictures] == [f"{name}.png" for name in names], drawn
     for picture in drawn.pictures:
         assert_shows_something(picture)
 
 
 @pytest.mark.usefixtures("coarse")
-def test_without_a_renderer_only_the_picture_in_three_dimensions_is_missing(tmp_path, monkeypatch):
+def test_without_a_renderer_only_what_it_draws_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr("staffa.plot.volume.RENDERER", "staffa.no_such_module")
     drawn = draw(drawn_run(tmp_path / "run", BOX, n=6))
-    assert [p.name for p in drawn.pictures] == ["energies.png", "lengths.png"]
-    assert any("ParaView" in reason for reason in drawn.skipped)
+    assert [p.name for p in drawn.pictures] == ["sections.png", "energies.png", "lengths.png"]
+    missing = [reason.split(":")[0] for reason in drawn.skipped if "ParaView" in reason]
+    assert missing == ["cracks", "growing"]
 
 
 def test_depths_of_the_table_are_those_of_sharp_tips(tmp_path):
@@ -534,3 +549,53 @@ def test_energies_below_zero_are_seen(loads, lowest):
     steps = [replace(s, energies=replace(s.energies, loads=loads)) for s in steps]
     bottom, _ = energies_figure(drawn_manifest(SLAB), steps).axes[0].get_ylim()
     assert bottom == 0 if lowest == 0 else bottom < lowest
+
+
+def columns_of(depth: float, sides: tuple[int, ...]) -> CellSection:
+    """Interior cells of unit area with these sides, and one at an end."""
+    n = len(sides)
+    return CellSection(
+        depth=depth, pixel=(0.01, 0.01), areas=(1.0,) * n + (0.5,), perimeters=(4.0,) * n + (2.0,),
+        sides=(*sides, 3), ends=(0,) * n + (1,), junctions={"T": 1, "Y": 3, "X": 0}, cracked=0.1,
+    )  # fmt: skip
+
+
+def cut_into_columns(run: Run, *sides: tuple[int, ...]) -> Run:
+    """The run, with cells at the last step at depths 0.1, 0.2, ..."""
+    last = run.steps[-1]
+    cells = tuple(columns_of(0.1 * (k + 1), given) for k, given in enumerate(sides))
+    ended = replace(last, measures=replace(last.measures, cells=cells))
+    return rewritten(run, [*run.steps[:-1], ended])
+
+
+def test_cells_are_told_by_depth(tmp_path):
+    run = cut_into_columns(drawn_run(tmp_path, BOX), (6, 6, 5), (6, 7))
+    found = columns([run])
+    assert found.header[:5] == ("depth", "cells", "inside", "spacing", "diameter")
+    assert [row[:3] for row in found.rows] == [("0.1", "4", "3"), ("0.2", "3", "2")]
+    assert found.rows[1][found.header.index("sides")].startswith("6.5 ± 0.3")
+    assert found.rows[0][found.header.index("spacing")].startswith("0.5 ± ")
+    assert found.rows[0][found.header.index("T")].startswith("0.25 ± ")
+    told = {fact.name: fact.text for fact in summary(run)}
+    assert told["cells at depth"] == "4 at 0.1, 3 at 0.2"
+    rows = list(csv.DictReader(StringIO(cells_table(run))))
+    assert [(row["step"], row["depth"], row["cells"]) for row in rows] == [
+        ("24", "0.1", "4"), ("24", "0.2", "3"),
+    ]  # fmt: skip
+    assert float(rows[1]["sides"]) == 6.5 and float(rows[1]["hexagonality"]) == 0.5
+
+
+def test_cells_of_several_runs_are_taken_together(tmp_path):
+    one = cut_into_columns(drawn_run(tmp_path / "a", BOX), (6, 6, 5))
+    other = cut_into_columns(drawn_run(tmp_path / "b", BOX), (6, 6, 6))
+    assert columns([one, other]).rows[0][1:3] == ("8", "6")
+    (row,) = csv.DictReader(StringIO(pooled_table([one, other])))
+    assert (row["sections"], row["T"], row["Y"]) == ("2", "2", "6")
+    assert float(row["hexagonality"]) == pytest.approx(5 / 6)
+    alone = list(csv.DictReader(StringIO(pooled_table([one]))))
+    assert float(alone[0]["hexagonality_error"]) > float(row["hexagonality_error"])
+
+
+def test_without_cells_there_is_no_table_of_them(tmp_path):
+    run = drawn_run(tmp_path)
+    assert columns([run]) is None and cells_table(run) is None and pooled_table([run]) is None

@@ -5,7 +5,7 @@ from math import inf, isclose, sqrt
 import numpy as np
 import pytest
 
-from staffa.physics import scales
+from staffa.physics import doubling, scales
 from staffa.physics.damage import AT1, AT2, discrete_toughness_factor, strength
 from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID, energy_density, lame
 
@@ -107,3 +107,26 @@ def test_tau_and_time_are_each_other_s_inverse():
 def test_first_guess_at_the_discrete_toughness():
     at1, at2 = (discrete_toughness_factor(law, h=0.01, ell=0.03) for law in (AT1(), AT2()))
     assert isclose(at1, 1 + 3 / 8 / 3) and isclose(at2, 1 + 1 / 2 / 3), f"{at1}, {at2}"
+
+
+def test_arrays_double_where_the_table_says_and_nothing_is_told_beyond_it():
+    ell0 = 2.0**-6  # without round-off: at the ends of the table that would be beyond it
+    for p, a, s in zip(doubling.SPACING, doubling.LENGTH, doubling.DIFFUSION, strict=True):
+        assert doubling.spacing_at(a * ell0, ell0) == pytest.approx(p * ell0)
+        assert doubling.length_at(p * ell0, ell0) == pytest.approx(a * ell0)
+        assert doubling.diffusion_at(p * ell0, ell0) == pytest.approx(s * ell0)
+    between = doubling.spacing_at(np.array([0.0, 1.9, 25.0, 3050.0]) * ell0, ell0) / ell0
+    assert np.isnan(between[[0, 1, 3]]).all() and 32 < between[2] < 64
+
+
+@pytest.mark.parametrize("state", BODIES)
+def test_unit_of_doubling_is_that_of_the_stress_released_over_the_modulus(state):
+    """G of cracks that release the stress sigma goes with sigma^2/E'."""
+    E, nu, Gc, strain = ROCK["E"], ROCK["nu"], ROCK["Gc"], ROCK["expansion"] * 100
+    blocked = state != PLANE_STRESS
+    sigma = E * strain / (1 - nu) if blocked else E * strain
+    modulus = E / (1 - nu**2) if blocked else E
+    found = scales.ell0(**ROCK, dT=100, state=state)
+    assert found == pytest.approx(Gc * modulus / sigma**2)
+    if blocked:
+        assert found == pytest.approx(Gc * (1 - nu) / (E * (1 + nu) * strain**2))

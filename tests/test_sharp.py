@@ -86,7 +86,7 @@ def test_an_even_array_grows_as_sharp_cracks_do() -> None:
         assert abs(left - expected) < tolerance, f"{left:.4f} at {step.tau:.3f}, sharp {expected}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_even_pair_is_left_where_it_is_no_longer_stable() -> None:
     """Early by 7 % here, with ell a tenth of the spacing; less at a smaller one (make verify)."""
     steps, lengths = pair("follow")

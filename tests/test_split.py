@@ -262,7 +262,7 @@ def test_solid_bar() -> None:
     assert max(found) == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("state", ["plane stress", "solid"])
+@pytest.mark.parametrize("state", ["plane stress", pytest.param("solid", marks=pytest.mark.long)])
 def test_no_tension_never_fails_in_compression(state: str) -> None:
     """Twenty times the strength in tension, and no damage."""
     sigma = 20 * np.sqrt(3 * E / 8)

@@ -113,7 +113,7 @@ def ride(
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
     found = ride("AT1", cells_per_ell=4, radius=7, cells=10)
     speed = found.speed[THRESHOLDS.index(0.8)]

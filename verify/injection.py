@@ -82,8 +82,9 @@ def growing(dim: int, volume: np.ndarray, toughness: float) -> np.ndarray:
     return (16 / (3 * E_PRIME) * (np.pi * E_PRIME * toughness / 4) ** 3 / volume) ** 0.2
 
 
-def make_mesh(path: Path, dim: int, sizes: dict[str, float]) -> None:
-    """Half a plate, or a quarter of a block, fine where the crack will run."""
+def make_mesh(path: Path, dim: int, sizes: dict[str, float], *, pulled: bool = False) -> None:
+    """Half a plate, or a quarter of a block, fine where the crack will run; pulled: with names for
+    the two ends of a block."""
     W, h, ell, reach = (sizes[name] for name in ("width", "h", "ell", "reach"))
     gmsh.initialize()
     gmsh.option.setNumber("General.Verbosity", 1)
@@ -93,12 +94,14 @@ def make_mesh(path: Path, dim: int, sizes: dict[str, float]) -> None:
     else:
         shape.addBox(0, 0, -W, W, W, 2 * W)
     shape.synchronize()
-    mirrors = ["left"] if dim == 2 else ["left", "front"]
-    for axis, name in enumerate(mirrors):
+    names = {"left": (0, 0)} if dim == 2 else {"left": (0, 0), "front": (1, 0)}
+    if pulled:
+        names |= {"bottom": (2, -W), "top": (2, W)}
+    for name, (axis, at) in names.items():
         on = [
             tag
             for _, tag in gmsh.model.getEntities(dim - 1)
-            if max(abs(b) for b in gmsh.model.getBoundingBox(dim - 1, tag)[axis::3]) < 1e-6
+            if max(abs(b - at) for b in gmsh.model.getBoundingBox(dim - 1, tag)[axis::3]) < 1e-6
         ]
         gmsh.model.addPhysicalGroup(dim - 1, on, name=name)
     gmsh.model.addPhysicalGroup(dim, [1], name="rock")

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from staffa.physics.doubling import spacing_at
+
 DATA = Path(__file__).parent / "data"
 SHARP = "sharp-crack finite elements"
 # tau and length at which every other crack of an even array of spacing 0.1285 stops.
@@ -21,30 +23,14 @@ def array_growth(section: str, generation: int = 1) -> tuple[np.ndarray, np.ndar
     return tau[order], a[order]
 
 
-# Spacing and length at the first doubling in a half-space, in ell0 = 1/54^2 at severity 54.
-HALF_SPACE = {
-    8: 1.92,
-    16: 6.52,
-    32: 17.8,
-    64: 45.1,
-    128: 110.0,
-    256: 259.0,
-    512: 598.0,
-    1024: 1359.0,
-    2048: 3049.0,
-}
-
-
 def half_space_spacing(a: float) -> float:
     """Spacing at which cracks of this length would double, in a half-space at severity 54."""
-    ell0 = 54.0**-2
-    return half_space_doubling(a / ell0) * ell0
+    return float(spacing_at(a, 54.0**-2))
 
 
 def half_space_doubling(a: float) -> float:
     """The same for any drop: spacing and length over ell0."""
-    lengths = np.log(list(HALF_SPACE.values()))
-    return float(np.exp(np.interp(np.log(a), lengths, np.log(list(HALF_SPACE)))))
+    return float(spacing_at(a, 1.0))
 
 
 def length_at(section: str, spacing: float, tau: float) -> float:

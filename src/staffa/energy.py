@@ -11,10 +11,10 @@ import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
+from staffa import jit
 from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
-from staffa.jit import jit_options
 from staffa.loads.forces import Forces
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
@@ -172,7 +172,7 @@ class Energy:
         self._stress_density = ufl.diff(density(e), e)
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
-        form = partial(fem.form, jit_options=jit_options(domain.comm))
+        form = partial(jit.form, comm=domain.comm)
         self._elastic = form(density(strain(u, T, rock)) * dx)
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
@@ -273,7 +273,7 @@ class Energy:
     def _cracks_open(self) -> dict[str, fem.Form]:
         """Forms of the volume in cracks, compiled where it is asked for."""
         volume, cold, u, v = self._in_cracks
-        form = partial(fem.form, jit_options=jit_options(self.comm))
+        form = partial(jit.form, comm=self.comm)
         return {
             "volume": form(volume),
             "swelling": form(cold),
@@ -289,7 +289,7 @@ class Energy:
             stress -= biot * pores * ufl.Identity(stress.ufl_shape[0])
         cell = self._mesh.basix_cell()
         middle = basix.geometry(cell).mean(axis=0)[None, :]
-        return fem.Expression(stress, middle, jit_options=jit_options(self.comm))
+        return jit.expression(stress, middle, self.comm)
 
     def thermal_power(self) -> float:
         """Derivative of the energy along the temperature change held in `direction`."""

@@ -1,10 +1,17 @@
-"""How the forms are compiled: with the vector instructions that every rank's processor has."""
+"""How forms are compiled: with the vector instructions that every rank's processor has."""
 
+import fcntl
 import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from staffa.stack import MPI
+
+import ufl
+from dolfinx import fem
+from dolfinx.jit import get_options
 
 from staffa.parallel import any_over_ranks
 
@@ -18,19 +25,87 @@ FLAGS = [
     "-fno-signed-zeros",
     "-fassociative-math",
 ]
-# How long to wait for another process that compiles the same form (s).
-PATIENCE = 300
 # In place of these, for tests: they compile hundreds of forms and compute little with each.
 INSTEAD = "STAFFA_CFLAGS"
 VECTOR = {"avx2": "-mavx2", "fma": "-mfma"}
+# After so long (s) a form that another process seems to compile is looked after.
+PATIENCE = 5
+# And on a file system without locks, where nothing can be done about it.
+WITHOUT_LOCKS = 300
 
 
-def jit_options(comm: MPI.Comm) -> dict[str, Any]:
-    """Options for `dolfinx.fem.form`. Compiled code is cached by its flags. Collective."""
+def form(expression: ufl.Form, comm: MPI.Comm) -> fem.Form:
+    """A form, compiled or from the cache. Collective."""
+    return _compiled(lambda options: fem.form(expression, jit_options=options), comm)
+
+
+def expression(value: Any, points: Any, comm: MPI.Comm) -> fem.Expression:
+    """An expression at points of the reference cell, as `form`. Collective."""
+    return _compiled(lambda options: fem.Expression(value, points, jit_options=options), comm)
+
+
+def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Comm) -> Compiled:
+    """What `make` compiles, which rank 0 does and the others then load.
+
+    A process that is killed while it compiles leaves a source in the cache that others would wait
+    for in vain. Whoever compiles shares a lock, so that one who has it alone may remove these.
+    """
+    cache = Path(get_options()["cache_dir"]).with_name("staffa")
+    compiler, patience = flags(comm), PATIENCE
+    while True:
+        if comm.rank == 0:
+            _clear(cache, wait=False)
+        options = {
+            "cffi_extra_compile_args": compiler,
+            "timeout": patience,
+            "cache_dir": cache,
+        }
+        try:
+            with _lock(cache, fcntl.LOCK_SH, mine=comm.rank == 0):
+                return make(options)
+        except (TimeoutError, RuntimeError) as problem:
+            late = comm.bcast("timed out" in str(problem), root=0)
+            if not late or patience > PATIENCE:
+                raise
+        alone = comm.bcast(comm.rank == 0 and _clear(cache, wait=True), root=0)
+        patience = PATIENCE if alone else WITHOUT_LOCKS
+
+
+def flags(comm: MPI.Comm) -> list[str]:
+    """Those of the C compiler. Compiled code is cached by them. Collective."""
     here = _features()
-    flags = os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
+    chosen = os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
     vector = [flag for name, flag in VECTOR.items() if not any_over_ranks(comm, name not in here)]
-    return {"cffi_extra_compile_args": [*flags, *vector], "timeout": PATIENCE}
+    return [*chosen, *vector]
+
+
+@contextmanager
+def _lock(cache: Path, kind: int, mine: bool = True) -> Iterator[bool]:
+    """Hold the cache's lock, if `mine`; whether it was had."""
+    if not mine:
+        yield False
+        return
+    cache.mkdir(parents=True, exist_ok=True)
+    with open(cache / "lock", "a") as file:
+        try:
+            fcntl.flock(file, kind)
+        except OSError:  # held by another, or a file system without locks
+            yield False
+        else:
+            yield True
+
+
+def _clear(cache: Path, wait: bool) -> bool:
+    """Remove sources that were never compiled, if no process is compiling, or once none is.
+
+    Whether it could.
+    """
+    with _lock(cache, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB) as alone:
+        names = set(os.listdir(cache)) if alone else set()
+        for name in names:
+            if name.endswith(".c") and f"{name}.cached" not in names:
+                (cache / name).unlink(missing_ok=True)
+    return alone
 
 
 def _features() -> set[str]:

@@ -29,8 +29,12 @@ class Energies:
     @property
     def scale(self) -> float:
         """What a difference of energies is small or large against; the total may be near zero."""
-        counted = abs(self.elastic) + abs(self.surface) + abs(self.loads)
-        return counted + ROUND_OFF * self.at_rest
+        return abs(self.elastic) + abs(self.surface) + self.work
+
+    @property
+    def work(self) -> float:
+        """That of the loads, and what round-off in a state of rest is taken for."""
+        return abs(self.loads) + ROUND_OFF * self.at_rest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +131,30 @@ class Section:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CellSection:
+    """The cells of a 3-D body on the plane at a depth, as `measure.cells` finds them.
+
+    pixel: edges of the raster (m). areas (m^2), perimeters (m, shared with other cells), sides and
+    ends: of each cell. junctions: how many cracks meet as a T, a Y or an X. cracked: the part of
+    the plane that has more damage than the threshold.
+    """
+
+    depth: float
+    pixel: tuple[float, float]
+    areas: tuple[float, ...]
+    perimeters: tuple[float, ...]
+    sides: tuple[int, ...]
+    ends: tuple[int, ...]
+    junctions: dict[str, int]
+    cracked: float
+
+    @property
+    def number(self) -> int:
+        """How many cells there are."""
+        return len(self.areas)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Tip:
     """One crack: where it ends, and how far that is from the cooled face."""
 
@@ -147,6 +175,7 @@ class Fluid:
 class Measures:
     """The crack network of one state.
 
+    sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards.
     front: depth of the deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
@@ -161,6 +190,7 @@ class Measures:
     length_geometry: float
     volume: float = 0.0
     fluid: Fluid | None = None
+    cells: tuple[CellSection, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -338,4 +368,10 @@ def _measures(record: dict[str, Any]) -> Measures:
         length_geometry=record["length_geometry"],
         volume=record.get("volume", 0.0),
         fluid=Fluid(**record["fluid"]) if record.get("fluid") else None,
+        cells=tuple(map(_cells, record.get("cells", ()))),
     )
+
+
+def _cells(record: dict[str, Any]) -> CellSection:
+    lists = {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
+    return CellSection(**(record | lists))

@@ -30,7 +30,7 @@ from staffa.io.fields import FieldWriter
 from staffa.io.lock import Lock
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest, Probe
-from staffa.measure.crack import Gauge, measures
+from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
@@ -196,6 +196,7 @@ def _observers(
         h=setup.domain.h,
         toughness_factor=manifest.toughness_factor,
     )
+    below = planes(setup.domain, gauge, setup.material.ell)
 
     def save(moment: Moment, converged: bool) -> str | None:
         time = moment.time
@@ -217,7 +218,7 @@ def _observers(
             raise StoppedError(str(told and told[0]))
 
     return Observers(
-        measure=lambda: measures(setup.domain, system.state, system.energy, gauge),
+        measure=lambda: measures(setup.domain, system.state, system.energy, gauge, below),
         probe=lambda: looks(system.state),
         save=save,
         watch=watcher.swept,

@@ -272,7 +272,8 @@ class MeasureKeys(Section):
 
     depths: tuple[Length, ...] = Field(
         default=(),
-        description="depths below the cooled face at which cracks are counted (2-D)",
+        description="depths below the cooled face at which cracks are counted (2-D), or the "
+        "cells that they cut out (3-D)",
         examples=[[0.1, 0.2, 0.3]],
     )
     threshold: Annotated[Number, Field(gt=0, lt=1)] = Field(

@@ -23,7 +23,7 @@ from staffa.cases.pieces import has_directions, pieces
 from staffa.cases.rules import adaptive, unit
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
-from staffa.grid import broken_layer
+from staffa.grid import broken_layer, divisions
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
@@ -272,5 +272,18 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
         ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
         ("unknowns", about + unknowns, fields),
         ("steps", steps, "each of tens to hundreds of sweeps where cracks move"),
+        *_planes(case),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
     ]
+
+
+def _planes(case: Case) -> list[Fact]:
+    """Where the columns of a 3-D body are measured."""
+    depths = case.measures.depths
+    if case.dim == 2 or not depths:
+        return []
+    axis = case.outline.axis(case.temperature.face)
+    size = [length for k, length in enumerate(case.outline.size) if k != axis]
+    across, along = divisions(tuple(size), cell_edge(case) / 2)
+    counted = f"{len(depths)} of {across} x {along} pixels"
+    return [("sections", counted, "the cells that cracks cut out there, at every step")]

@@ -165,14 +165,29 @@ def show(directory: Folder) -> None:
 
 
 @app.command()
-def report(directory: Folder) -> None:
+def report(
+    directory: Folder,
+    movie: Annotated[
+        bool | None,
+        typer.Option(
+            "--movie/--no-movie",
+            help="with pictures/growing.gif, the cracks growing; default in 3-D only",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
     """Draw the pictures and the page of a run or an ensemble again."""
     from staffa.cli.results import print_ensemble_pictures, print_pictures  # loads Matplotlib
 
-    if is_ensemble(directory):
-        print_ensemble_pictures(read_ensemble(directory))
+    if not is_ensemble(directory):
+        print_pictures(read_run(directory), movie=movie)
+    elif movie:
+        raise InputError(
+            f"--movie shows the cracks of one run, and {directory} is an ensemble: give the "
+            f"directory of one of its members"
+        )
     else:
-        print_pictures(read_run(directory))
+        print_ensemble_pictures(read_ensemble(directory))
 
 
 @app.command()

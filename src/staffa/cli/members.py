@@ -17,6 +17,7 @@ from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
 from staffa.parallel import on_root
 from staffa.report.ensemble import write_results
+from staffa.report.tables import write_pooled
 
 
 def run_members_and_follow(
@@ -70,6 +71,7 @@ def _leave_results(directory: Path, *, quiet: bool) -> None:
         return  # every member failed before it began
     ensemble = read_ensemble(directory)
     write_results(ensemble)
+    write_pooled(ensemble)
     if not quiet:
         print_ensemble(ensemble)
         print_ensemble_pictures(ensemble)

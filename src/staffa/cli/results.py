@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from rich.markup import escape
+from rich.progress import Progress
 from rich.table import Table
 
 from staffa.cli.terminal import out
@@ -11,6 +12,7 @@ from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison
 from staffa.report.agreement import agreement
+from staffa.report.columns import columns
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.report.ensemble import ensemble_title, facts, sheets
@@ -20,11 +22,12 @@ from staffa.report.summary import Fact, summary, title
 
 
 def print_summary(run: Run) -> None:
-    """Facts, the comparison with the paper where it has a meaning, and its notes."""
+    """Facts, the comparison with the paper where it has a meaning, the cells of a 3-D body."""
     _print_facts(title(run), summary(run))
     compared = comparison.table(run)
-    if compared is not None:
-        _print_table(compared)
+    for found in (compared, columns([run])):
+        if found is not None:
+            _print_table(found)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
@@ -39,6 +42,9 @@ def print_ensemble(ensemble: Ensemble) -> None:
         for line in sheet.total_lines():
             numbers.add_row(*line)
         out.print(numbers)
+    together = columns(list(ensemble.finished.values()))
+    if together is not None:
+        _print_table(together)
     _print_notes(dict.fromkeys(note for sheet in found for note in sheet.notes))
 
 
@@ -50,9 +56,17 @@ def print_pair(pair: Pair) -> None:
     _print_table(common_times(pair))
 
 
-def print_pictures(run: Run) -> None:
-    """Draw the pictures and the page, and print where they are."""
-    _print_drawn(draw(run))
+def print_pictures(run: Run, *, movie: bool | None = None) -> None:
+    """Draw the pictures and the page, with how far the animation is, and print where they are.
+
+    movie: whether there is one; by default in 3-D only.
+    """
+    with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
+        task = bar.add_task("drawing", total=None)
+        drawn = draw(
+            run, movie=movie, told=lambda done, of: bar.update(task, completed=done, total=of)
+        )
+    _print_drawn(drawn)
 
 
 def print_ensemble_pictures(ensemble: Ensemble) -> None:

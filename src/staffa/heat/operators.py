@@ -15,6 +15,7 @@ from dolfinx import fem, la
 from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc as fem_petsc
 
+from staffa import jit
 from staffa.domain import Domain
 from staffa.errors import InputError, LoadError
 from staffa.fields import Spaces, owned, vertices
@@ -29,7 +30,6 @@ from staffa.heat.body import (
     PointValues,
     Values,
 )
-from staffa.jit import jit_options
 from staffa.parallel import any_over_ranks, max_over_ranks
 
 # Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack,
@@ -101,7 +101,7 @@ class HeatOperators:
         self._in, self._out = (self.matrix.createVecRight() for _ in range(2))
 
     def _form(self, form: ufl.Form) -> fem.Form:
-        return fem.form(form, jit_options=jit_options(self.comm))
+        return jit.form(form, self.comm)
 
     def _lumped(self, form: ufl.Form | fem.Form) -> np.ndarray:
         sums = fem.Function(self.space)

@@ -9,6 +9,7 @@ from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
 from staffa.loads.closed_form import Face
 from staffa.measure.opening import sliver
+from staffa.measure.planes import Planes
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
 from staffa.records import Fluid, Measures, Section, Tip
@@ -19,7 +20,7 @@ class Gauge:
     """What is measured, and how.
 
     face: where depth is measured from, None for a body without a cooled face (no tips then).
-    depths: where cracks are counted (m; in 2-D). threshold: the damage that is a crack.
+    depths: where cracks are counted (m). threshold: the damage that is a crack.
     prominence: how much deeper than its surroundings a crack's tip is (m). h: cell edge (m).
     toughness_factor: the discrete toughness over Gc, measured on the same cells.
     """
@@ -32,17 +33,28 @@ class Gauge:
     toughness_factor: float
 
 
-def measures(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> Measures:
-    """Measure a state. Collective."""
+def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
+    """What a gauge looks at in a 3-D body at its depths, found once. Collective."""
+    if domain.dim == 2 or gauge.face is None or not gauge.depths:
+        return None
+    return Planes(domain, gauge.face, gauge.depths, ell=ell, threshold=gauge.threshold)
+
+
+def measures(
+    domain: Domain, state: State, energy: Energy, gauge: Gauge, below: Planes | None = None
+) -> Measures:
+    """Measure a state; in 3-D with the cells on its planes (see `planes`). Collective."""
     found = cracks(domain, state, gauge) if gauge.face else ()
+    lines = gauge.depths if domain.dim == 2 else ()
     return Measures(
-        sections=tuple(crossing(domain, state, gauge, depth) for depth in gauge.depths),
+        sections=tuple(crossing(domain, state, gauge, depth) for depth in lines),
         tips=found,
         front=max((tip.depth for tip in found), default=0.0),
         length_surface=energy.crack_length() / gauge.toughness_factor,
         length_geometry=energy.crack_variation(),
         volume=crack_volume(domain, state),
         fluid=fluid(energy),
+        cells=below(state) if below else (),
     )
 
 

@@ -17,6 +17,20 @@ from staffa.parallel import sum_over_ranks
 OUTSIDE = 1e-6
 
 
+def located(domain: Domain, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which of the points, shape (n, 3), lie in this rank's own cells, and in which cell each.
+
+    A point on the border of two ranks' cells is seen by both, which agree on its values.
+    """
+    mesh, dim = domain.mesh, domain.dim
+    own = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
+    tree = geometry.bb_tree(mesh, dim, padding=OUTSIDE * domain.h, entities=own)
+    near = geometry.compute_collisions_points(tree, points)
+    hit = geometry.compute_colliding_cells(mesh, near, points)
+    here = np.flatnonzero(np.diff(hit.offsets))
+    return here, hit.array[hit.offsets[:-1][here]]
+
+
 class Probes:
     """Looks at a state at the points of some probes, which are found once. Collective."""
 
@@ -31,16 +45,9 @@ class Probes:
         self.comm, self.probes = domain.comm, tuple(probes)
         points = np.array([p for probe in probes for p in probe.points], dtype=float)
         self.points = np.pad(points.reshape(-1, domain.dim), ((0, 0), (0, 3 - domain.dim)))
-        mesh, dim = domain.mesh, domain.dim
-        own = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
-        tree = geometry.bb_tree(mesh, dim, padding=OUTSIDE * domain.h, entities=own)
-        near = geometry.compute_collisions_points(tree, self.points)
-        hit = geometry.compute_colliding_cells(mesh, near, self.points)
-        counts = np.diff(hit.offsets)
-        self.here = np.flatnonzero(counts)
-        self.cells = hit.array[hit.offsets[:-1][self.here]]
-        # A point on the border of two ranks' cells is seen by both, which agree on its values.
-        self.seen = sum_over_ranks(self.comm, (counts > 0).astype(float))
+        self.here, self.cells = located(domain, self.points)
+        counts = np.bincount(self.here, minlength=len(self.points))
+        self.seen = sum_over_ranks(self.comm, counts.astype(float))
         self._require_all()
 
     def _require_all(self) -> None:

@@ -176,7 +176,7 @@ class Tally:
                 f"the energy is not finite after {what}; try a shorter time step or a larger "
                 f"damage.residual_stiffness"
             )
-        scale = max(abs(self.last), abs(total), abs(self.energies.loads), 1e-300)
+        scale = max(abs(self.last), abs(total), self.energies.work, 1e-300)
         self.largest_rise = max(self.largest_rise, (total - self.last) / scale)
         self.last = total
 

@@ -43,16 +43,20 @@ def read_frames(run: Run, steps: Sequence[Step] | None = None) -> tuple[list[Fra
     return frames, reasons
 
 
+def with_fields(run: Run) -> list[Step]:
+    """All steps whose fields are there."""
+    return [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
+
+
 def chosen(run: Run) -> list[Step]:
     """At most five steps with fields: the requested ones and the last, spread evenly."""
-    there = [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
-    there = there or [step for step in run.steps if step.fields]
+    there = with_fields(run) or [step for step in run.steps if step.fields]
     asked = [s for s in there if run.wants(s) or s is there[-1]]
     return spread(asked if len(asked) > 1 else there)
 
 
-def spread[T](steps: Sequence[T]) -> list[T]:
-    """At most five of the steps, evenly spread; the last stays, and the first, uncracked, goes."""
-    if len(steps) <= MOST:
+def spread[T](steps: Sequence[T], most: int = MOST) -> list[T]:
+    """At most so many of the steps, evenly spread; the last stays, the first, uncracked, goes."""
+    if len(steps) <= most:
         return list(steps)
-    return [steps[i] for i in np.linspace(0, len(steps) - 1, MOST + 1).round().astype(int)[1:]]
+    return [steps[i] for i in np.linspace(0, len(steps) - 1, most + 1).round().astype(int)[1:]]

@@ -22,14 +22,16 @@ from staffa.plot.cracks import (
 )
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
+from staffa.plot.rendering import CRACKS
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
-from staffa.plot.volume import DEPTHS, deepest, rendered
-from staffa.plot.volume import MOST as MOST_VOLUMES
+from staffa.plot.volume import add_depths, deepest, rendered
 
 COLORS = (BLUE, ORANGE)
 WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other
 DIFFERENCE = "RdBu_r"
 FAINT = 1e-3  # the colors of a difference end no earlier, so that round-off stays pale
+FEW = 3  # moments of bodies that are long or 3-D
+PIXELS = 700  # edge of a view of one
 LONG = 4.0  # width over height of a body whose panels stand in one column
 LONGEST = 18  # characters of a name above a panel
 Curve = tuple[Sequence[float], Sequence[float]]
@@ -166,24 +168,22 @@ def volumes_figure(
     StaffaError
         Rendering is not possible here.
     """
-    shown = frames[-MOST_VOLUMES:]
+    shown = frames[-FEW:]
     runs = [
         (name, m, [both[k] for both in shown])
         for k, (name, m) in enumerate(zip(names, manifests, strict=True))
     ]
-    bottom = max(deepest(manifest, mine) / manifest.L for _, manifest, mine in runs)
-    figure = new_figure(2 * WIDTH / MOST_VOLUMES + 1.4)
+    bottom = max(deepest(m, [f.step for f in mine]) / m.L for _, m, mine in runs)
+    figure = new_figure(2 * WIDTH / FEW + 1.4)
     panels = figure.subplots(2, len(shown), squeeze=False)
     for row, (name, manifest, mine) in zip(panels, runs, strict=True):
-        views = rendered(manifest, mine, bottom * manifest.L)[0]
+        files = [frame.path for frame in mine]
+        (views,) = rendered(manifest, files, bottom * manifest.L, (CRACKS,), pixels=PIXELS)
         for axes, view, frame in zip(row, views, mine, strict=True):
-            axes.imshow(view)
+            axes.imshow(view.image)
             axes.set_axis_off()
             axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left")
-    figure.colorbar(
-        ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels, location="bottom", shrink=0.5,
-        aspect=40, label="depth over L",
-    )  # fmt: skip
+    add_depths(figure, panels, bottom, "depth over L")
     return figure
 
 

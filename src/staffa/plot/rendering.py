@@ -1,31 +1,53 @@
-"""What the child process of `volume` does: renders views of cracks with PyVista, off screen."""
+"""What the child process of `volume` does: renders views of cracks with PyVista, off screen.
+
+A line on its standard output tells of each view that is ready.
+"""
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
 
 from staffa.grid import SIDES
 from staffa.io.vtkhdf import read_vtkhdf
 
-# VTK frames the sphere around the body; seen from a corner a cube leaves this much of it free.
-ZOOM = 1.05
+ROCK = "rock"  # the body, its near quarter cut away, the cracks in there left standing
+CRACKS = "cracks"  # the cracks alone, from the far side: their tips are nearest
 BEND = 40  # degrees; round faces are cut into facets that bend less
+LENS = 24  # degrees that the camera takes in; more would bend the columns
+# Rounds of smoothing that take the facets of the mesh out of the surface of a crack, and the
+# frequencies that pass (Taubin 1995): its volume stays.
+ROUNDS, PASS = 40, 0.05
+LINE = "#4a4a4a"
+# Sound rock up to broken rock; pale up to half, so that a crack is not as wide as its profile.
+STONE = LinearSegmentedColormap.from_list(
+    "stone", [(0, "#f2eadd"), (0.4, "#e6dccb"), (0.7, "#c2b29b"), (0.9, "#6b5a48"), (1, "#1d1712")]
+)
+# A cut along faces of cells would leave slivers of these, whose edges are seen.
+BESIDE_THE_MIDDLE = 0.4987
+MATT: Any = {"ambient": 0.36, "diffuse": 0.72, "show_scalar_bar": False}
+OUTWARD = 0.04  # how far outside of the body its sizes are written, over its largest
 
 
-def render(job: dict[str, Any]) -> np.ndarray:
-    """Images of each file from a corner (first row) and from the far side (second row).
+def render(job: dict[str, Any]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Images of each file, one look after the other, each with the places for the body's sizes.
+
+    An image has shape (pixels, pixels, 3); the places, one for each axis, are in pixels from its
+    upper left corner, shape (3, 2).
 
     Parameters
     ----------
-    job : files; lower corner, size and cooled side of the body; deepest, where the colors end;
-        crack, the damage to draw; pixels, the edge of an image.
+    job : looks, of `ROCK` and `CRACKS`; files; lower corner and size of the body; face, the side of
+        a box that depth counts from; turned, whether that is up where it is looked at; deepest,
+        where the colors end; crack, the damage to draw; colors; pixels, the edge of an image.
     """
-    bodies = [_body(job, file) for file in job["files"]]
-    views = (_from_a_corner(job), _from_the_far_side(job))
-    return np.array([[_view(job, body, view) for body in bodies] for view in views])
+    for look in job["looks"]:
+        for file in job["files"]:
+            yield _view(job, _body(job, file), look)
 
 
 def _body(job: dict[str, Any], file: str) -> Any:
@@ -41,25 +63,75 @@ def _body(job: dict[str, Any], file: str) -> Any:
     return body
 
 
-def _view(job: dict[str, Any], body: Any, camera: list[Any]) -> np.ndarray:
+def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.ndarray]:
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=(job["pixels"], job["pixels"]))
+    away, up = _seen_from(job, look)
+    plotter = pyvista.Plotter(
+        off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="none"
+    )
     plotter.set_background("white")
-    plotter.add_mesh(_edges(body), color="#555555", line_width=1.5)
-    cracks = body.clip_scalar(scalars="alpha", value=job["crack"], invert=False)
-    if cracks.n_cells:
-        surface = cracks.extract_surface(algorithm="dataset_surface")
-        colors = {"scalars": "depth", "cmap": job["colors"], "clim": (0, job["deepest"])}
-        plotter.add_mesh(surface, **colors, show_scalar_bar=False, ambient=0.25, specular=0.1)
-    plotter.camera_position = camera
-    plotter.enable_parallel_projection()
-    plotter.reset_camera()
-    plotter.camera.zoom(ZOOM)
+    _add_lights(plotter, away, up)
+    plotter.add_mesh(_edges(body), color=LINE, line_width=2)
+    if look == ROCK:
+        quarter, rest = _quartered(job, body, away)
+        plotter.add_mesh(_edges(quarter), color=LINE, line_width=2)
+        _add_rock(plotter, rest)
+        _add_cracks(plotter, job, quarter)
+    else:
+        _add_cracks(plotter, job, body)
+    middle = np.array(job["lower"]) + np.array(job["size"]) / 2
+    plotter.camera_position = [tuple(middle + away), tuple(middle), tuple(up)]
+    plotter.camera.view_angle = LENS
+    plotter.reset_camera(bounds=body.bounds)
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(None, return_img=True))
+    places = [_on_screen(plotter, point) for point in _beside(job, away, up)]
     plotter.close()
-    return image
+    return image, np.array(places)
+
+
+def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
+    """The surface of what is broken, colored by depth; closed where the body ends."""
+    colors = {"scalars": "depth", "cmap": job["colors"], "clim": (0, job["deepest"])}
+    walls = body.contour([job["crack"]], scalars="alpha")
+    if walls.n_cells:
+        walls = walls.smooth_taubin(n_iter=ROUNDS, pass_band=PASS)  # which leaves its rim in place
+        plotter.add_mesh(walls, **colors, **MATT, smooth_shading=True)
+    skin = body.extract_surface(algorithm="dataset_surface")
+    ends = skin.clip_scalar(scalars="alpha", value=job["crack"], invert=False)
+    if ends.n_cells:
+        plotter.add_mesh(ends, **colors, **MATT)
+
+
+def _add_rock(plotter: Any, parts: list[Any]) -> None:
+    """Its surface, dark where it is broken."""
+    for part in parts:
+        skin = part.extract_surface(algorithm="dataset_surface")
+        colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
+        plotter.add_mesh(skin, **colors, **MATT, interpolate_before_map=True)
+
+
+def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
+    """A strong one from the upper left of who looks, a weaker one from the right."""
+    import pyvista
+
+    right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
+    for position, intensity in ((away + 1.2 * up - 0.9 * right, 0.8), (away + 1.2 * right, 0.5)):
+        light = pyvista.Light(position=tuple(position), light_type="scene light")
+        light.positional, light.intensity = False, intensity
+        plotter.add_light(light)
+
+
+def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
+    """The quarter nearest to who looks, all through from the cooled face, and the parts left."""
+    quarter, parts = body, []
+    middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
+    for axis in {0, 1, 2} - {SIDES[3][job["face"]][0]}:
+        plane = {"normal": np.eye(3)[axis], "origin": middle}
+        parts.append(quarter.clip(**plane, invert=bool(away[axis] > 0)))
+        quarter = quarter.clip(**plane, invert=bool(away[axis] < 0))
+    return quarter, parts
 
 
 def _edges(body: Any) -> Any:
@@ -69,30 +141,55 @@ def _edges(body: Any) -> Any:
     return surface.extract_feature_edges(feature_angle=BEND, **bends)
 
 
-def _from_a_corner(job: dict[str, Any]) -> list[Any]:
-    """Camera that sees the tips: from a corner, a little from the side that is not cooled."""
+def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors to the camera, near one corner, and up.
+
+    The rock is seen with its cooled face above, the cracks with their tips above.
+    """
     axis, end = SIDES[3][job["face"]]
-    direction = np.full(3, -1.0) * [1, 1.6, 1]
-    direction[axis] = -0.75 * end
-    return _camera(job, direction, up=_unit(axis) * -end)
+    if job["turned"] and look == CRACKS:
+        end = -end
+    away = np.array([-1.0, -1.5, -1.0])
+    away[axis] = end * (0.95 if look == ROCK else 1.1)
+    return away / np.linalg.norm(away), np.eye(3)[axis] * end
 
 
-def _from_the_far_side(job: dict[str, Any]) -> list[Any]:
-    """Camera that looks through the rock at the cooled face: the deepest tips are nearest."""
-    axis, end = SIDES[3][job["face"]]
-    return _camera(job, _unit(axis) * -end, up=_unit(1 if axis == 2 else 2))
+def _beside(job: dict[str, Any], away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
+    """For each axis a point beside the edge of the box along it that bounds the view."""
+    half = np.array(job["size"]) / 2
+    middle, near = np.array(job["lower"]) + half, np.sign(away)
+    height = int(np.argmax(np.abs(up)))
+    level = [axis for axis in range(3) if axis != height]
+    points = []
+    for axis in range(3):
+        aside = near * (np.arange(3) != axis)
+        if axis == height:  # the edge on the left
+            right = np.cross(up, away)
+            aside[level] = -np.sign(right[level])
+            outward = aside
+        else:
+            outward = aside * (np.arange(3) != height) - up * 0.5
+            aside[height] = -up[height]
+        points.append(middle + half * aside + OUTWARD * max(job["size"]) * outward)
+    return points
 
 
-def _camera(job: dict[str, Any], direction: np.ndarray, up: np.ndarray) -> list[Any]:
-    middle = np.array(job["lower"]) + np.array(job["size"]) / 2
-    away = 4 * max(job["size"]) * direction / np.linalg.norm(direction)
-    return [tuple(middle + away), tuple(middle), tuple(up)]
+def _on_screen(plotter: Any, point: np.ndarray) -> list[float]:
+    """Where a point of space is in the image, in pixels from its upper left corner."""
+    from vtkmodules.vtkRenderingCore import vtkCoordinate
 
-
-def _unit(axis: int) -> np.ndarray:
-    return np.eye(3)[axis]
+    place = vtkCoordinate()
+    place.SetCoordinateSystemToWorld()
+    place.SetValue(*point)
+    x, y = place.GetComputedDoubleDisplayValue(plotter.renderer)
+    return [x, plotter.window_size[1] - y]
 
 
 if __name__ == "__main__":
     task = json.load(sys.stdin)
-    np.save(task["result"], render(task))
+    images, places = [], []
+    for image, beside in render(task):
+        images.append(image)
+        places.append(beside)
+        print("ready", flush=True)
+    np.savez(task["result"], images=images, places=places)

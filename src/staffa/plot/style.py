@@ -20,7 +20,7 @@ BLACK, BLUE, ORANGE, GREEN, PURPLE = "#1a1a1a", "#0072B2", "#D55E00", "#009E73",
 SKY, AMBER = "#56B4E9", "#E69F00"
 GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 
-_RC: Any = {
+RC: Any = {
     "font.family": ["DejaVu Sans"],
     "font.size": 8.5,
     "axes.titlesize": 9,
@@ -65,7 +65,7 @@ def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = No
 def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
     """Draw and write a PNG so that it is there whole or not at all."""
     aside = path.with_name(path.name + ".part")
-    with matplotlib.rc_context(_RC):
+    with matplotlib.rc_context(RC):
         figure = draw()
         FigureCanvasAgg(figure)
         figure.savefig(aside, format="png", dpi=DPI)

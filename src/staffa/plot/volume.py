@@ -1,13 +1,17 @@
-"""The cracks of a 3-D body at chosen times: from a corner, and down on their tips."""
+"""The cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
 
 import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Timer
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -17,87 +21,167 @@ from staffa.grid import SIDES
 from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, with_unit
+from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import WIDTH, new_figure
+from staffa.records import Step
 
 RENDERER = "staffa.plot.rendering"
-CRACK = 0.7  # damage that is drawn as crack
 DEPTHS = "viridis"
-MOST = 3  # moments side by side
-PIXELS = 600  # edge of a rendered view
-PATIENCE = 300  # seconds that rendering may take before it is given up
+PIXELS = 1200  # edge of a rendered view
+SHARE = 0.8  # of the picture's width that a view takes
+MARGIN = 0.025  # of a view's edge that is left white around what is drawn
+PATIENCE = 240  # seconds that rendering one view may take before it is given up
 
 
-def volume_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
-    """The last three moments: cracks colored by depth, from a corner and down on their tips.
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A rendered image, shape (height, width, 3), and where the size of the body along each axis is
+    to be written (pixels), shape (3, 2)."""
+
+    image: np.ndarray
+    places: np.ndarray
+
+
+def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
+    """The rock, its near quarter cut away, and below it the cracks alone.
 
     Raises
     ------
     StaffaError
         Rendering is not possible here.
     """
-    shown = frames[-MOST:]
-    bottom = deepest(manifest, shown)
-    views = rendered(manifest, shown, bottom)
-    figure = new_figure(2 * WIDTH / MOST + 1.4)
-    panels = figure.subplots(2, len(shown), squeeze=False)
-    for column, frame in enumerate(shown):
-        for row in range(2):
-            panels[row, column].imshow(views[row, column])
-            panels[row, column].set_axis_off()
-        panels[0, column].set_title(moment(manifest, frame.step), loc="left")
-        panels[1, column].set_title("seen from the far side", loc="left", fontsize=8)
-    name = f"depth below the {'cooled face' if manifest.face else 'bottom'}"
-    figure.colorbar(
-        ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels,
-        location="bottom", shrink=0.5, aspect=40, label=with_unit(name, manifest, "m"),
-    )  # fmt: skip
+    bottom, looks = deepest(manifest, [frame.step]), (ROCK, CRACKS)
+    views = [row[0] for row in rendered(manifest, [frame.path], bottom, looks, pixels=PIXELS)]
+    heights = [view.image.shape[0] / view.image.shape[1] for view in views]
+    figure = new_figure(SHARE * WIDTH * sum(heights) + 1.2)
+    panels = figure.subplots(2, 1, height_ratios=heights)
+    for axes, view in zip(panels, views, strict=True):
+        draw_view(axes, manifest, view)
+    face, tips = (", its cooled face up", ", turned over") if manifest.face else ("", "")
+    panels[0].set_title(f"{moment(manifest, frame.step)}: the rock{face}", loc="left")
+    panels[1].set_title(f"the cracks alone{tips}", loc="left")
+    add_depths(figure, panels[-1], bottom, depth_label(manifest))
     return figure
 
 
-def rendered(manifest: Manifest, frames: Sequence[Frame], bottom: float) -> np.ndarray:
-    """Views (row) of moments (column) as images, shape (2, n, PIXELS, PIXELS, 3).
+def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
+    """An image, and the size of the body along its edges."""
+    axes.imshow(view.image, interpolation="antialiased")
+    axes.set_axis_off()
+    for length, (x, y) in zip(manifest.size, view.places, strict=True):
+        said = f"{length:.3g}" + ("" if manifest.scaled else " m")
+        style: Any = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
+        axes.text(x, y, said, **style, in_layout=False)  # within the image
 
-    bottom: depth (m) at which the colors end.
+
+def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
+    """The colors of the depths, below the panels."""
+    figure.colorbar(
+        ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels, location="bottom", shrink=0.5,
+        aspect=40, label=label,
+    )  # fmt: skip
+
+
+def depth_label(manifest: Manifest) -> str:
+    """Label of a scale of depth."""
+    return with_unit(f"depth below the {'cooled face' if manifest.face else 'top'}", manifest, "m")
+
+
+def rendered(
+    manifest: Manifest,
+    files: Sequence[Path],
+    bottom: float,
+    looks: Sequence[str],
+    *,
+    pixels: int,
+    ready: Callable[[], None] = lambda: None,
+) -> list[list[View]]:
+    """Views in each look (`rendering.ROCK` or `CRACKS`) of each file of fields, alike in one look.
+
+    bottom: depth (m) at which the colors end. pixels: edge of an image before what is white around
+    all of its look is cut off. ready: called after each view.
 
     VTK ends its process where it finds neither a display nor a software renderer, so a child
     renders, and only the picture is lost.
+
+    Raises
+    ------
+    StaffaError
+        Rendering is not possible here.
     """
     with tempfile.TemporaryDirectory(prefix="staffa-") as folder:
-        result = Path(folder) / "views.npy"
+        result = Path(folder) / "views.npz"
         job = {
             "result": str(result),
-            "files": [str(frame.path.resolve()) for frame in frames],
+            "looks": list(looks),
+            "files": [str(file.resolve()) for file in files],
             "lower": manifest.corner,
             "size": manifest.size,
-            "face": manifest.cooled_side or "bottom",
+            "face": _face(manifest),
+            "turned": bool(manifest.face),
             "deepest": bottom,
-            "crack": CRACK,
+            "crack": manifest.threshold,
             "colors": DEPTHS,
-            "pixels": PIXELS,
+            "pixels": pixels,
         }
-        said = _in_a_child(json.dumps(job))
+        said = _in_a_child(json.dumps(job), PATIENCE * len(looks) * len(files), ready)
         if not result.is_file():
             raise StaffaError(
                 f"VTK cannot render off screen here ({said}); open the files in fields/ with "
                 f"ParaView, or run `staffa report` on a machine with OpenGL"
             )
-        return np.load(result)
+        with np.load(result) as found:
+            images, places = found["images"], found["places"]
+    n = len(files)
+    rows = range(0, len(images), n)
+    return [_cropped(images[start : start + n], places[start : start + n]) for start in rows]
 
 
-def deepest(manifest: Manifest, frames: Sequence[Frame]) -> float:
+def deepest(manifest: Manifest, steps: Sequence[Step]) -> float:
     """Depth (m) at which the colors end: that of the deepest tip, or of the body."""
-    measured = [frame.step.measures for frame in frames]
-    front = max((m.front for m in measured if m is not None), default=0.0)
-    return front or manifest.size[SIDES[3][manifest.cooled_side or "bottom"][0]]
+    front = max((step.measures.front for step in steps if step.measures), default=0.0)
+    return front or manifest.size[SIDES[3][_face(manifest)][0]]
 
 
-def _in_a_child(job: str) -> str:
+def _face(manifest: Manifest) -> str:
+    """The side of a box from which depth is counted."""
+    return manifest.cooled_side or "top"
+
+
+def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
+    """Without the white around all of the images and places."""
+    rows, columns = np.nonzero((images < 250).any(axis=(0, 3)))
+    drawn = np.concatenate([np.stack([columns, rows], axis=1), places.reshape(-1, 2)])
+    margin = MARGIN * images.shape[1]
+    left, top = np.maximum(drawn.min(axis=0) - margin, 0).astype(int)
+    right, bottom = (drawn.max(axis=0) + margin).astype(int)
+    cut = images[:, top:bottom, left:right]
+    pairs = zip(cut, places - [left, top], strict=True)
+    return [View(image=image, places=beside) for image, beside in pairs]
+
+
+def _in_a_child(job: str, patience: float, ready: Callable[[], None]) -> str:
     """Run the renderer on a job; what it said last."""
     command = [sys.executable, "-m", RENDERER]
-    try:
-        child = subprocess.run(
-            command, input=job, capture_output=True, text=True, timeout=PATIENCE, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return f"no picture after {PATIENCE} s"
-    return (child.stderr.strip().splitlines() or [f"exit status {child.returncode}"])[-1]
+    with (
+        tempfile.TemporaryFile("w+") as errors,
+        subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True
+        ) as child,
+    ):
+        stop = Timer(patience, child.kill)
+        stop.start()
+        try:
+            assert child.stdin is not None and child.stdout is not None
+            child.stdin.write(job)
+            child.stdin.close()
+            for _ in child.stdout:
+                ready()
+        except BrokenPipeError:
+            pass  # it ended before it read its job: what it said tells why
+        finally:
+            stop.cancel()
+        status = child.wait()
+        errors.seek(0)
+        told = errors.read().strip().splitlines()
+    return told[-1] if told else f"exit status {status}"

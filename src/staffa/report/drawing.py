@@ -1,6 +1,6 @@
 """Draws every picture that a run, an ensemble or a pair of runs has numbers for, and its page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,23 +10,28 @@ from matplotlib.figure import Figure
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run, write_aside
+from staffa.plot.columns import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
-from staffa.plot.frames import read_frames
+from staffa.plot.frames import read_frames, spread, with_fields
 from staffa.plot.heat import heat_figure
 from staffa.plot.members import counts_figure, growth_figure
+from staffa.plot.movie import FEWEST, MOST, write_movie
 from staffa.plot.network import network_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
+from staffa.report.columns import by_depth
 from staffa.report.ensemble import write_results
 from staffa.report.network import Drawing, networks
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
-from staffa.report.tables import write_tables, writing
+from staffa.report.planes import doubling, planes_of
+from staffa.report.tables import write_pooled, write_tables, writing
 
-PICTURES, PAGE = "pictures", "report.html"
+PICTURES, PAGE, MOVIE = "pictures", "report.html", "growing"
+Write = Callable[[Path], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +44,13 @@ class Drawn:
     skipped: tuple[str, ...]
 
 
-def draw(run: Run) -> Drawn:
+def draw(
+    run: Run, *, movie: bool | None = None, told: Callable[[int, int], None] = lambda done, of: None
+) -> Drawn:
     """Write pictures, tables, crack networks and `report.html` into the run, over earlier ones.
+
+    movie: whether to write the animation too; by default in 3-D only. told: called with how many of
+    its pictures are done, and how many there will be.
 
     Raises
     ------
@@ -49,14 +59,21 @@ def draw(run: Run) -> Drawn:
     """
     found, unread = networks(run)
     figures, skipped = _figures(run, found)
+    movies: dict[str, Write] = {}
+    if movie or (movie is None and len(run.manifest.size) == 3):
+        steps = spread(with_fields(run), MOST)
+        if len(steps) >= FEWEST:
+            movies[MOVIE] = partial(write_movie, run=run, steps=steps, told=told)
+        else:
+            skipped.append(f"{MOVIE}: fewer than {FEWEST} steps have fields")
     tables = write_tables(run, found)
     text = partial(page, run, found)
-    told = list(dict.fromkeys([*skipped, *unread]))
-    return _written(run.path, figures, told, text, tables)
+    reasons = list(dict.fromkeys([*skipped, *unread]))
+    return _written(run.path, figures, reasons, text, tables, movies)
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
-    """The same for an ensemble, with `ensemble.csv`.
+    """The same for an ensemble, with `ensemble.csv` and, of a 3-D body, `cells.csv`.
 
     Raises
     ------
@@ -64,7 +81,8 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
         The directory cannot be written to.
     """
     figures, skipped = _ensemble_figures(ensemble)
-    drawn = _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble))
+    text = partial(ensemble_page, ensemble)
+    drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
     write_results(ensemble)
     return drawn
 
@@ -87,17 +105,22 @@ def _written(
     skipped: list[str],
     text: Callable[[Sequence[Path], Sequence[str]], str],
     tables: tuple[Path, ...] = (),
+    movies: Mapping[str, Write] | None = None,
 ) -> Drawn:
     pictures: list[Path] = []
+    to_write: dict[str, Write] = {
+        f"{name}.png": partial(write_picture, draw=figure) for name, figure in figures.items()
+    }
+    to_write |= {f"{name}.gif": write for name, write in (movies or {}).items()}
     with writing(folder):
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
-        for name, figure in figures.items():
-            path = folder / PICTURES / f"{name}.png"
+        for name, write in to_write.items():
+            path = folder / PICTURES / name
             try:
-                write_picture(path, figure)
+                write(path)
                 pictures.append(path)
             except StaffaError as error:
-                skipped.append(f"{name}: {error}")
+                skipped.append(f"{path.stem}: {error}")
         write_aside(folder / PAGE, text(pictures, skipped))
     return Drawn(
         page=folder / PAGE,
@@ -126,7 +149,7 @@ def _ensemble_figures(
     else:
         skipped.append("counts: the case gives no measures.depths to count cracks at")
     figures["growth"] = partial(growth_figure, manifest, members)
-    return figures, skipped
+    return figures | _sizes(list(ensemble.finished.values())), skipped
 
 
 def _figures(
@@ -138,11 +161,15 @@ def _figures(
         return {}, ["no pictures: no step is finished yet"]
     figures: dict[str, Callable[[], Figure]] = {}
     frames, skipped = read_frames(run)
-    if frames:
-        figure = cracks_figure if len(manifest.size) == 2 else volume_figure
-        figures["cracks"] = partial(figure, manifest, frames)
-    else:
+    if not frames:
         skipped.append("cracks: no step has fields that can be read")
+    elif len(manifest.size) == 2:
+        figures["cracks"] = partial(cracks_figure, manifest, frames)
+    else:
+        figures["cracks"] = partial(volume_figure, manifest, frames[-1])
+        if found_in := planes_of(manifest, frames[-1]):
+            figures["sections"] = partial(sections_figure, manifest, frames[-1].step, found_in)
+        figures |= _sizes([run])
     shown = {frame.step.index for frame in frames}
     moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
     if moments:
@@ -159,3 +186,13 @@ def _figures(
     else:
         figures["lengths"] = partial(lengths_figure, manifest, steps)
     return figures, skipped
+
+
+def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
+    """How to draw the sizes of the cells by depth, of all runs together, if they found any."""
+    found = {depth: seen for depth, seen in by_depth(runs).items() if seen.number}
+    if not found:
+        return {}
+    manifest = runs[0].manifest
+    theory = doubling(manifest, max(found))
+    return {"spacing": partial(size_figure, manifest, found, theory)}

@@ -7,6 +7,7 @@ from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison, pieces
 from staffa.report.agreement import agreement
+from staffa.report.columns import columns
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.ensemble import ensemble_title, facts, sheets
 from staffa.report.network import Drawing, lines_of
@@ -15,7 +16,12 @@ from staffa.report.results import common_times, results
 from staffa.report.summary import summary, title
 
 CAPTIONS = {
-    "cracks": "The cracks at chosen times.",
+    "cracks": "The cracks, at chosen times; in 3-D at the last one, in the rock and alone.",
+    "sections": "Planes below the cooled face: what is broken is dark, and each cell that cracks "
+    "cut out has the color of the number of its neighbors.",
+    "spacing": "How far apart the cracks are, and how large the cells, at each depth: means and "
+    "standard errors of the cells of one plane.",
+    "growing": "The cracks growing.",
     "network": "The crack network, and how far it is open.",
     "energies": "Energies of each step.",
     "reactions": "What the supports carry: the force of each held side on the body.",
@@ -35,10 +41,11 @@ CAPTIONS = {
 def page(
     run: Run, found: Sequence[Drawing], pictures: Sequence[Path], skipped: Sequence[str]
 ) -> str:
-    """A run's page: summary, comparison, networks, pictures, case; the pictures are embedded."""
+    """A run's page: summary, comparison, cells, networks, pictures, case; pictures are embedded."""
     parts = [
         pieces.fact_list(summary(run)),
         _compared(run),
+        _columns([run]),
         _networks(run, found),
         *_pictures(pictures, skipped),
         pieces.case_text(run.case),
@@ -48,7 +55,7 @@ def page(
 
 
 def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
-    """An ensemble's page: its members' numbers, their means and errors, pictures, case."""
+    """An ensemble's page: its members' numbers, their means and errors, cells, pictures, case."""
     tables = [
         pieces.table(
             sheet.title,
@@ -62,6 +69,7 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
     parts = [
         pieces.fact_list(facts(ensemble)),
         *tables,
+        _columns(list(ensemble.finished.values())),
         *_pictures(pictures, skipped),
         pieces.case_text(ensemble.first.case),
         pieces.footer(f"of the first member: {_origin(ensemble.first)}"),
@@ -94,6 +102,14 @@ def _compared(run: Run) -> str:
         return ""
     heading = "Nucleation and arrests, beside published numbers"
     return pieces.table(heading, compared.header, compared.rows, under=compared.notes)
+
+
+def _columns(runs: Sequence[Run]) -> str:
+    found = columns(runs)
+    if found is None:
+        return ""
+    heading = "Cells at the last step" + (f", {len(runs)} runs together" if len(runs) > 1 else "")
+    return pieces.table(heading, found.header, found.rows, under=found.notes, plain=True)
 
 
 def _networks(run: Run, found: Sequence[Drawing]) -> str:

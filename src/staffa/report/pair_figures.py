@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 
 from staffa.plot.frames import Frame, read_frames, spread
 from staffa.plot.labels import clock_label
-from staffa.plot.pair import LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
-from staffa.plot.volume import MOST as FEW
+from staffa.plot.pair import FEW, LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
 from staffa.report.agreement import gap_between_steps
 from staffa.report.pair import Pair, Side
 from staffa.report.readings import Reading, named, readings

@@ -108,10 +108,10 @@ def notes(sentences: Sequence[str]) -> str:
 
 
 def figure(picture: Path, caption: str) -> str:
-    """A picture, embedded."""
-    image = b64encode(picture.read_bytes()).decode("ascii")
+    """A picture, a PNG or a GIF, embedded."""
+    image, kind = b64encode(picture.read_bytes()).decode("ascii"), picture.suffix[1:]
     return (
-        f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{image}">'
+        f'<figure><img alt="{escape(caption)}" src="data:image/{kind};base64,{image}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
 

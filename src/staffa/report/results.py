@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.records import Step
 from staffa.report.agreement import ROUND_OFF, gaps, percent
+from staffa.report.columns import by_depth
 from staffa.report.comparison import ABSENT, Table, run_arrests
 from staffa.report.ensemble import number
 from staffa.report.pair import Pair, Side, caveats
@@ -26,7 +27,7 @@ def results(pair: Pair) -> Table:
             rows.append(_row(pair, named(reading), values, whole=reading.whole))
     return Table(
         header=("at the end", *pair.names, "difference"),
-        rows=(*rows, *_crossing(pair, last), *_generations(pair)),
+        rows=(*rows, *_crossing(pair, last), *_columns(pair), *_generations(pair)),
         notes=(
             "Difference: the second run against the first. First crack: the first step with a tip. "
             "Spacing: the mean along the face, of all cracks. Generations and depths are those of "
@@ -104,6 +105,29 @@ def _crossing(pair: Pair, last: Sequence[Step]) -> Iterator[Row]:
     for height in (h for h in one if h in other):
         counts = one[height].cracks, other[height].cracks
         yield _row(pair, f"cracks at {height:.3g}{unit}", counts, whole=True)
+
+
+def _columns(pair: Pair) -> Iterator[Row]:
+    """The number and the spacing of cells at each depth at which both runs of 3-D bodies have
+    them."""
+    one, other = (
+        {
+            float(f"{depth / side.length:.6g}"): found
+            for depth, found in by_depth([side.run]).items()
+        }
+        for side in pair.sides
+    )
+    unit = f" {pair.length_unit}" if pair.length_unit else ""
+    for depth in (d for d in one if d in other):
+        found = one[depth], other[depth]
+        yield _row(
+            pair, f"cells at {depth:.3g}{unit}", (found[0].number, found[1].number), whole=True
+        )
+        spacings = [
+            None if known.spacing.value is None else known.spacing.value / side.length
+            for known, side in zip(found, pair.sides, strict=True)
+        ]
+        yield _row(pair, f"spacing at {depth:.3g}{unit}", (spacings[0], spacings[1]))
 
 
 def _generations(pair: Pair) -> Iterator[Row]:

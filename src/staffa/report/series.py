@@ -13,11 +13,11 @@ def reactions_table(run: Run) -> str | None:
     """One row for each step and held side: the force on the body there; None without any."""
     axes = "xyz"[: len(run.manifest.size)]
     rows = [
-        [step.index, *_clock(step.time, step.tau), side, *force]
+        [step.index, *clock(step.time, step.tau), side, *force]
         for step in run.steps
         for side, force in step.reactions.items()
     ]
-    return _table(["step", "time", "tau", "side", *(f"f{axis}" for axis in axes)], rows)
+    return csv_text(["step", "time", "tau", "side", *(f"f{axis}" for axis in axes)], rows)
 
 
 def probes_table(run: Run) -> str | None:
@@ -29,19 +29,21 @@ def probes_table(run: Run) -> str | None:
         along = np.linalg.norm(points - points[0], axis=1)
         places += [[probe.name, s, *p] for s, p in zip(along, probe.points, strict=True)]
     rows = [
-        [step.index, *_clock(step.time, step.tau), *place, *values]
+        [step.index, *clock(step.time, step.tau), *place, *values]
         for step in run.steps
         for place, values in zip(places, step.probed, strict=False)  # a failed step has none
     ]
     fields = ["T", *(f"u{axis}" for axis in axes), "alpha"]
-    return _table(["step", "time", "tau", "name", "s", *axes, *fields], rows)
+    return csv_text(["step", "time", "tau", "name", "s", *axes, *fields], rows)
 
 
-def _clock(time: float, tau: float | None) -> list[object]:
+def clock(time: float, tau: float | None) -> list[object]:
+    """The columns that tell when: tau is empty where nothing diffuses."""
     return [time, "" if tau is None else tau]
 
 
-def _table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | None:
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | None:
+    """Rows below a header; None without any."""
     rows = list(rows)
     if not rows:
         return None

@@ -116,6 +116,9 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures.sections:
         counts = (f"{s.cracks} at {s.height:.3g}" for s in measures.sections)
         yield Fact(name="cracks at depth", text=", ".join(counts))
+    if measures.cells:
+        counts = (f"{cells.number} at {cells.depth:.3g}" for cells in measures.cells)
+        yield Fact(name="cells at depth", text=", ".join(counts))
 
 
 def _heat(run: Run) -> Iterator[Fact]:

@@ -1,16 +1,24 @@
-"""Writes the tables and crack networks of a run, which other programs read; no pictures."""
+"""Writes the tables and crack networks of a run, or an ensemble, which other programs read."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from staffa.errors import StaffaError
+from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run, write_aside
+from staffa.report.columns import cells_table, pooled_table
 from staffa.report.network import Drawing, write_networks
 from staffa.report.series import probes_table, reactions_table
 from staffa.report.tips import tips_table
 
-TABLES = {"tips.csv": tips_table, "reactions.csv": reactions_table, "probes.csv": probes_table}
+CELLS = "cells.csv"
+TABLES = {
+    "tips.csv": tips_table,
+    CELLS: cells_table,
+    "reactions.csv": reactions_table,
+    "probes.csv": probes_table,
+}
 
 
 def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
@@ -26,13 +34,29 @@ def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
     with writing(run.path):
         written = list(write_networks(run, found))
         for name, table in TABLES.items():
-            text = table(run)
-            if text is None:
-                (run.path / name).unlink(missing_ok=True)
-                continue
-            write_aside(run.path / name, text)
-            written.append(run.path / name)
+            written += _written(run.path / name, table(run))
     return tuple(written)
+
+
+def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
+    """Write the table of what finished members have together, if there is any, and give it.
+
+    Raises
+    ------
+    StaffaError
+        The directory cannot be written to.
+    """
+    with writing(ensemble.path):
+        return _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
+
+
+def _written(path: Path, text: str | None) -> tuple[Path, ...]:
+    """Write over an earlier table, or take that away if there is none now."""
+    if text is None:
+        path.unlink(missing_ok=True)
+        return ()
+    write_aside(path, text)
+    return (path,)
 
 
 @contextmanager

@@ -70,8 +70,6 @@ def measures_are_inside(case: Case) -> None:
     if not case.measures.depths:
         return
     where = f"measures.depths = {inline(case.measures.depths)}"
-    if case.dim == 3:
-        raise InputError(f"{where}: counting along lines is for 2-D bodies; leave it out")
     if case.temperature.profile == "none":
         raise InputError(
             f'{where}: there is no cooled face to count from (temperature.profile = "none"); '

@@ -1,0 +1,153 @@
+"""From the damage on a raster to the cells that cracks cut out of it.
+
+A cell is a connected uncracked region. The damage, flooded from these regions (a watershed), gives
+each a tile, whose borders are the crests of the cracks between regions. So tiles fill the body
+whatever the threshold is, and a crack that ends within a region borders nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import mean
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from skimage.measure import label
+from skimage.segmentation import watershed
+
+from staffa.measure.borders import SHORTEST, Junction, Raster, borders, junctions, shared
+
+# An uncracked region of less than so many ell^2 is a gap between cracks, and no cell.
+SMALLEST = 4.0
+# Digits of the damage that count: the same run on other ranks differs in those beyond, and on flat
+# crests they would steer the flood.
+DIGITS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cells:
+    """The n cells of a section, numbered from 1.
+
+    tiles: to which cell each pixel belongs, shape (n_x, n_y), 0 outside of the body.
+    areas: of the tiles (m^2), shape (n,); centroids: of these, from the raster's corner (m), shape
+    (n, 2). perimeters: length of the borders with other cells (m). sides: how many other cells a
+    cell borders. ends: along how many axes it touches an end of the body, 2 in a corner, 0 inside;
+    of a body that is no rectangle at most 1.
+    junctions: where cracks meet (m), shape (k, 2); kinds: how. cracked: the part of the body that
+    has more damage than the threshold.
+    """
+
+    tiles: np.ndarray
+    areas: np.ndarray
+    centroids: np.ndarray
+    perimeters: np.ndarray
+    sides: np.ndarray
+    ends: np.ndarray
+    junctions: np.ndarray
+    kinds: tuple[Junction, ...]
+    cracked: float
+
+    @property
+    def number(self) -> int:
+        """How many there are."""
+        return len(self.areas)
+
+
+def cells(
+    damage: np.ndarray,
+    *,
+    pixel: tuple[float, float],
+    ell: float,
+    threshold: float,
+    periodic: tuple[bool, bool] = (False, False),
+) -> Cells:
+    """The cells of a section.
+
+    Parameters
+    ----------
+    damage : at the middles of pixels, shape (n_x, n_y); NaN outside of the body.
+    pixel : their edges along both axes (m). ell : regularization length (m).
+    threshold : what has more damage is cracked.
+    periodic : axes along which the raster goes on at its other end, so that no cell ends there.
+    """
+    raster = Raster(pixel=pixel, shape=damage.shape, periodic=periodic)
+    body, area = np.isfinite(damage), pixel[0] * pixel[1]
+    height = np.where(body, np.round(damage, DIGITS), np.inf)
+    regions = _regions(height <= threshold, periodic, SMALLEST * ell**2 / area)
+    tiles = _flooded(height, regions, body, periodic)
+    n, found = int(tiles.max(initial=0)), borders(tiles, raster)
+    pairs, lengths = shared(found, raster)
+    points, kinds = junctions(tiles, found, raster, ell)
+    return Cells(
+        tiles=tiles,
+        areas=np.bincount(tiles.ravel(), minlength=n + 1)[1:] * area,
+        centroids=_centroids(tiles, n, raster),
+        perimeters=_by_cell(pairs, lengths, n),
+        sides=_by_cell(pairs, lengths >= SHORTEST * ell, n).astype(int),
+        ends=_ends(tiles, n, periodic),
+        junctions=points,
+        kinds=kinds,
+        cracked=float(np.mean(height[body] > threshold)) if body.any() else 0.0,
+    )
+
+
+def _regions(sound: np.ndarray, periodic: tuple[bool, bool], smallest: float) -> np.ndarray:
+    """Connected regions of at least so many pixels, numbered from 1."""
+    found = label(sound, connectivity=1)  # a crack from pixel to pixel across corners divides
+    first_and_last = [
+        np.stack([np.take(found, end, axis) for end in (0, -1)])
+        for axis, joined in enumerate(periodic)
+        if joined
+    ]
+    seam = np.concatenate([np.zeros((2, 0), dtype=int), *first_and_last], axis=1)
+    seam = seam[:, (seam > 0).all(axis=0)]
+    n = int(found.max(initial=0)) + 1
+    graph = coo_array((np.ones(seam.shape[1]), tuple(seam)), shape=(n, n))
+    found = connected_components(graph, directed=False)[1][found]
+    large = np.bincount(found.ravel()) >= smallest
+    large[0] = False
+    return np.where(large, np.cumsum(large), 0)[found]
+
+
+def _flooded(
+    height: np.ndarray, regions: np.ndarray, body: np.ndarray, periodic: tuple[bool, bool]
+) -> np.ndarray:
+    """The regions grown over the cracks until they meet on their crests."""
+    # Beyond a periodic end the flood goes on for half of the raster.
+    more = [(n // 2 * joined,) * 2 for n, joined in zip(height.shape, periodic, strict=True)]
+    fields = (np.pad(field, more, mode="wrap") for field in (height, regions, body))
+    height, regions, body = fields
+    grown = watershed(height, regions, mask=body)
+    return grown[tuple(slice(low, -low or None) for low, _ in more)]
+
+
+def _by_cell(pairs: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """The sum over each cell's pairs."""
+    return np.bincount(pairs.ravel(), weights=np.repeat(values, 2), minlength=n + 1)[1:]
+
+
+def _centroids(tiles: np.ndarray, n: int, raster: Raster) -> np.ndarray:
+    """The means of pixels' places; around a periodic axis, of their directions."""
+    found = np.empty((n, 2))
+    for axis, (extent, joined) in enumerate(zip(raster.extent, raster.periodic, strict=True)):
+        place = np.expand_dims((np.arange(tiles.shape[axis]) + 0.5) * raster.pixel[axis], 1 - axis)
+        place = np.broadcast_to(place, tiles.shape)
+        if joined:
+            turn = 2 * np.pi * place / extent
+            x, y = (mean(wave(turn), tiles, range(1, n + 1)) for wave in (np.cos, np.sin))
+            found[:, axis] = np.arctan2(y, x) / (2 * np.pi) * extent % extent
+        else:
+            found[:, axis] = mean(place, tiles, range(1, n + 1))
+    return found
+
+
+def _ends(tiles: np.ndarray, n: int, periodic: tuple[bool, bool]) -> np.ndarray:
+    """Along how many axes each cell touches the raster's end; whether it does what is no body."""
+    beyond = np.pad(tiles, [(int(not joined),) * 2 for joined in periodic])
+    found = np.zeros(n + 1, dtype=int)
+    for axis in range(2):
+        out = np.zeros(beyond.shape, dtype=bool)
+        for step in (1, -1):
+            out |= np.roll(beyond, step, axis) == 0
+        found[np.unique(beyond[out])] += 1
+    # A body that does not fill the raster has no corners that are known.
+    return found[1:] if tiles.all() else np.minimum(found[1:], 1)

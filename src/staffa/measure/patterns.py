@@ -1,0 +1,153 @@
+"""Statistics of the cells of one section, or of several that are alike, with their errors.
+
+docs/columns.md has the formulas, and what they are for patterns that are known.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from warnings import catch_warnings
+
+import numpy as np
+from scipy.stats import bootstrap
+
+from staffa.measure.borders import Junction
+from staffa.records import CellSection
+
+# Errors are the spread among so many samples drawn from the cells, the same ones each time: known
+# to 1/sqrt(2 times as many), 2 %.
+SAMPLES = 1000
+SEED = 0
+HEXAGON = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """A number and its standard error, each None where there is too little to tell it from."""
+
+    value: float | None
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pattern:
+    """What cells look like; lengths in m.
+
+    sections: how many were pooled. number, interior: of all cells, and of those that touch no end
+    of the body. histogram: how many of these have each number of sides. junctions: of each kind.
+
+    Of interior cells: area, the mean; diameter, the mean of sqrt(4 area/pi); area_cv, standard
+    deviation of the areas over their mean; sides, the mean; sides_variance; hexagonality, the part
+    that has six; disorder, the mean of (sides - 6)^2.
+    Of all cells: whole_area, the mean, where a cell at an end of the body counts half, one in a
+    corner a quarter; spacing, the area over the length of the cracks in it.
+    t_share: of the junctions that are a T or a Y, those that are a T.
+    """
+
+    sections: int
+    number: int
+    interior: int
+    histogram: dict[int, int]
+    junctions: dict[str, int]
+    area: Estimate
+    diameter: Estimate
+    area_cv: Estimate
+    sides: Estimate
+    sides_variance: Estimate
+    hexagonality: Estimate
+    disorder: Estimate
+    whole_area: Estimate
+    spacing: Estimate
+    t_share: Estimate
+
+
+def pattern(sections: Sequence[CellSection]) -> Pattern:
+    """The pattern of the cells of all sections, each taken as if it were drawn by itself."""
+    areas, perimeters, sides, ends = (
+        np.array([value for section in sections for value in getattr(section, name)], dtype=float)
+        for name in ("areas", "perimeters", "sides", "ends")
+    )
+    inside = ends == 0
+    junctions = Counter[str]()
+    for section in sections:
+        junctions.update(section.junctions)
+    return Pattern(
+        sections=len(sections),
+        number=len(areas),
+        interior=int(inside.sum()),
+        histogram=dict(sorted(Counter(sides[inside].astype(int).tolist()).items())),
+        junctions={str(kind): junctions[kind] for kind in Junction},
+        **_estimates(INTERIOR, _of_interior, areas[inside], sides[inside]),
+        **_estimates(ALL, _of_all, areas, perimeters, 0.5**ends),
+        t_share=_share(junctions[Junction.T], junctions[Junction.Y]),
+    )
+
+
+INTERIOR = (
+    *("area", "diameter", "area_cv", "sides", "sides_variance", "hexagonality", "disorder"),
+)
+ALL = ("whole_area", "spacing")
+
+
+def _of_interior(areas: np.ndarray, sides: np.ndarray, axis: int = -1) -> np.ndarray:
+    """The numbers of INTERIOR, stacked; the last axis of both is that of the cells."""
+    numbers = (
+        areas.mean(axis=axis),
+        np.sqrt(4 * areas / np.pi).mean(axis=axis),
+        areas.std(axis=axis, ddof=1) / areas.mean(axis=axis),
+        sides.mean(axis=axis),
+        sides.var(axis=axis, ddof=1),
+        (sides == HEXAGON).mean(axis=axis),
+        ((sides - HEXAGON) ** 2).mean(axis=axis),
+    )
+    return np.stack(numbers)
+
+
+def _of_all(
+    areas: np.ndarray, perimeters: np.ndarray, shares: np.ndarray, axis: int = -1
+) -> np.ndarray:
+    """The numbers of ALL, stacked; a perimeter counts half, as two cells share it."""
+    whole = areas.sum(axis=axis)
+    return np.stack([whole / shares.sum(axis=axis), 2 * whole / perimeters.sum(axis=axis)])
+
+
+def _estimates(
+    names: tuple[str, ...], numbers: Callable[..., np.ndarray], *of: np.ndarray
+) -> dict[str, Estimate]:
+    """Each number, and its standard error by the bootstrap (Efron, Ann. Stat. 7, 1979)."""
+    n = len(of[0])
+    if n == 0:
+        return dict.fromkeys(names, Estimate(value=None, error=None))
+    # What is not defined, as the variance of one cell, is no number, and told as None.
+    with catch_warnings(action="ignore", category=RuntimeWarning):
+        values = numbers(*of)
+        errors = np.full(len(names), np.nan)
+        if n > 1:
+            drawn = bootstrap(
+                of,
+                numbers,
+                paired=True,
+                vectorized=True,
+                n_resamples=SAMPLES,
+                method="percentile",
+                rng=np.random.default_rng(SEED),
+            )
+            errors = drawn.standard_error
+    return {
+        name: Estimate(value=_known(value), error=_known(error))
+        for name, value, error in zip(names, values, errors, strict=True)
+    }
+
+
+def _known(number: float) -> float | None:
+    return float(number) if np.isfinite(number) else None
+
+
+def _share(these: int, others: int) -> Estimate:
+    """A part, and its binomial standard error."""
+    n = these + others
+    if not n:
+        return Estimate(value=None, error=None)
+    part = these / n
+    return Estimate(value=part, error=sqrt(part * (1 - part) / n))

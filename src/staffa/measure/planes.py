@@ -1,0 +1,70 @@
+"""The damage of a 3-D body on planes below the cooled face, and the cells that cracks cut there."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from staffa.domain import Domain
+from staffa.fields import State
+from staffa.grid import divisions
+from staffa.loads.closed_form import Face
+from staffa.measure.borders import Junction
+from staffa.measure.cells import cells
+from staffa.measure.probes import located
+from staffa.parallel import gather, on_root
+from staffa.records import CellSection
+
+
+class Planes:
+    """Looks at a state on rasters of edge h/2 at some depths, which are found in the mesh once."""
+
+    def __init__(
+        self, domain: Domain, face: Face, depths: Sequence[float], *, ell: float, threshold: float
+    ) -> None:
+        """Find the pixels of all planes. Collective.
+
+        Parameters
+        ----------
+        depths : below the face (m). ell : regularization length (m). threshold : the damage that
+            is a crack.
+        """
+        self.comm, self.depths, self.ell, self.threshold = domain.comm, depths, ell, threshold
+        flat = [axis for axis in range(3) if axis != face.axis]
+        size = tuple(domain.size[axis] for axis in flat)
+        self.shape = divisions(size, domain.h / 2)
+        self.pixel = (size[0] / self.shape[0], size[1] / self.shape[1])
+        middles = np.indices(self.shape).reshape(2, -1).T + 0.5
+        at = np.empty((len(depths), len(middles), 3))
+        at[:, :, flat] = np.array(domain.lower)[flat] + middles * self.pixel
+        at[:, :, face.axis] = (face.position + face.inward * np.array(depths))[:, None]
+        points = at.reshape(-1, 3)
+        self.here, self.cells = located(domain, points)
+        self.points = points[self.here]
+
+    def __call__(self, state: State) -> tuple[CellSection, ...]:
+        """The cells at each depth, the same on every rank. Collective."""
+        damage = state.alpha.eval(self.points, self.cells).ravel() if len(self.here) else self.here
+        found = gather(self.comm, np.stack([self.here, damage]))
+
+        def measured() -> tuple[CellSection, ...]:
+            place, values = np.concatenate(found or [], axis=1)
+            planes = np.full((len(self.depths), *self.shape), np.nan)  # what no rank has is outside
+            planes.flat[place.astype(int)] = values
+            return tuple(map(self._section, self.depths, planes))
+
+        return on_root(self.comm, measured)
+
+    def _section(self, depth: float, damage: np.ndarray) -> CellSection:
+        found = cells(damage, pixel=self.pixel, ell=self.ell, threshold=self.threshold)
+        counts = Counter(found.kinds)
+        return CellSection(
+            depth=depth,
+            pixel=self.pixel,
+            areas=tuple(found.areas.tolist()),
+            perimeters=tuple(found.perimeters.tolist()),
+            sides=tuple(found.sides.tolist()),
+            ends=tuple(found.ends.tolist()),
+            junctions={str(kind): counts[kind] for kind in Junction},
+            cracked=found.cracked,
+        )

@@ -1,0 +1,160 @@
+"""The cells of a cooled 3-D body: on planes below its cooled face, and their size against depth."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from staffa.manifest import Manifest
+from staffa.measure.cells import Cells
+from staffa.measure.patterns import Estimate, Pattern
+from staffa.plot.labels import moment, with_unit
+from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
+from staffa.records import Step
+
+# By the number of neighbors, the first and the last with what is beyond; six is the middle.
+NEIGHBORS = {
+    3: "#2b6cb0", 4: "#6fa8d6", 5: "#b5d6ea", 6: "#f6e3a1", 7: "#f0a35e", 8: "#c9493b",
+}  # fmt: skip
+AT_THE_END = "#e9e8e4"  # of cells that an end of the body cuts
+OUTSIDE = "#ffffff"
+CRACK = to_rgb("#14100c")
+FAINT = 0.5  # damage that is drawn as none, so that a crack is not as wide as its profile
+PANELS_ACROSS = 3
+THEORY: Any = {"color": BLACK, "linewidth": 1.2}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane:
+    """A plane below the cooled face: its depth (m), the two axes in it, where it begins and ends
+    along these (m), and on its raster the damage, NaN outside of the body, and the cells."""
+
+    depth: float
+    axes: tuple[int, int]
+    extent: tuple[tuple[float, float], tuple[float, float]]
+    damage: np.ndarray
+    cells: Cells
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A curve to compare with: its name, depths and lengths (m)."""
+
+    name: str
+    depths: np.ndarray
+    lengths: np.ndarray
+
+
+def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> Figure:
+    """A panel for each plane: cracks dark, cells colored by how many neighbors they have."""
+    across = min(PANELS_ACROSS, len(planes))
+    rows = ceil(len(planes) / across)
+    (left, right), (low, high) = planes[0].extent
+    tall = (WIDTH - 0.6) / across * (high - low) / (right - left)
+    figure = new_figure(min(rows * (tall + 0.1) + 0.85, 2 * WIDTH))
+    grid = figure.subplots(rows, across, squeeze=False, sharex=True, sharey=True)
+    for number, axes in enumerate(grid.flat):
+        if number >= len(planes):
+            axes.set_axis_off()
+            continue
+        _draw_plane(axes, manifest, planes[number])
+        if number + across >= len(planes):
+            axes.set_xlabel(with_unit("xyz"[planes[number].axes[0]], manifest, "m"))
+            axes.tick_params(labelbottom=True)
+        if number % across == 0:
+            axes.set_ylabel(with_unit("xyz"[planes[number].axes[1]], manifest, "m"))
+    figure.legend(
+        handles=_classes(), loc="outside upper left", ncols=len(NEIGHBORS) + 1, handlelength=1.2,
+        columnspacing=1.2, borderaxespad=0.1,
+        title=f"{moment(manifest, step)}: number of neighbors of each cell", alignment="left",
+    )  # fmt: skip
+    return figure
+
+
+def size_figure(
+    manifest: Manifest, patterns: Mapping[float, Pattern], curves: Sequence[Curve] = ()
+) -> Figure:
+    """Spacing of the cracks and mean diameter of the cells against depth, with standard errors.
+
+    patterns: by depth (m). curves: what theory says, one line each.
+    """
+    figure = new_figure(3.8)
+    axes = figure.subplots()
+    for curve, line in zip(curves, ("--", ":", "-."), strict=False):
+        axes.plot(curve.depths, curve.lengths, label=curve.name, **THEORY, linestyle=line)
+    diameters = {depth: found.diameter for depth, found in patterns.items()}
+    spacings = {depth: found.spacing for depth, found in patterns.items()}
+    name = "mean diameter of the cells inside, and their number"
+    _draw_estimates(axes, diameters, "o", BLUE, name)
+    _draw_estimates(axes, spacings, "s", ORANGE, "spacing: area over length of the cracks")
+    for depth, found in patterns.items():
+        if found.diameter.value is not None:
+            axes.annotate(
+                f"{found.interior}", (depth, found.diameter.value), xytext=(5, 5),
+                textcoords="offset points", fontsize=7, color=BLUE,
+            )  # fmt: skip
+    deepest = max(patterns)
+    axes.set_xlim(left=0, right=1.08 * deepest)
+    drawn = [e.value + (e.error or 0) for e in (*diameters.values(), *spacings.values()) if e.value]
+    among = [curve.lengths[curve.depths <= deepest] for curve in curves]
+    axes.set_ylim(0, 1.08 * float(np.nanmax(np.concatenate([[0.0], drawn, *among]))) or 1.0)
+    axes.set_xlabel(with_unit("depth below the cooled face", manifest, "m"))
+    axes.set_ylabel(with_unit("length", manifest, "m"))
+    legend_above(axes, 2)
+    return figure
+
+
+def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
+    (left, right), (low, high) = plane.extent
+    axes.imshow(
+        painted(plane).swapaxes(0, 1), origin="lower", extent=(left, right, low, high),
+        interpolation="bilinear",
+    )  # fmt: skip
+    axes.grid(False)
+    axes.locator_params(nbins=5)
+    for side in axes.spines.values():
+        side.set_visible(True)
+    inside = int((plane.cells.ends == 0).sum())
+    depth = f"depth {plane.depth:.3g}" + ("" if manifest.scaled else " m")
+    count = "1 cell" if plane.cells.number == 1 else f"{plane.cells.number} cells"
+    axes.set_title(f"{depth}: {count}, {inside} inside", loc="left", pad=3, fontsize=8)
+
+
+def painted(plane: Plane) -> np.ndarray:
+    """The colors of a plane's raster, shape (n_x, n_y, 3): cells by neighbors, cracks over them."""
+    fewest, most = min(NEIGHBORS), max(NEIGHBORS)
+    of_cells = [
+        to_rgb(AT_THE_END if ends else NEIGHBORS[min(max(int(sides), fewest), most)])
+        for sides, ends in zip(plane.cells.sides, plane.cells.ends, strict=True)
+    ]
+    colors = np.array([CRACK, *of_cells])[plane.cells.tiles]
+    there = np.isfinite(plane.damage)[..., None]
+    dark = np.clip((np.nan_to_num(plane.damage)[..., None] - FAINT) / (1 - FAINT), 0, 1) ** 2
+    return np.where(there, (1 - dark) * colors + dark * np.array(CRACK), to_rgb(OUTSIDE))
+
+
+def _classes() -> list[Patch]:
+    names = {n: str(n) for n in NEIGHBORS}
+    names[min(NEIGHBORS)] += " or fewer"
+    names[max(NEIGHBORS)] += " or more"
+    found = [Patch(facecolor=color, label=names[n]) for n, color in NEIGHBORS.items()]
+    return [*found, Patch(facecolor=AT_THE_END, label="cut by an end of the body")]
+
+
+def _draw_estimates(
+    axes: Axes, found: Mapping[float, Estimate], marker: str, color: str, label: str
+) -> None:
+    """Points joined, each with its error if it has one."""
+    known = [(depth, e.value, e.error or 0.0) for depth, e in found.items() if e.value is not None]
+    if known:
+        depth, value, error = zip(*known, strict=True)
+        axes.errorbar(
+            depth, value, error, color=color, marker=marker, markersize=5, capsize=3,
+            linewidth=1.2, label=label,
+        )  # fmt: skip
