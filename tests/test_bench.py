@@ -150,7 +150,7 @@ def test_a_run_of_the_scaling_is_counted_on_all_ranks() -> None:
         )
         runs[ranks] = json.loads(done.stdout)
     one, two = runs[1], runs[2]
-    assert one["unknowns"] == two["unknowns"] == 3 * 5 * 5 * 13
+    assert one["unknowns"] == two["unknowns"] == 3 * 5 * 5 * 14
     assert one["energy"] == pytest.approx(two["energy"], rel=1e-5)
     assert two["ranks"] == 2 and two["peak_bytes"] > 1.5 * one["peak_bytes"]
 

@@ -19,7 +19,7 @@ from staffa.errors import StaffaError, StoppedError
 from staffa.io.lock import Lock
 from staffa.io.run_directory import STEPS, Run, read_run
 
-# Energies after a kill: the same to the last bit on as many ranks, so far more than 1e-8 asks for.
+# Energies after a kill: on one rank the same to the last bit, far more than 1e-8 asks for.
 EXACT = 0.0
 MANY = "time.tau={start=0.03,stop=0.6,steps=20}"
 

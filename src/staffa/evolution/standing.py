@@ -2,7 +2,8 @@
 
 Of the case and its mesh nothing is kept here: both are made again, and so are forms and solvers.
 Each step begins with new preconditioners and takes its first guesses from the state alone, so that
-a run that goes on from here gives what it would have given, to the last bit on as many ranks.
+a run that goes on from here gives what it would have given: on one rank to the last bit, on as many
+ranks as before to round-off.
 """
 
 from collections import Counter
