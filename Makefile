@@ -12,7 +12,7 @@ export PYTHONNOUSERSITE = 1
 
 # Tests compile hundreds of forms and compute little with each; there are more ranks than cores, of
 # which those that wait give their core away (MPICH would spin).
-FOR_TESTS = STAFFA_CFLAGS=-O1 MPIR_CVAR_CH4_PROGRESS_THROTTLE=1 MPIR_CVAR_ENABLE_HEAVY_YIELD=1
+FOR_TESTS = STAFFA_CFLAGS=-O1 MPIR_CVAR_ENABLE_HEAVY_YIELD=1 MPIR_CVAR_POLLS_BEFORE_YIELD=10
 SHARED_OUT = -n $(RANKS) --dist worksteal
 
 .PHONY: help demo demo3d test check bench verify format clean FORCE
