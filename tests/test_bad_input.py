@@ -210,6 +210,7 @@ VALUES = [
     ("output.at=0.1", "output.at = 0.1", "write at like [0.1, 0.2, 0.4]"),
     ('output.fields="some"', "output.fields", '"requested", "all"'),
     ("measures.depths=[1.0]", "measures.depths: 1.0", "take smaller depths"),
+    ("measures.depths=[0.1,0.2,0.1]", "measures.depths: 0.1 is there twice", "leave one out"),
     ("measures.threshold=0", "measures.threshold = 0", "larger than 0"),
     ('solver.displacement="cg"', "solver.displacement", '"direct", "iterative"'),
     ("solver.change=10", "solver.change = 10", "less than 1"),

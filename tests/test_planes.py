@@ -1,5 +1,7 @@
 """Cells are measured on planes of a mesh, the same ones on any number of ranks."""
 
+from pathlib import Path
+
 from staffa.stack import MPI
 
 import numpy as np
@@ -10,9 +12,12 @@ from bodies import needs_gmsh, printed_on
 from staffa.domain import Domain, block, body
 from staffa.fields import State, linear_spaces, vertices, zero_state
 from staffa.geometry.shapes import Round, meshed
+from staffa.io.run_directory import read_run
 from staffa.loads.closed_form import Face
 from staffa.measure.planes import Planes
 from staffa.records import CellSection, Energies, Measures, Step
+from test_run import CASES as READY
+from test_run import launch
 
 SIZE, H, ELL = (1.0, 0.8, 0.3), 0.04, 0.06
 FACES = {
@@ -133,3 +138,49 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
     assert Step.from_record(record) == step
     del record["measures"]["cells"]
     assert Step.from_record(record).measures.cells == ()
+
+
+FEW_COLUMNS = [
+    *("--set", "domain.size=[1.0, 1.0, 0.6]", "--set", "domain.h=0.1"),
+    *("--set", "time.tau=[0.2, 0.3, 0.5]", "--set", "output.at=[]"),
+    *("--set", "measures.depths=[0.1, 0.15, 0.2]"),
+]
+
+
+@needs_gmsh
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_columns_of_a_seed_are_the_same_on_any_ranks(tmp_path: Path) -> None:
+    """The ready case, smaller: its unstructured cells, its seed, its solvers and tolerances."""
+    runs = []
+    for ranks in (1, 2, 3):
+        directory = tmp_path / str(ranks)
+        settings = [*FEW_COLUMNS, "--out", directory, "--quiet"]
+        done = launch(ranks, "run", READY / "brick.toml", *settings)
+        assert done.returncode == 0, done.stderr
+        runs.append(read_run(directory).steps)
+    numbers = {section.number for section in runs[0][-1].measures.cells}
+    assert numbers == {0, 1, 2}, "above all is broken, below a crack divides, deeper nothing does"
+    for alone, *others in zip(*runs, strict=True):
+        for other in others:
+            assert other.energies.total == pytest.approx(alone.energies.total, rel=1e-6)
+            pairs = zip(alone.measures.cells, other.measures.cells, strict=True)
+            for one, same in pairs:
+                assert (same.number, same.sides) == (one.number, one.sides)
+                assert same.areas == pytest.approx(one.areas, rel=1e-3)
+
+
+@needs_gmsh
+@pytest.mark.slow
+def test_a_cylinder_goes_from_its_case_to_its_pictures(tmp_path: Path) -> None:
+    coarse = ("--set", "domain.h=0.25", "--set", "damage.ell=0.3", "--set", "time.tau=[0.6]")
+    settings = [*coarse, "--set", "output.at=[0.6]", "--out", tmp_path / "run"]
+    done = launch(1, "run", READY / "cylinder.toml", *settings)
+    assert done.returncode == 0, done.stderr
+    run = read_run(tmp_path / "run")
+    (step,) = run.steps
+    assert [section.depth for section in step.measures.cells] == [0.1, 0.2, 0.4, 0.6]
+    disc = np.pi * 1.4**2  # of pixels whose middles are in it, and of facets within its round
+    assert all(sum(s.areas) == pytest.approx(disc, rel=0.05) for s in step.measures.cells)
+    there = {path.name for path in (run.path / "pictures").iterdir()}
+    assert {"cracks.png", "sections.png"} <= there, done.stdout

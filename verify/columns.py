@@ -21,6 +21,7 @@ from staffa.io.run_directory import Run
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.physics.doubling import spacing_at
 from staffa.records import CellSection
+from staffa.report.drawing import draw
 
 CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
@@ -44,9 +45,10 @@ def run_members() -> dict:
         for seed in seeds:
             run = run_once(CASE, f"columns/{name}-{seed}", settings(width, seed))
             kept[f"{name}-{seed}"] = origin(run, CASE, settings(width, seed)) | digest(run)
-    for picture, drawn in zip(("cracks.png", "sections.png"), DRAWN, strict=False):
-        shutil.copy(run.path / "pictures" / picture, PICTURES / drawn)  # of the widest
     keep(KEPT, kept)
+    draw(run, movie=False)  # the last, one of the widest: quiet runs leave no pictures
+    for picture, drawn in zip(("cracks.png", "sections.png"), DRAWN, strict=False):
+        shutil.copy(run.path / "pictures" / picture, PICTURES / drawn)
     return kept
 
 
@@ -88,7 +90,7 @@ def sections(kept: dict, size: str) -> dict[float, list[CellSection]]:
 
 def columns() -> Found:
     """A block and its double; spacing against depth; the deepest cells."""
-    kept = json.loads(KEPT.read_text())
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else run_members()
     patterns = {
         size: {depth: pattern(found) for depth, found in sections(kept, size).items()}
         for size in SIZES
@@ -98,13 +100,13 @@ def columns() -> Found:
         for depth in patterns["doubled"]
     }
     ell0 = next(iter(kept.values()))["ell0"]
-    draw(patterns, ell0)
+    draw_sizes(patterns, ell0)
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
     figures = [*alike(kept, patterns), *growing(both, ell0)]
     return Found(figures=figures, text="\n\n".join([table(both), members(kept), pictures]))
 
 
-def draw(patterns: dict[str, dict[float, Pattern]], ell0: float) -> None:
+def draw_sizes(patterns: dict[str, dict[float, Pattern]], ell0: float) -> None:
     """Size of the cells against depth, of both sizes of the block."""
     figure, axes = plt.subplots(figsize=(7, 4))
     depths = np.linspace(0.05, 0.65, 50)
@@ -192,7 +194,7 @@ def table(found: dict[float, Pattern]) -> str:
             *(cells.hexagonality, cells.t_share),
         )
         rows.append([f"{depth:g}", f"{cells.number}", f"{cells.interior}", *map(told, numbers)])
-    rows.append(["Poisson-Voronoi", "", "", "", "6", "1.78", "0.529", "0.295", "0"])
+    rows.append(["Poisson-Voronoi", "", "", "", "6", "1.78", "0.529", "0.295", ""])
     rows.append(["Giant's Causeway", "", "", "", "5.65", "", "", "", ""])
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return f"All members at their last step, pooled by depth:\n\n{lines}"

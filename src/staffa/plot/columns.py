@@ -25,7 +25,6 @@ NEIGHBORS = {
 AT_THE_END = "#e9e8e4"  # of cells that an end of the body cuts
 OUTSIDE = "#ffffff"
 CRACK = to_rgb("#14100c")
-FAINT = 0.5  # damage that is drawn as none, so that a crack is not as wide as its profile
 PANELS_ACROSS = 3
 THEORY: Any = {"color": BLACK, "linewidth": 1.2}
 
@@ -33,12 +32,14 @@ THEORY: Any = {"color": BLACK, "linewidth": 1.2}
 @dataclass(frozen=True, kw_only=True)
 class Plane:
     """A plane below the cooled face: its depth (m), the two axes in it, where it begins and ends
-    along these (m), and on its raster the damage, NaN outside of the body, and the cells."""
+    along these (m), and on its raster the damage, NaN outside of the body, the damage above which
+    that is broken, and the cells."""
 
     depth: float
     axes: tuple[int, int]
     extent: tuple[tuple[float, float], tuple[float, float]]
     damage: np.ndarray
+    threshold: float
     cells: Cells
 
 
@@ -127,7 +128,10 @@ def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
 
 
 def painted(plane: Plane) -> np.ndarray:
-    """The colors of a plane's raster, shape (n_x, n_y, 3): cells by neighbors, cracks over them."""
+    """The colors of a plane's raster, shape (n_x, n_y, 3): cells by neighbors, cracks over them.
+
+    Damage that is not broken rock leaves the colors of the legend, also in the layer at the face.
+    """
     fewest, most = min(NEIGHBORS), max(NEIGHBORS)
     of_cells = [
         to_rgb(AT_THE_END if ends else NEIGHBORS[min(max(int(sides), fewest), most)])
@@ -135,7 +139,8 @@ def painted(plane: Plane) -> np.ndarray:
     ]
     colors = np.array([CRACK, *of_cells])[plane.cells.tiles]
     there = np.isfinite(plane.damage)[..., None]
-    dark = np.clip((np.nan_to_num(plane.damage)[..., None] - FAINT) / (1 - FAINT), 0, 1) ** 2
+    over = (np.nan_to_num(plane.damage)[..., None] - plane.threshold) / (1 - plane.threshold)
+    dark = np.sqrt(np.clip(over, 0, 1))
     return np.where(there, (1 - dark) * colors + dark * np.array(CRACK), to_rgb(OUTSIDE))
 
 

@@ -44,12 +44,12 @@ def write_movie(
     """
     draw = _flat if len(run.manifest.size) == 2 else _solid
     with rc_context(RC):
-        pictures = [
-            Image.fromarray(picture).quantize(dither=Image.Dither.NONE)
-            for picture in draw(run, steps, told)
-        ]
-    if not pictures:
+        drawn = [Image.fromarray(picture) for picture in draw(run, steps, told)]
+    if not drawn:
         raise StaffaError("the fields of its steps cannot be read")
+    # The last has all of the colors; palettes of their own would leave the scale of others few.
+    palette = drawn[-1].quantize(dither=Image.Dither.NONE)
+    pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in drawn]
     aside = path.with_name(path.name + ".part")
     while not _fits(aside, pictures):
         pictures = pictures[::-2][::-1]  # every other one, the last among them

@@ -75,7 +75,8 @@ def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.nda
     plotter.add_mesh(_edges(body), color=LINE, line_width=2)
     if look == ROCK:
         quarter, rest = _quartered(job, body, away)
-        plotter.add_mesh(_edges(quarter), color=LINE, line_width=2)
+        for rim in _rims(job, body, away):
+            plotter.add_mesh(rim, color=LINE, line_width=2)
         _add_rock(plotter, rest)
         _add_cracks(plotter, job, quarter)
     else:
@@ -126,12 +127,28 @@ def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
 def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
     """The quarter nearest to who looks, all through from the cooled face, and the parts left."""
     quarter, parts = body, []
-    middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
-    for axis in {0, 1, 2} - {SIDES[3][job["face"]][0]}:
-        plane = {"normal": np.eye(3)[axis], "origin": middle}
+    for axis, plane in _cuts(job):
         parts.append(quarter.clip(**plane, invert=bool(away[axis] > 0)))
         quarter = quarter.clip(**plane, invert=bool(away[axis] < 0))
     return quarter, parts
+
+
+def _cuts(job: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
+    """The two planes that cut out the quarter, each after the axis across it."""
+    middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
+    level = sorted({0, 1, 2} - {SIDES[3][job["face"]][0]})
+    return [(axis, {"normal": np.eye(3)[axis], "origin": middle}) for axis in level]
+
+
+def _rims(job: dict[str, Any], body: Any, away: np.ndarray) -> Iterator[Any]:
+    """Where each cut meets the surface of the body, beside the quarter.
+
+    Not the edges of what was cut: between cells in all directions a cut leaves slivers with bends.
+    """
+    surface = body.extract_surface(algorithm="dataset_surface")
+    one, other = _cuts(job)
+    for (_, plane), (axis, across) in ((one, other), (other, one)):
+        yield surface.slice(**plane).clip(**across, invert=bool(away[axis] < 0))
 
 
 def _edges(body: Any) -> Any:

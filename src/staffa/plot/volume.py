@@ -29,7 +29,7 @@ RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
 PIXELS = 1200  # edge of a rendered view
 SHARE = 0.8  # of the picture's width that a view takes
-MARGIN = 0.025  # of a view's edge that is left white around what is drawn
+MARGIN = 0.05  # of a view's edge that is left white around what is drawn, for the sizes
 PATIENCE = 240  # seconds that rendering one view may take before it is given up
 
 
@@ -149,7 +149,10 @@ def _face(manifest: Manifest) -> str:
 
 
 def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
-    """Without the white around all of the images and places."""
+    """Without the white around all of the images and places, which may lie beside an image."""
+    spare = images.shape[1] // 5
+    images = np.pad(images, ((0, 0), (spare,) * 2, (spare,) * 2, (0, 0)), constant_values=255)
+    places = places + spare
     rows, columns = np.nonzero((images < 250).any(axis=(0, 3)))
     drawn = np.concatenate([np.stack([columns, rows], axis=1), places.reshape(-1, 2)])
     margin = MARGIN * images.shape[1]

@@ -190,7 +190,8 @@ def _figures(
 
 def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
     """How to draw the sizes of the cells by depth, of all runs together, if they found any."""
-    found = {depth: seen for depth, seen in by_depth(runs).items() if seen.number}
+    known = by_depth(runs).items()
+    found = {depth: seen for depth, seen in known if seen.spacing.value is not None}
     if not found:
         return {}
     manifest = runs[0].manifest

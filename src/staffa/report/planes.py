@@ -71,6 +71,7 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
             (corner[other], corner[other] + size[other]),
         ),
         damage=damage,
+        threshold=manifest.threshold,
         cells=cells(damage, pixel=pixel, ell=manifest.ell, threshold=manifest.threshold),
     )
 

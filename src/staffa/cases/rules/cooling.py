@@ -1,5 +1,7 @@
 """Rules on the cooling, and on what is measured below the cooled face."""
 
+from itertools import pairwise
+
 from staffa.cases.clock import depth
 from staffa.cases.model import Case
 from staffa.cases.writing import inline
@@ -66,7 +68,7 @@ def film_is_convective(case: Case) -> None:
 
 
 def measures_are_inside(case: Case) -> None:
-    """Counting depths lie in the body, and only where depth has a meaning."""
+    """Counting depths lie in the body, each once, and only where depth has a meaning."""
     if not case.measures.depths:
         return
     where = f"measures.depths = {inline(case.measures.depths)}"
@@ -82,3 +84,6 @@ def measures_are_inside(case: Case) -> None:
                 f"measures.depths: {inline(below)} lies outside the body, which is {inline(L)} "
                 f"deep; take smaller depths"
             )
+    for before, after in pairwise(sorted(case.measures.depths)):
+        if before == after:
+            raise InputError(f"measures.depths: {inline(after)} is there twice; leave one out")
