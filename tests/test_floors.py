@@ -67,6 +67,8 @@ LIGHT = [
     "staffa.io.network",
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",
+    "staffa.io.checkpoint",
+    "staffa.io.lock",
     "staffa.io.vtkhdf",
     "staffa.evolution.schedule",
     "staffa.cases.catalog",

@@ -11,6 +11,7 @@ _WHERE = {
     "ready_case": "staffa.cases.catalog",
     "problem": "staffa.cases.build",
     "run": "staffa.cases.experiment",
+    "resume": "staffa.cases.resume",
     "build": "staffa.evolution.system",
     "march": "staffa.evolution.march",
     "read_run": "staffa.io.run_directory",

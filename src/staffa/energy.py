@@ -170,7 +170,7 @@ class Energy:
 
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
-        self._rest = Energies(elastic=0.0, surface=0.0)
+        self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(jit.form, comm=domain.comm)
         self._elastic = form(density(strain(u, T, rock)) * dx)
@@ -206,16 +206,16 @@ class Energy:
     def energies(self) -> Energies:
         """Elastic and surface energy, and minus the work of the loads; see `count_from_here`."""
         return Energies(
-            elastic=self.stored() - self._rest.elastic,
+            elastic=self.stored() - self.rest.elastic,
             surface=self._integral(self._surface),
-            loads=self.loads() - self._rest.loads,
-            at_rest=self._rest.scale,
+            loads=self.loads() - self.rest.loads,
+            at_rest=self.rest.scale,
         )
 
     def count_from_here(self) -> None:
         """Let elastic energy and that of the loads count from the state at hand: what prestress
         stores beforehand is no measure of what happens then."""
-        self._rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
+        self.rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
 
     def stored(self) -> float:
         """The whole elastic energy."""
@@ -223,7 +223,7 @@ class Energy:
 
     def total(self) -> float:
         """All of `energies`."""
-        return self._integral(self._total) + self._held_volume() - self._rest.total
+        return self._integral(self._total) + self._held_volume() - self.rest.total
 
     def loads(self) -> float:
         """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""

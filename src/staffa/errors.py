@@ -27,6 +27,12 @@ class LoadError(SolveError):
     """A load gives what no solver can use, at any time step."""
 
 
+class StoppedError(StaffaError):
+    """The run ended before its end, and can go on from where it is."""
+
+    exit_code = 3
+
+
 def printable(text: str) -> str:
     """The text on one line, what cannot be printed (a user may write anything) spelled out."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

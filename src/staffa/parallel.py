@@ -32,7 +32,12 @@ def gather(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray] | None:
     return comm.gather(part, root=0)
 
 
-def best_candidate(comm: MPI.Comm, candidate: tuple[float, ...] | None) -> tuple[float, ...] | None:
+def scatter(comm: MPI.Comm, parts: list[np.ndarray] | None) -> np.ndarray:
+    """Each rank's array of those that rank 0 has, in the order of the ranks. Collective."""
+    return comm.scatter(parts, root=0)
+
+
+def best_candidate[C: tuple](comm: MPI.Comm, candidate: C | None) -> C | None:
     """The largest tuple that any rank proposes, the same on all ranks. Collective."""
     found = [c for c in comm.allgather(candidate) if c is not None]
     return max(found) if found else None

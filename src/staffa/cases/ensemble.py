@@ -10,6 +10,7 @@ from staffa.stack import MPI
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
 from staffa.cases.property_keys import RandomField
+from staffa.cases.resume import resume
 from staffa.cases.rock_keys import RockKeys
 from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError
@@ -79,16 +80,16 @@ def _reseeded(value: Any, shift: int) -> Any:
     return value
 
 
-def finished_members(case: Case, seeds: range, directory: Path) -> frozenset[int]:
-    """The seeds whose runs are there, finished, of this very case, and need not be run again.
+def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
+    """The seeds whose runs are there, of this very case, and whether each is finished.
 
     Raises
     ------
     InputError
-        What is at the place of a member cannot be one of this ensemble, or is not finished.
+        What is at the place of a member cannot be one of this ensemble.
     """
     run_directory.require_free(directory)
-    done = set()
+    begun = {}
     for seed, place in members(directory).items():
         if not (place / run_directory.CASE).is_file():
             if seed in seeds:
@@ -101,18 +102,17 @@ def finished_members(case: Case, seeds: range, directory: Path) -> frozenset[int
                 f"folder, or move that run elsewhere"
             )
         if seed in seeds:
-            _require_finished(place)
-            done.add(seed)
-    return frozenset(done)
+            begun[seed] = _is_finished(place)
+    return begun
 
 
-def _require_finished(place: Path) -> None:
-    begun = (place / run_directory.MANIFEST).is_file()
-    if not begun or not run_directory.read_run(place).finished:
+def _is_finished(place: Path) -> bool:
+    if not (place / run_directory.MANIFEST).is_file():
         raise InputError(
-            f"{place} holds a run that is not finished; remove it to have it run again, or choose "
-            f"seeds without it with --first"
+            f"{place} holds a run that was cut before it began; remove it to have it run again, or "
+            f"choose seeds without it with --first"
         )
+    return run_directory.read_run(place).finished
 
 
 def run_ensemble(
@@ -127,27 +127,33 @@ def run_ensemble(
     """Run the case with each seed, and give the errors of the members that failed. Collective.
 
     A member that failed is no reason to stop the others. One that is there already is taken as it
-    is.
+    is if it is finished; if not, it goes on.
 
     Parameters
     ----------
     follow : seed -> what is entered while the member runs, and gives its watcher; on every rank.
-    taken : told the seed of a member that is there already; on every rank.
+    taken : told the seed of a member that is finished already; on every rank.
 
     Raises
     ------
     InputError
-        The directory cannot take these members; nothing has been run. See `finished_members`.
+        The directory cannot take these members; nothing has been run. See `begun_members`.
+    StoppedError
+        A watcher asked to stop; members that are finished stay so, and others go on next time.
     """
-    done = on_root(comm, lambda: finished_members(case, seeds, directory))
+    begun = on_root(comm, lambda: begun_members(case, seeds, directory))
     failures: dict[int, str] = {}  # not the errors: they hold on to meshes
     for seed in seeds:
-        if seed in done:
+        if begun.get(seed):
             taken(seed)
             continue
+        place = member_path(directory, seed)
         try:
             with follow(seed) as watcher:
-                run(member(case, seed), member_path(directory, seed), comm=comm, watcher=watcher)
+                if seed in begun:
+                    resume(place, comm=comm, watcher=watcher)
+                else:
+                    run(member(case, seed), place, comm=comm, watcher=watcher)
         except SolveError as error:
             failures[seed] = str(error)
     return failures

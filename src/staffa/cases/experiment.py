@@ -1,8 +1,8 @@
 """Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from staffa.stack import MPI, PETSc
@@ -11,6 +11,7 @@ import numpy as np
 
 from staffa.cases.attached import attached
 from staffa.cases.build import problem
+from staffa.cases.keeper import Keeper, on_disk
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
 from staffa.cases.probe_keys import Line
@@ -18,19 +19,22 @@ from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
 from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
+from staffa.errors import StoppedError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
+from staffa.evolution.standing import Standing
 from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
+from staffa.io.lock import Lock
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest, Probe
 from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
-from staffa.parallel import on_root
+from staffa.parallel import any_over_ranks, best_candidate, on_root
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records import Moment, Step, kept
@@ -38,11 +42,17 @@ from staffa.records import Moment, Step, kept
 
 @dataclass(frozen=True, kw_only=True)
 class Watcher:
-    """Who follows a run: told the manifest, each sweep, each step. Called on every rank."""
+    """Who follows a run: told the manifest, where a run goes on (and what is to be said of that),
+    each sweep, each step. Called on every rank.
+
+    stop: why this rank is asked to stop the run, None if it is not; looked at after each sweep.
+    """
 
     started: Callable[[Manifest], None] = lambda manifest: None
+    resumed: Callable[[tuple[Step, ...], tuple[str, ...]], None] = lambda steps, said: None
     swept: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     stepped: Callable[[Step], None] = lambda step: None
+    stop: Callable[[], str | None] = lambda: None
 
 
 def run(
@@ -67,27 +77,97 @@ def run(
         The directory holds a run already, or cannot be made.
     SolveError
         A step failed; everything finished before it is on disk.
+    StoppedError
+        The watcher asked to stop, or the directory cannot be written to any more; `resume` goes on.
     """
     watcher = watcher or Watcher()
-    on_root(comm, lambda: run_directory.require_free(directory))
+    on_root(comm, lambda: _require_free(directory))
     setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
-    looks = Probes(setup.domain, probes(case))
     factor = on_root(comm, lambda: _toughness(case, setup))
     system = build(setup)
-    manifest = on_root(comm, lambda: describe(case, setup, system, factor))
-    files = on_root(comm, lambda: attached(case))
-    on_root(comm, lambda: run_directory.create(directory, to_toml(case), manifest, files))
-    watcher.started(manifest)
-    steps: tuple[Step, ...] = ()
     try:
-        observers = _observers(case, setup, system, factor, directory, watcher, looks)
-        for step in march(setup, system, observers):
-            on_root(comm, partial(run_directory.append_step, directory, step))
-            watcher.stepped(step)
-            steps = kept([*steps, step])
+        manifest = on_root(comm, lambda: describe(case, setup, system, factor))
+        files = on_root(comm, lambda: attached(case))
+        with writing(comm, directory, new=True):
+            text = to_toml(case)
+            with on_disk(directory):
+                on_root(comm, lambda: run_directory.create(directory, text, manifest, files))
+            watcher.started(manifest)
+            journal = run_directory.Journal(directory)
+            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            return march_on(case, setup, system, manifest, watcher, keeper)
     finally:
         system.destroy()
+
+
+def _require_free(directory: Path) -> None:
+    way_out = f"go on with `staffa resume {directory}` if it is not finished, or choose another one"
+    run_directory.require_free(directory, way_out)
+
+
+@contextmanager
+def writing(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
+    """Hold the lock of a run directory; what the lock has to say. Collective.
+
+    new: there must be no run in it, and it is made.
+
+    Raises
+    ------
+    InputError
+        Another process writes to it, or it cannot be written to.
+    """
+    lock = Lock(directory)
+
+    def take() -> str | None:
+        if new:
+            directory.mkdir(parents=True, exist_ok=True)
+        said = lock.take()
+        if new:
+            _require_free(directory)
+        return said
+
+    said = on_root(comm, take)
+    try:
+        yield said
+    finally:
+        if comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
+            lock.release()
+
+
+def march_on(
+    case: Case,
+    setup: Problem,
+    system: System,
+    manifest: Manifest,
+    watcher: Watcher,
+    keeper: Keeper,
+    standing: Standing | None = None,
+    steps: tuple[Step, ...] = (),
+) -> tuple[Step, ...]:
+    """March from where a run stands, after these steps, to its end; the steps that stand.
+    Collective."""
+    observers = _observers(case, setup, system, manifest, watcher, keeper, steps)
+    begun_with = len(steps)
+    try:
+        for step in march(setup, system, observers, standing):
+            keeper.note(step)
+            watcher.stepped(step)
+            steps = kept([*steps, step])
+    except StoppedError as stopped:
+        raise StoppedError(
+            _how_to_go_on(str(stopped), keeper.directory, steps, begun_with)
+        ) from None
     return steps
+
+
+def _how_to_go_on(why: str, directory: Path, steps: tuple[Step, ...], before: int) -> str:
+    if not steps:
+        done = "before its first step was finished"
+    elif len(steps) == before:
+        done = f"no step after step {steps[-1].index} was finished"
+    else:
+        done = f"step {steps[-1].index} is finished"
+    return f"stopped, since {why}: {done}; `staffa resume {directory}` goes on"
 
 
 def _toughness(case: Case, setup: Problem) -> float:
@@ -100,21 +180,21 @@ def _observers(
     case: Case,
     setup: Problem,
     system: System,
-    factor: float,
-    directory: Path,
+    manifest: Manifest,
     watcher: Watcher,
-    looks: Probes,
+    keeper: Keeper,
+    steps: tuple[Step, ...],
 ) -> Observers:
-    comm, plan = setup.domain.comm, setup.schedule
-    writer = FieldWriter(comm, system.spaces)
-    written: list[tuple[str, float]] = []
+    comm, plan, directory = setup.domain.comm, setup.schedule, keeper.directory
+    writer, looks = FieldWriter(comm, system.spaces), Probes(setup.domain, manifest.probes)
+    written = [(step.fields, step.time) for step in steps if step.fields]
     gauge = Gauge(
         face=setup.face,
         depths=setup.measuring.depths,
         threshold=setup.measuring.threshold,
         prominence=setup.material.ell,
         h=setup.domain.h,
-        toughness_factor=factor,
+        toughness_factor=manifest.toughness_factor,
     )
     below = planes(setup.domain, gauge, setup.material.ell)
 
@@ -124,16 +204,26 @@ def _observers(
         if not (case.output.fields == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        writer.write(directory / name, system.state, system.energy.stress())
+        stress = system.energy.stress()
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
-        on_root(comm, lambda: run_directory.write_series(directory, written))
+        with on_disk(directory):
+            writer.write(directory / name, system.state, stress)
+            on_root(comm, lambda: run_directory.write_series(directory, written))
         return name
+
+    def pause() -> None:
+        reason = watcher.stop()
+        if any_over_ranks(comm, reason is not None):
+            told = best_candidate(comm, None if reason is None else (reason,))
+            raise StoppedError(str(told and told[0]))
 
     return Observers(
         measure=lambda: measures(setup.domain, system.state, system.energy, gauge, below),
         probe=lambda: looks(system.state),
         save=save,
         watch=watcher.swept,
+        keep=keeper.keep,
+        pause=pause,
     )
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
+from staffa.cases.checkpoint_keys import CheckpointKeys
 from staffa.cases.domain_keys import DomainKeys
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
@@ -246,6 +247,12 @@ class OutputKeys(Section):
     fields: Literal["requested", "all"] = Field(
         default="requested",
         description="keep the fields of the requested times and the last step, or of all",
+    )
+    checkpoint: CheckpointKeys = Field(
+        default=CheckpointKeys(),
+        description="when the run is saved for `staffa resume`: after so many steps, and after a "
+        "step at whose end so many minutes have gone; see docs/restarts.md",
+        examples=[{"steps": 10, "minutes": 30.0}],
     )
     probes: tuple[ProbeKeys, ...] = Field(
         default=(),

@@ -127,9 +127,7 @@ def _syntax(error: ValueError) -> str:
 
 
 def _set(table: dict[str, Any], setting: str) -> None:
-    path, text = _parted(setting)
-    if not all(path):
-        raise InputError(f"--set {setting}: write it like --set damage.law=AT2")
+    path, text = setting_names(setting), _parted(setting)[1]
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
@@ -142,6 +140,20 @@ def _set(table: dict[str, Any], setting: str) -> None:
                 f"--set damage.law=AT2"
             )
     table[path[-1]] = value
+
+
+def setting_names(setting: str) -> list[str]:
+    """The names of a setting's key, the table's first.
+
+    Raises
+    ------
+    InputError
+        It is no setting.
+    """
+    names, _ = _parted(setting)
+    if not all(names):
+        raise InputError(f"--set {setting}: write it like --set damage.law=AT2")
+    return names
 
 
 def _parted(setting: str) -> tuple[list[str], str]:

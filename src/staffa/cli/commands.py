@@ -13,6 +13,7 @@ from staffa.cases.preview import preview
 from staffa.cases.reading import read_case
 from staffa.cases.writing import to_toml
 from staffa.cli.terminal import out
+from staffa.cli.walltime import seconds
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
@@ -33,6 +34,12 @@ Folder = Annotated[
 ]
 RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
+]
+WallTime = Annotated[
+    str | None,
+    typer.Option(
+        "--wall-time", help='stop and save before so much time is over, like "12 h"; exit code 3'
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no pictures")]
 
@@ -78,13 +85,39 @@ def run(
         Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
     ] = None,
     settings: Settings = None,
+    wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
     """Run a case, also under mpiexec -n N."""
+    limit = seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
     where = directory or Path("runs") / case_file.stem
-    run_and_follow(lambda: read_case(case_file, settings or []), where, quiet=quiet)
+    run_and_follow(
+        lambda: read_case(case_file, settings or []), where, quiet=quiet, wall_time=limit
+    )
+
+
+@app.command()
+def resume(
+    directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="section.key=value; of time, output and solver alone"),
+    ] = None,
+    wall_time: WallTime = None,
+    quiet: Quiet = False,
+) -> None:
+    """Go on with a run that was stopped or killed, also under mpiexec -n N."""
+    limit = seconds(wall_time)
+    if is_ensemble(directory):
+        raise InputError(
+            f"{directory} is an ensemble; give its `staffa ensemble` command again with --out "
+            f"{directory}: members that are finished are taken, and others go on"
+        )
+    from staffa.cli.live import resume_and_follow  # loads the finite-element stack
+
+    resume_and_follow(directory, settings=settings or [], quiet=quiet, wall_time=limit)
 
 
 @app.command()
@@ -101,14 +134,22 @@ def ensemble(
         typer.Option("--out", help="its directory; default runs/<case file's name>-ensemble"),
     ] = None,
     settings: Settings = None,
+    wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run a case with several seeds, for means and errors; members that are there are taken."""
+    """Run a case with several seeds, for means and errors; members that are there are taken, or
+    go on."""
+    limit = seconds(wall_time)
     from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
 
     where = directory or Path("runs") / f"{case_file.stem}-ensemble"
     run_members_and_follow(
-        lambda: read_case(case_file, settings or []), where, count=seeds, first=first, quiet=quiet
+        lambda: read_case(case_file, settings or []),
+        where,
+        count=seeds,
+        first=first,
+        quiet=quiet,
+        wall_time=limit,
     )
 
 

@@ -2,8 +2,8 @@
 
 import sys
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter, sleep
@@ -14,7 +14,9 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
+from staffa.cases.resume import resume
 from staffa.cli.results import print_pictures, print_summary
+from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
@@ -26,16 +28,40 @@ from staffa.report.network import networks
 from staffa.report.tables import write_tables
 
 
-def run_and_follow(read: Callable[[], Case], directory: Path, *, quiet: bool) -> None:
+def run_and_follow(
+    read: Callable[[], Case], directory: Path, *, quiet: bool, wall_time: float | None = None
+) -> None:
     """Read the case on rank 0, run it on all, and print on rank 0. Collective."""
     comm = MPI.COMM_WORLD
     with ending_all_ranks(comm, directory):
         case = on_root(comm, read)
-        follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
-        with follower.progress:
-            run(case, directory, comm=comm, watcher=follower.watcher())
-        if comm.rank == 0:
-            _leave_results(read_run(directory), quiet=quiet)
+        with following(comm, directory, quiet=quiet, wall_time=wall_time) as watcher:
+            run(case, directory, comm=comm, watcher=watcher)
+
+
+def resume_and_follow(
+    directory: Path, *, settings: Sequence[str], quiet: bool, wall_time: float | None = None
+) -> None:
+    """Go on with a run in the same way. Collective."""
+    comm = MPI.COMM_WORLD
+    with (
+        ending_all_ranks(comm, directory),
+        following(comm, directory, quiet=quiet, wall_time=wall_time) as watcher,
+    ):
+        resume(directory, settings=settings, comm=comm, watcher=watcher)
+
+
+@contextmanager
+def following(
+    comm: MPI.Comm, directory: Path, *, quiet: bool, wall_time: float | None
+) -> Iterator[Watcher]:
+    """What prints and logs a run that goes on within it, and then leaves its results."""
+    stopping = Stopping(wall_time)
+    follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
+    with stopping.heeded(), follower.progress:
+        yield follower.watcher(stopping.reason)
+    if comm.rank == 0:
+        _leave_results(read_run(directory), quiet=quiet)
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
@@ -94,6 +120,7 @@ class Follower:
     name: str = ""
     manifest: Manifest | None = None
     latest: str = ""
+    before: float = 0.0  # the part of the run that was done when it was taken up
     began: float = field(default_factory=perf_counter)
 
     def __post_init__(self) -> None:
@@ -108,9 +135,15 @@ class Follower:
         )
         self.task = self.progress.add_task("starting", total=None, now="")
 
-    def watcher(self) -> Watcher:
-        """The watcher that `run` tells what happens."""
-        return Watcher(started=self.started, swept=self.swept, stepped=self.stepped)
+    def watcher(self, stop: Callable[[], str | None]) -> Watcher:
+        """The watcher that `run` tells what happens, and asks whether to stop."""
+        return Watcher(
+            started=self.started,
+            resumed=self.resumed,
+            swept=self.swept,
+            stepped=self.stepped,
+            stop=stop,
+        )
 
     def started(self, manifest: Manifest) -> None:
         """Say what begins."""
@@ -122,6 +155,14 @@ class Follower:
             f"{steps} steps, {manifest.law}, {manifest.ranks} rank(s), "
             f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
+
+    def resumed(self, steps: tuple[Step, ...], said: tuple[str, ...]) -> None:
+        """Say where a run goes on, and what else there is to say."""
+        for sentence in said:
+            self._say(f"  {sentence}")
+        self.before = self._done(steps[-1]) if steps else 0.0
+        last = f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else ""
+        self._say(f"  goes on {last or 'from its start'}")
 
     def swept(self, moment: Moment, sweep: Sweep) -> None:
         """Refresh the live line."""
@@ -179,7 +220,8 @@ class Follower:
 
     def _left(self, step: Step) -> tuple[str, str]:
         spent, done = perf_counter() - self.began, self._done(step)
-        left = f"{_clock(spent * (1 - done) / done)} left" if done else "just begun"
+        here = done - self.before
+        left = f"{_clock(spent * (1 - done) / here)} left" if here > 0 else "just begun"
         return f"{_clock(spent)} gone", left
 
     def _clock(self, moment: Moment | Step) -> str:
@@ -194,7 +236,8 @@ class Follower:
     def _say(self, line: str) -> None:
         if not self.speaks:
             return
-        append_log(self.directory, line)
+        with suppress(OSError):  # a disk that is full is told of by what matters more
+            append_log(self.directory, line)
         if not self.quiet:
             out.print(line, markup=False, soft_wrap=True)
 

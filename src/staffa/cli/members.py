@@ -11,6 +11,7 @@ from staffa.cases.experiment import Watcher
 from staffa.cases.model import Case
 from staffa.cli.live import Follower, ending_all_ranks
 from staffa.cli.results import print_ensemble, print_ensemble_pictures
+from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
@@ -20,7 +21,13 @@ from staffa.report.tables import write_pooled
 
 
 def run_members_and_follow(
-    read: Callable[[], Case], directory: Path, *, count: int, first: int | None, quiet: bool
+    read: Callable[[], Case],
+    directory: Path,
+    *,
+    count: int,
+    first: int | None,
+    quiet: bool,
+    wall_time: float | None = None,
 ) -> None:
     """Read the case on rank 0, run each member on all ranks, and print on rank 0. Collective.
 
@@ -30,7 +37,8 @@ def run_members_and_follow(
         Members failed; the others are finished, and the results are written.
     """
     comm = MPI.COMM_WORLD
-    with ending_all_ranks(comm, directory):
+    stopping = Stopping(wall_time)
+    with ending_all_ranks(comm, directory), stopping.heeded():
         case = on_root(comm, read)
         seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
 
@@ -46,7 +54,7 @@ def run_members_and_follow(
                 name=name(seed),
             )
             with follower.progress:
-                yield follower.watcher()
+                yield follower.watcher(stopping.reason)
 
         def taken(seed: int) -> None:
             if comm.rank == 0 and not quiet:

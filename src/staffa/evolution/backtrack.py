@@ -16,6 +16,7 @@ limited.
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -56,15 +57,19 @@ class History:
     """The steps kept so far; their damage and temperature lie on disk, each rank's own part, ghosts
     included.
 
-    returns: how often each step, by its index, was returned to.
+    returns: how often each step, by its index, was returned to. states: the numbers of the states
+    on disk, that before the first step and one a step; no number is given twice.
     """
 
-    def __init__(self, state: State) -> None:
-        """state: the one before the first step."""
+    def __init__(self, state: State | None = None) -> None:
+        """state: the one before the first step; without it, `remember` what was kept before."""
         self.steps: list[Past] = []
         self.returns: Counter[int] = Counter()
+        self.states: list[int] = []
+        self._given = count()
         self._folder = TemporaryDirectory(prefix="staffa-")
-        self._write(0, state)
+        if state is not None:
+            self.remember(state.alpha.x.array, state.T.x.array)
 
     def keep(self, loads: Loads, advance: Advance, state: State) -> None:
         """Remember one more step."""
@@ -80,23 +85,34 @@ class History:
                 heat=advance.all_heat,
             )
         )
-        self._write(len(self.steps), state)
+        self.remember(state.alpha.x.array, state.T.x.array)
+
+    def remember(self, alpha: np.ndarray, T: np.ndarray) -> None:
+        """Put the damage and the temperature change (K) after the last step on disk."""
+        number = next(self._given)
+        np.save(self._file(number), np.stack([alpha, T]))
+        self.states.append(number)
+
+    def state(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """The damage and the temperature change (K) of a state, by its number in `states`."""
+        alpha, T = np.load(self._file(number))
+        return alpha, T
 
     def drop(self, index: int) -> None:
         """Forget a step and all later ones."""
         del self.steps[index:]
+        for number in self.states[index + 1 :]:
+            self._file(number).unlink()
+        del self.states[index + 1 :]
 
     def before(self, index: int) -> tuple[np.ndarray, Origin]:
         """The damage that bounds a step's from below, and where its heat begins."""
-        damage, T = np.load(self._file(index))
+        damage, T = self.state(self.states[index])
         return damage, Origin(time=self.steps[index - 1].loads.time if index else 0.0, T=T)
 
     def temperature(self, index: int) -> np.ndarray:
         """The temperature change (K) of a step."""
-        return np.load(self._file(index + 1))[1]
-
-    def _write(self, number: int, state: State) -> None:
-        np.save(self._file(number), np.stack([state.alpha.x.array, state.T.x.array]))
+        return self.state(self.states[index + 1])[1]
 
     def _file(self, number: int) -> Path:
         return Path(self._folder.name) / f"{number}.npy"

@@ -7,14 +7,15 @@ from time import perf_counter
 
 import numpy as np
 
-from staffa.errors import SolveError
+from staffa.errors import SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.problem import Problem
-from staffa.evolution.rest import come_to_rest, unmoved
+from staffa.evolution.rest import come_to_rest
 from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
 from staffa.evolution.settle import Loads
+from staffa.evolution.standing import Loop, Standing
 from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
 from staffa.measure.reactions import reactions
@@ -35,19 +36,32 @@ class Observers:
     measure: the measures of the state, collective; probe: its fields where they are read off,
     collective; save: (moment, converged) -> the name of the
     file written, or None, collective; watch: called after each sweep, with the step's moment.
+    keep: offered where the loop stands before each step and after the last, and whether that must
+    be kept now, collective; pause: raises `StoppedError` where the run is to stop, on all ranks.
     """
 
     measure: Callable[[], Measures] | None = None
     probe: Callable[[], tuple[tuple[float, ...], ...]] = lambda: ()
     save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
+    keep: Callable[[Standing, bool], None] = lambda standing, now: None
+    pause: Callable[[], None] = lambda: None
 
 
-def march(problem: Problem, system: System, observers: Observers | None = None) -> Iterator[Step]:
+def march(
+    problem: Problem,
+    system: System,
+    observers: Observers | None = None,
+    standing: Standing | None = None,
+) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
     With backtracking a step may come again (see `records.Step.returned`), and where steps follow
     the cracks one may be rejected before it comes (status "rejected").
+
+    Parameters
+    ----------
+    standing : where to go on, as `observers.keep` was offered it; None to begin.
 
     Raises
     ------
@@ -56,29 +70,38 @@ def march(problem: Problem, system: System, observers: Observers | None = None) 
         with its status and the reason.
     LoadError
         What acts before the first step cracks the rock by itself.
+    StoppedError
+        `observers.pause` raised it; where the loop stood before the step at hand was kept.
     """
     observers = observers or Observers()
-    come_to_rest(problem, system)
-    history = History(system.state) if problem.backtracking else None
+    if standing is None:
+        come_to_rest(problem, system)
+        history = History(system.state) if problem.backtracking else None
+        loop = Loop(walk=Walk(problem.schedule), history=history)
+    else:
+        loop = standing.taken_up(problem, system)
     try:
-        yield from _visit(problem, system, observers, history)
+        yield from _visit(problem, system, observers, loop)
     finally:
-        if history:
-            history.close()
+        if loop.history:
+            loop.history.close()
 
 
-def _visit(
-    problem: Problem, system: System, observers: Observers, history: History | None
-) -> Iterator[Step]:
-    walk = Walk(problem.schedule)
-    start = unmoved(system)
-    index, time, better = 0, walk.next(), None  # better: an earlier step to go back to
-    while time is not None:
+def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -> Iterator[Step]:
+    walk, history = loop.walk, loop.history
+    start = loop.start(system)
+    while True:
+        time, standing = loop.next_time(), loop.standing(system)
+        observers.keep(standing, time is None)
+        if time is None:
+            return
         began = perf_counter()
+        index, better = loop.next_index, loop.better
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
-        watch = partial(observers.watch, moment)
+        watch = partial(_watch, observers, moment)
         try:
+            observers.pause()
             if history and better:
                 advance = go_back(problem, system, history, better, watch)
                 history.drop(index)
@@ -87,13 +110,15 @@ def _visit(
             else:
                 tried = _try(problem, system, start, end, walk, watch)
                 advance, stability, ran, rejected = tried
+        except StoppedError:
+            observers.keep(standing, True)
+            raise
         except SolveError as error:
             yield _failed(system, moment, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
         seconds = perf_counter() - began
         if rejected:
             yield _rejected(problem, moment, advance, ran, seconds)
-            time = walk.next()
             continue
         yield _accepted(system, moment, observers, advance, stability, seconds)
         outcome = advance.outcome
@@ -103,13 +128,15 @@ def _visit(
             walk.back(time)
         else:
             walk.onward(time, ran)
-        start, index, better = end, index + 1, None
+        start, loop.index, loop.better = end, index + 1, None
         if history:
             history.keep(end, advance, system.state)
-            better = _look_back(problem, system, history, index - 1)
-        time = walk.next()
-        if history and better:
-            index, time = better.index, history.steps[better.index].loads.time
+            loop.better = _look_back(problem, system, history, index)
+
+
+def _watch(observers: Observers, moment: Moment, sweep: Sweep) -> None:
+    observers.watch(moment, sweep)
+    observers.pause()
 
 
 def _try(

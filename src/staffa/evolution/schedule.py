@@ -77,13 +77,17 @@ def schedule(
 class Walk:
     """A schedule as it is walked: the time of the next step, and how long steps are now.
 
-    start: the time (s) that the next step begins at, None before the first step.
+    start: the time (s) that the next step begins at, None before the first step; length: of steps
+    now, on the clock. Both together are all that a walk must know to go on.
     """
 
-    def __init__(self, plan: Schedule) -> None:
+    def __init__(
+        self, plan: Schedule, start: float | None = None, length: float | None = None
+    ) -> None:
         self._plan = plan
-        self.start: float | None = None
-        self._length = plan.pace.longest if plan.pace else 0.0
+        self.start = start
+        longest = plan.pace.longest if plan.pace else 0.0
+        self.length = longest if length is None else min(length, longest)
         self._step = 0.0  # on the clock, as it was chosen: of a difference, round-off could decide
 
     def next(self) -> float | None:
@@ -98,7 +102,7 @@ class Walk:
         if target is None or pace is None:
             return target
         left = pace.clock(target) - pace.clock(start)
-        self._step = min(self._length, pace.ceiling(start))
+        self._step = min(self.length, pace.ceiling(start))
         if self._step < left < 2 * self._step and left / 2 >= pace.shortest:
             self._step = left / 2
         if self._step * TIE >= left:
@@ -113,7 +117,7 @@ class Walk:
             return False
         if self._step <= pace.shortest * TIE:
             return False
-        self._length = max(self._step / FACTOR, pace.shortest)
+        self.length = max(self._step / FACTOR, pace.shortest)
         return True
 
     def onward(self, time: float, ran: float) -> None:
@@ -123,13 +127,13 @@ class Walk:
         """
         pace = self._plan.pace
         if pace and self.start is not None:
-            most = FACTOR * self._length
+            most = FACTOR * self.length
             fitting = SAFETY * pace.advance * self._step / ran if ran > 0 else most
-            self._length = min(max(min(fitting, most), pace.shortest), pace.longest)
+            self.length = min(max(min(fitting, most), pace.shortest), pace.longest)
         self.start = time
 
     def back(self, time: float) -> None:
         """Go on from this earlier time (s), where there are cracks now, with short steps."""
         if self._plan.pace:
-            self._length = self._plan.pace.shortest
+            self.length = self._plan.pace.shortest
         self.start = time

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
@@ -52,8 +53,10 @@ class Run:
         return any(time == step.time and asked for time, asked in planned)
 
 
-def require_free(path: Path) -> None:
+def require_free(path: Path, way_out: str = "choose another folder or remove it") -> None:
     """Refuse a place that holds a run already, or cannot hold one.
+
+    way_out: from a run that is there.
 
     Raises
     ------
@@ -63,12 +66,18 @@ def require_free(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise InputError(f"--out {path} is a file; name a folder that is new or empty")
     if (path / STEPS).exists() or (path / CASE).exists():
-        raise InputError(f"--out {path} holds a run already; choose another folder or remove it")
+        raise InputError(f"--out {path} holds a run already; {way_out}")
     above = path
     while not above.exists():
         above = above.parent
     if not above.is_dir() or not os.access(above, os.W_OK):
         raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
+
+
+def write_case(path: Path, case: str, manifest: Manifest) -> None:
+    """Write what a run is, in place of what may be there."""
+    write_aside(path / CASE, case)
+    write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
 
 
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
@@ -78,17 +87,59 @@ def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()
     for file in files:
         with suppress(shutil.SameFileError):  # it lies there already
             shutil.copyfile(file, path / file.name)
-    write_aside(path / CASE, case)
-    write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
+    write_case(path, case, manifest)
     (path / STEPS).touch()
 
 
+class Journal:
+    """The file of steps as it grows: how many lines it has, and the SHA-256 of all of them.
+
+    A checkpoint names both, so that what is before it is known to be what was written.
+    """
+
+    def __init__(self, path: Path, lines: Sequence[str] = ()) -> None:
+        """lines: those that are there, without their ends."""
+        self.path, self.lines = path, len(lines)
+        self._sum = sha256("".join(f"{line}\n" for line in lines).encode())
+
+    @property
+    def sum(self) -> str:
+        """SHA-256 of all lines, in hexadecimal digits."""
+        return self._sum.hexdigest()
+
+    def append(self, step: Step) -> None:
+        """Add a step's record as one line, on disk before this returns."""
+        line = json.dumps(step.to_record()) + "\n"
+        with (self.path / STEPS).open("a", encoding="utf-8") as file:
+            file.write(line)
+            file.flush()
+            os.fsync(file.fileno())
+        self.lines += 1
+        self._sum.update(line.encode())
+
+
 def append_step(path: Path, step: Step) -> None:
-    """Add a step's record as one line, on disk before this returns."""
-    with (path / STEPS).open("a", encoding="utf-8") as file:
-        file.write(json.dumps(step.to_record()) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
+    """Add one step's record, see `Journal`."""
+    Journal(path).append(step)
+
+
+def journal_lines(path: Path) -> list[str]:
+    """The whole lines of the file of steps, whatever they hold."""
+    file = path / STEPS
+    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    return text.split("\n")[:-1]
+
+
+def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
+    """Let the file of steps hold these lines alone, and the fields be those of these steps."""
+    write_aside(path / STEPS, "".join(f"{line}\n" for line in lines))
+    (path / FIELDS).mkdir(exist_ok=True)
+    written = [(step.fields, step.time) for step in steps if step.fields]
+    known = {SERIES, *(Path(name).name for name, _ in written)}
+    for file in (path / FIELDS).iterdir():
+        if file.name not in known:
+            file.unlink()
+    write_series(path, written)
 
 
 def append_log(path: Path, line: str) -> None:
@@ -114,14 +165,23 @@ def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
     write_aside(path / FIELDS / SERIES, json.dumps(index, indent=1) + "\n")
 
 
-def write_aside(path: Path, text: str) -> None:
-    """Write a file so that it is there whole or not at all."""
+def write_aside(path: Path, content: str | bytes) -> None:
+    """Write a file so that it is there whole or not at all, also after a power cut."""
     aside = path.with_name(path.name + ".part")
-    with aside.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
+    try:
+        with aside.open("wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError:
+        aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
+        raise
     aside.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)  # that the file has its name is kept in the folder
+    finally:
+        os.close(folder)
 
 
 def read_run(path: Path) -> Run:
@@ -136,14 +196,14 @@ def read_run(path: Path) -> Run:
     """
     if not (path / MANIFEST).is_file():
         raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
-    manifest = _read_manifest(path)
-    steps = _read_steps(path / STEPS)
+    manifest = read_manifest(path)
+    steps = _read_steps(path)
     standing = kept(steps)
     rejected = tuple(step for step in steps if step.status == REJECTED)
     known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,
-        case=_read_case(path / CASE),
+        case=read_case_text(path),
         manifest=manifest,
         steps=standing,
         superseded=tuple(step for step in steps if id(step) not in known),
@@ -151,7 +211,8 @@ def read_run(path: Path) -> Run:
     )
 
 
-def _read_manifest(path: Path) -> Manifest:
+def read_manifest(path: Path) -> Manifest:
+    """What a run is; errors as of `read_run`."""
     file = path / MANIFEST
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
@@ -178,7 +239,9 @@ def _read_manifest(path: Path) -> Manifest:
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None
 
 
-def _read_case(file: Path) -> str:
+def read_case_text(path: Path) -> str:
+    """The case of a run, as TOML; errors as of `read_run`."""
+    file = path / CASE
     try:
         return file.read_text(encoding="utf-8")
     except (FileNotFoundError, UnicodeDecodeError):
@@ -187,12 +250,24 @@ def _read_case(file: Path) -> str:
 
 def _read_steps(path: Path) -> tuple[Step, ...]:
     """The steps up to a last line that a kill cut short; a bad line before it is an error."""
-    text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
-    lines = text.split("\n")
-    complete, steps = lines[:-1], []
-    for number, line in enumerate(complete, start=1):
+    return steps_in(journal_lines(path), path / STEPS)
+
+
+def steps_in(lines: Sequence[str], file: Path) -> tuple[Step, ...]:
+    """The steps that lines of a file hold.
+
+    Raises
+    ------
+    StaffaError
+        A line is damaged.
+    """
+    steps = []
+    for number, line in enumerate(lines, start=1):
         try:
             steps.append(Step.from_record(json.loads(line)))
-        except (ValueError, KeyError, TypeError) as error:
-            raise StaffaError(f"{path}, line {number} is damaged: {error}") from None
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise StaffaError(
+                f"{file}, line {number} is damaged ({error}); `staffa resume {file.parent}` goes "
+                f"on from the last good checkpoint before it"
+            ) from None
     return tuple(steps)

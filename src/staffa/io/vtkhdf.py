@@ -3,13 +3,14 @@
 The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/, UnstructuredGrid.
 """
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
+
+from staffa.io.run_directory import write_aside
 
 # VTK's cell types (vtkCellType.h) and their number of vertices.
 VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
@@ -32,30 +33,38 @@ def write_vtkhdf(
 ) -> None:
     """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
     in place."""
-    aside = path.with_name(path.name + ".part")
+    # In memory first: on a disk that is full HDF5 breaks off in the middle, and is of no use then.
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+        _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})
+        file.flush()
+        content = file.id.get_file_image()
+    write_aside(path, content)
+
+
+def _fill(
+    root: h5py.Group,
+    grid: Grid,
+    fields: Mapping[str, np.ndarray],
+    in_cells: Mapping[str, np.ndarray],
+) -> None:
     n_cells, width = grid.cells.shape
-    with h5py.File(aside, "w") as file:
-        root = file.create_group("VTKHDF")
-        root.attrs["Version"] = np.array([1, 0])  # all that is used here; older readers take it
-        kind = b"UnstructuredGrid"
-        root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
-        root["NumberOfPoints"] = np.array([len(grid.points)])
-        root["NumberOfCells"] = np.array([n_cells])
-        root["NumberOfConnectivityIds"] = np.array([n_cells * width])
-        _put(root, "Points", grid.points)
-        _put(root, "Connectivity", grid.cells.ravel().astype(np.int64))
-        _put(root, "Offsets", np.arange(0, n_cells * width + 1, width))
-        _put(root, "Types", np.full(n_cells, grid.type, dtype=np.uint8))
-        data = root.create_group("PointData")
-        for name, values in fields.items():
+    root.attrs["Version"] = np.array([1, 0])  # all that is used here; older readers take it
+    kind = b"UnstructuredGrid"
+    root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
+    root["NumberOfPoints"] = np.array([len(grid.points)])
+    root["NumberOfCells"] = np.array([n_cells])
+    root["NumberOfConnectivityIds"] = np.array([n_cells * width])
+    _put(root, "Points", grid.points)
+    _put(root, "Connectivity", grid.cells.ravel().astype(np.int64))
+    _put(root, "Offsets", np.arange(0, n_cells * width + 1, width))
+    _put(root, "Types", np.full(n_cells, grid.type, dtype=np.uint8))
+    data = root.create_group("PointData")
+    for name, values in fields.items():
+        _put(data, name, values)
+    if in_cells:
+        data = root.create_group("CellData")
+        for name, values in in_cells.items():
             _put(data, name, values)
-        if in_cells:
-            data = root.create_group("CellData")
-            for name, values in in_cells.items():
-                _put(data, name, values)
-    with aside.open("rb") as file:
-        os.fsync(file.fileno())
-    aside.replace(path)
 
 
 def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:

@@ -1,0 +1,55 @@
+"""When a run is asked to stop: by a signal, or because its wall time is nearly over."""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from types import FrameType
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT)
+# A launcher and a terminal may both pass on one Ctrl-C; so soon (s) it is no second one.
+ONCE = 1.0
+# Left for what comes after the last look: this much of the longest time between two looks, and
+# seconds to save and to end in.
+MARGIN, SECONDS = 2.0, 1.0
+
+
+class Stopping:
+    """Whether to stop. wall_time: seconds that the run may take, None for any."""
+
+    def __init__(self, wall_time: float | None = None) -> None:
+        self._wall_time, self._began = wall_time, perf_counter()
+        self._asked: str | None = None
+        self._at = self._looked = self._longest = 0.0
+
+    def reason(self) -> str | None:
+        """Why to stop now, None if there is no reason to."""
+        now = perf_counter()
+        if self._looked:
+            self._longest = max(self._longest, now - self._looked)
+        self._looked = now
+        if self._asked:
+            return self._asked
+        if self._wall_time is None:
+            return None
+        left = self._wall_time - (now - self._began)
+        return None if left > MARGIN * self._longest + SECONDS else "its wall time is nearly over"
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        now = perf_counter()
+        if self._asked and now - self._at > ONCE:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        elif not self._asked:
+            self._asked, self._at = f"{signal.Signals(number).name} asked for it", now
+
+    @contextmanager
+    def heeded(self) -> Iterator[None]:
+        """Within it a signal asks to stop; a second one ends the process at once."""
+        before = {number: signal.signal(number, self._ask) for number in SIGNALS}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)

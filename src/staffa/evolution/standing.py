@@ -1,0 +1,175 @@
+"""Where the time loop stands between two steps: all that its next step depends on.
+
+Of the case and its mesh nothing is kept here: both are made again, and so are forms and solvers.
+Each step begins with new preconditioners and takes its first guesses from the state alone, so that
+a run that goes on from here gives what it would have given, to the last bit on as many ranks.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from staffa.evolution.advance import restore, snapshot
+from staffa.evolution.backtrack import Better, History, Past
+from staffa.evolution.problem import Problem
+from staffa.evolution.rest import unmoved
+from staffa.evolution.schedule import Walk
+from staffa.evolution.settle import Loads
+from staffa.evolution.system import System
+from staffa.records import Energies, Heat
+
+# The fields of `snapshot`, in its order; u has a value for each component at a vertex.
+FIELDS = ("u", "alpha", "T", "lower")
+# Those of a state of `History`.
+PAST_FIELDS = ("alpha", "T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """What a checkpoint keeps.
+
+    index: of the next step, unless `better` is an earlier one to go back to. start, length: of
+    `Walk`. kept: `snapshot` of the state. rest: energies that others count from. past, returns,
+    states: of `history`, as they were then; empty without backtracking.
+    """
+
+    index: int
+    start: float | None
+    length: float
+    kept: tuple[np.ndarray, ...]
+    rest: Energies
+    better: Better | None = None
+    past: tuple[Past, ...] = ()
+    returns: Mapping[int, int]
+    states: tuple[int, ...] = ()
+    history: History | None = None
+
+    def numbers(self) -> dict[str, Any]:
+        """All but the fields, as JSON can hold it."""
+        return {
+            "index": self.index,
+            "start": self.start,
+            "length": self.length,
+            "loads": self.kept[-1].tolist(),
+            "rest": asdict(self.rest),
+            "better": None if self.better is None else asdict(self.better),
+            "past": [_numbers_of(past) for past in self.past],
+            "returns": {str(index): times for index, times in self.returns.items()},
+        }
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """The fields, ghosts included: shape (n_local,), of u (n_local, components)."""
+        fields = dict(zip(FIELDS, self.kept, strict=False))
+        return fields | {"u": fields["u"].reshape(len(fields["alpha"]), -1)}
+
+    def past_fields(self, number: int) -> dict[str, np.ndarray]:
+        """Those of one of the `states`, ghosts included."""
+        assert self.history is not None
+        return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
+
+    def taken_up(self, problem: Problem, system: System) -> "Loop":
+        """Make the system what it was; the loop goes on from there. Collective."""
+        restore(system, self.kept)
+        system.energy.rest = self.rest
+        return Loop(
+            walk=Walk(problem.schedule, self.start, self.length),
+            history=self.history if problem.backtracking else None,
+            index=self.index,
+            better=self.better if problem.backtracking else None,
+        )
+
+
+def standing(
+    numbers: Mapping[str, Any],
+    fields: Mapping[str, np.ndarray],
+    past_fields: Iterable[Mapping[str, np.ndarray]] | None,
+    system: System,
+) -> Standing:
+    """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
+
+    fields, past_fields: of this rank's vertices, ghosts included; None without backtracking.
+    """
+    past = tuple(_past(record, system) for record in numbers["past"])
+    returns = Counter({int(index): times for index, times in numbers["returns"].items()})
+    history = None
+    if past_fields is not None:
+        history = History()
+        history.steps, history.returns = list(past), returns
+        for state in past_fields:
+            history.remember(state["alpha"], state["T"])
+    return Standing(
+        index=numbers["index"],
+        start=numbers["start"],
+        length=numbers["length"],
+        kept=(*(fields[name].ravel() for name in FIELDS), np.array(numbers["loads"])),
+        rest=Energies(**numbers["rest"]),
+        better=None if numbers["better"] is None else Better(**numbers["better"]),
+        past=past,
+        returns=returns,
+        states=tuple(history.states) if history else (),
+        history=history,
+    )
+
+
+def _numbers_of(past: Past) -> dict[str, Any]:
+    """A past step without its prescribed displacements, which its time tells."""
+    heat = None if past.heat is None else asdict(past.heat)
+    return {**vars(past), "loads": past.loads.time, "heat": heat}
+
+
+def _past(record: Mapping[str, Any], system: System) -> Past:
+    time, heat = record["loads"], record["heat"]
+    loads = Loads(time=time, values=system.supports.values(time))
+    known = Past(**{**record, "loads": loads})
+    return replace(known, heat=None if heat is None else Heat(**heat))
+
+
+@dataclass(kw_only=True)
+class Loop:
+    """The loop itself: what of it changes from step to step besides the state.
+
+    index: of the next step, unless `better` is an earlier one to go back to.
+    """
+
+    walk: Walk
+    history: History | None
+    index: int = 0
+    better: Better | None = None
+
+    @property
+    def next_index(self) -> int:
+        """Of the step that comes now."""
+        return self.better.index if self.better else self.index
+
+    def next_time(self) -> float | None:
+        """Its time (s); None at the end."""
+        onward = self.walk.next()
+        if self.better and self.history:
+            return self.history.steps[self.better.index].loads.time
+        return onward
+
+    def start(self, system: System) -> Loads:
+        """The loads that the state at hand bears."""
+        time = self.walk.start
+        if time is None:
+            return unmoved(system)
+        return Loads(time=time, values=system.supports.values(time))
+
+    def standing(self, system: System) -> Standing:
+        """What of it is to be kept."""
+        history = self.history
+        return Standing(
+            index=self.index,
+            start=self.walk.start,
+            length=self.walk.length,
+            kept=snapshot(system),
+            rest=system.energy.rest,
+            better=self.better,
+            past=tuple(history.steps) if history else (),
+            returns=dict(history.returns) if history else {},
+            states=tuple(history.states) if history else (),
+            history=history,
+        )

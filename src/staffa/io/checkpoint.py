@@ -1,0 +1,137 @@
+"""Checkpoints on disk: atomic, checked by SHA-256, the last two kept; no finite elements.
+
+A checkpoint is a page of numbers, `000012.json`, and the parts that it names: arrays in HDF5 files,
+each called by the SHA-256 of its content. What is on disk is so never changed, only added and, once
+no page names it, removed; a part that several pages name is written once.
+"""
+
+import io
+import json
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from staffa.errors import InputError, StaffaError
+from staffa.io.run_directory import write_aside
+
+FORMAT = 1
+FOLDER = "checkpoint"
+KEPT = 2
+
+
+class DamagedError(StaffaError):
+    """A checkpoint that cannot be used, and why."""
+
+
+def write_part(folder: Path, arrays: Mapping[str, np.ndarray]) -> str:
+    """Write arrays, and give the name that a page calls them by."""
+    with h5py.File("part", "w", driver="core", backing_store=False) as file:
+        for name, values in arrays.items():
+            file.create_dataset(name, data=values, track_times=False)
+        file.flush()
+        content = file.id.get_file_image()
+    name = sha256(content).hexdigest()
+    folder.mkdir(exist_ok=True)
+    write_aside(_part(folder, name), content)
+    return name
+
+
+def read_part(folder: Path, name: str) -> dict[str, np.ndarray]:
+    """The arrays that `write_part` called so.
+
+    Raises
+    ------
+    DamagedError
+        They are not there, or not as they were.
+    """
+    try:
+        content = _part(folder, name).read_bytes()
+    except OSError as error:
+        raise DamagedError(f"{name[:8]}.h5 of it cannot be read ({error.strerror})") from None
+    if sha256(content).hexdigest() != name:
+        raise DamagedError(f"{name[:8]}.h5 of it is not what was written")
+    with h5py.File(io.BytesIO(content), "r") as file:
+        return {key: values[()] for key, values in file.items()}
+
+
+def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterable[str]) -> None:
+    """Complete a checkpoint whose parts are written; then remove what is older than the last two.
+
+    number: grows from one to the next. parts: the names of all parts that the page tells of.
+    """
+    content = {"format": FORMAT, "parts": list(parts), **page}
+    text = json.dumps({"sha256": _sum(content), "checkpoint": content}, indent=1) + "\n"
+    folder.mkdir(exist_ok=True)
+    write_aside(_page(folder, number), text)
+    _tidy(folder)
+
+
+def numbers(folder: Path) -> list[int]:
+    """Those of the checkpoints that are there, the latest first."""
+    found = [path.stem for path in folder.glob("*.json")] if folder.is_dir() else []
+    return sorted((int(stem) for stem in found if stem.isdecimal()), reverse=True)
+
+
+def read_page(folder: Path, number: int) -> dict[str, Any]:
+    """A checkpoint's page.
+
+    Raises
+    ------
+    DamagedError
+        It is not what was written.
+    InputError
+        It has a format of the future.
+    """
+    try:
+        text = json.loads(_page(folder, number).read_text(encoding="utf-8"))
+        page, right = text["checkpoint"], text["sha256"] == _sum(text["checkpoint"])
+    except (OSError, ValueError, KeyError, TypeError):
+        right, page = False, {}
+    if not right:
+        raise DamagedError("its page is not what was written")
+    if page["format"] != FORMAT:
+        raise InputError(
+            f"{folder} has format {page['format']}, this staffa reads {FORMAT}; use the staffa "
+            f"that wrote it, {page.get('version')}"
+        )
+    return dict(page)
+
+
+def remove_after(folder: Path, number: int) -> None:
+    """Remove the checkpoints after one, which the run goes on from, and what was half written."""
+    for later in numbers(folder):
+        if later > number:
+            _page(folder, later).unlink()
+    if folder.is_dir():
+        _tidy(folder)
+
+
+def _tidy(folder: Path) -> None:
+    """Keep the last two checkpoints, and the parts that they name; of a damaged page none are
+    known, and then no part is removed."""
+    for number in numbers(folder)[KEPT:]:
+        _page(folder, number).unlink()
+    for half in folder.glob("*.part"):
+        half.unlink()
+    with suppress(StaffaError):
+        pages = [read_page(folder, number) for number in numbers(folder)]
+        named = {_part(folder, name) for page in pages for name in page["parts"]}
+        for part in set(folder.glob("*.h5")) - named:
+            part.unlink()
+
+
+def _page(folder: Path, number: int) -> Path:
+    return folder / f"{number:06d}.json"
+
+
+def _part(folder: Path, name: str) -> Path:
+    return folder / f"{name}.h5"
+
+
+def _sum(content: Mapping[str, Any]) -> str:
+    return sha256(json.dumps(content).encode()).hexdigest()

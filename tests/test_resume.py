@@ -1,0 +1,238 @@
+"""A run that was cut goes on as if nothing had happened, on any number of ranks."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from restarting import (
+    After,
+    assert_same,
+    cut_run,
+    finish,
+    launch,
+    small,
+    stopped,
+    whole_run,
+)
+from staffa.cases.experiment import Watcher, run
+from staffa.cases.reading import parse_case
+from staffa.cases.resume import resume
+from staffa.errors import InputError
+from staffa.io.run_directory import read_run
+
+BAR = """
+[domain]
+size = [1.0, 0.3]
+h = 0.05
+[material]
+E = 100.0
+[damage]
+ell = 0.1
+[toughness]
+bands = [{ lower = [0.45, 0.0], upper = [0.55, 0.3], factor = 0.95 }]
+[temperature]
+profile = "none"
+[supports]
+left = { x = 0.0 }
+right = { x = { t = [0.0, 1.0], u = [0.0, 0.25] } }
+"""
+ADAPTIVE = "time={t={start=0.1,stop=1.0,shortest=0.01,longest=0.2,advance=2.0}}"
+PAST = "time.t={start=0.2,stop=1.0,steps=9}"
+VARIANTS = {
+    "plain": small(),
+    "coarser guesses": small("domain.h=0.04", "damage.ell=0.24", "solver.guess=coarser"),
+    "iterative, followed": small("solver.displacement=iterative", "solver.stability=follow"),
+    "adaptive": parse_case(BAR, [ADAPTIVE]),
+    "backtracking": parse_case(BAR, [PAST, "solver.backtracking=true"]),
+}
+
+
+# What takes long and is as others are in what a checkpoint holds.
+LONG = ("coarser guesses", "iterative, followed")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=name, marks=pytest.mark.long if name in LONG else ())
+        for name, case in VARIANTS.items()
+    ],
+)
+def test_a_run_cut_again_and_again_is_the_same_to_the_last_bit(case, tmp_path: Path) -> None:
+    """The looks are a number that has nothing to do with steps: cuts fall within them."""
+    expected = whole_run(case, tmp_path / "whole")
+    tried = (*expected.steps, *expected.superseded, *expected.rejected)
+    looks = 2 * sum(1 + step.sweeps for step in tried) // 5
+    cut_run(case, tmp_path / "cut", looks)
+    times = finish(tmp_path / "cut", looks)
+    assert times >= 2, f"it was resumed {times} times"
+    assert_same(read_run(tmp_path / "cut"), expected)
+
+
+def test_nothing_is_repeated_but_the_step_that_was_cut(tmp_path: Path) -> None:
+    """By default every step is kept as soon as it is finished."""
+    said = cut_run(small("time.tau=[0.1,0.2,0.3]", "output.at=[]"), tmp_path / "run", 7)
+    begun = read_run(tmp_path / "run")
+    seen: list[int] = []
+    watcher = Watcher(stepped=lambda step: seen.append(step.index))
+    resume(tmp_path / "run", watcher=watcher)
+    assert seen == list(range(len(begun.steps), 3)) and begun.steps
+    assert said == (
+        f"stopped, since enough was seen: step {len(begun.steps) - 1} is finished; `staffa resume "
+        f"{tmp_path / 'run'}` goes on"
+    )
+
+
+@pytest.mark.slow
+def test_a_rare_checkpoint_repeats_steps_and_gives_the_same(tmp_path: Path) -> None:
+    """Killed between checkpoints: the steps since the last are computed again, each once on disk;
+    a stop that is asked for saves where it is all the same."""
+    case = small("output.checkpoint={steps=4}", "output.fields=all")
+    expected = whole_run(case, tmp_path / "whole")
+
+    class KilledError(Exception):
+        pass
+
+    def kill(step) -> None:
+        if step.index == 4:
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        run(case, tmp_path / "cut", watcher=Watcher(stepped=kill))
+    assert len(read_run(tmp_path / "cut").steps) == 5
+    seen: list[int] = []
+    resume(tmp_path / "cut", watcher=Watcher(stepped=lambda step: seen.append(step.index)))
+    assert seen == [4, 5]
+    assert_same(read_run(tmp_path / "cut"), expected)
+    stop = After(expected.steps[0].sweeps + 3)
+    assert "step 0 is finished" in stopped(
+        lambda: run(case, tmp_path / "asked", watcher=Watcher(stop=stop))
+    )
+    assert [p.name for p in (tmp_path / "asked" / "checkpoint").glob("*.json")] == ["000001.json"]
+
+
+@pytest.mark.slow
+def test_a_finished_run_may_go_on_longer_with_other_outputs_and_solvers(tmp_path: Path) -> None:
+    """To the end that it would have had, on the times that it would have had."""
+    expected = whole_run(small(), tmp_path / "whole")
+    short = small("time.tau={start=0.1,stop=0.4,steps=4}", "output.checkpoint={steps=3}")
+    run(short, tmp_path / "run")
+    settings = ["time.tau={start=0.1,stop=0.6,steps=6}"]
+    resume(tmp_path / "run", settings=settings)
+    found = read_run(tmp_path / "run")
+    assert [s.energies for s in found.steps] == [s.energies for s in expected.steps]
+    assert found.finished and found.manifest.times == pytest.approx(expected.manifest.times)
+    assert "stop = 0.6" in found.case
+    settings = [
+        "time.tau={start=0.1,stop=0.7,steps=7}",
+        "output.at=[0.3,0.65]",
+        "solver.damage=snes",
+    ]
+    resume(tmp_path / "run", settings=settings)
+    longer = read_run(tmp_path / "run")
+    assert [s.tau for s in longer.steps[-2:]] == pytest.approx([0.65, 0.7])
+    assert longer.finished and longer.steps[-2].fields and longer.wants(longer.steps[2])
+
+
+CHANGES = [
+    ("material.nu=0.3", ("--set material.nu=0.3: a run goes on", "--out ANOTHER")),
+    ("nonsense", ("--set nonsense: write it like",)),
+    (
+        "time.tau=[0.15,0.5]",
+        ("time.tau and output.at: the run has gone to tau = 0.2", "later ones"),
+    ),
+    ("time.tau=[0.1,0.3]", ("cannot change",)),
+    (
+        "time.tau={start=0.1,stop=0.6,shortest=0.01,longest=0.1}",
+        ("time.tau: steps that adapt", "begin a new run"),
+    ),
+    ("output.at=[0.15]", ("output.at: the run has gone to tau = 0.2",)),
+    ('output.probes=[{name="a",point=[0.5,0.2]}]', ("output.probes: ", "begin a new run")),
+    ("solver.backtracking=true", ("solver.backtracking = true: ", "begin a new run")),
+    ("output.checkpoint={steps=0}", ("output.checkpoint.steps = 0: ", "at least 1")),
+]
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory) -> Path:
+    """A run whose first two steps are finished."""
+    directory = tmp_path_factory.mktemp("begun") / "run"
+    case = small()
+    looks, steps = 3, 0
+    while steps != 2:
+        shutil.rmtree(directory, ignore_errors=True)
+        cut_run(case, directory, looks)
+        steps, looks = len(read_run(directory).steps), looks + 4
+    return directory
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("setting", "parts"), CHANGES, ids=lambda v: str(v)[:30])
+def test_what_has_been_computed_cannot_change(begun: Path, setting: str, parts) -> None:
+    before = {p: p.read_bytes() for p in begun.rglob("*") if p.is_file() and p.name != "lock"}
+    with pytest.raises(InputError) as caught:
+        resume(begun, settings=[setting])
+    for part in parts:
+        assert part in str(caught.value), str(caught.value)
+    after = {p: p.read_bytes() for p in begun.rglob("*") if p.is_file() and p.name != "lock"}
+    assert after == before and (begun / "lock").read_bytes() == b""
+
+
+RANKS = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from staffa.stack import MPI
+import numpy as np
+from restarting import cut_run, small
+from staffa.cases.build import body_of
+from staffa.cases.resume import resume
+from staffa.fields import linear_spaces, vertices
+from staffa.io.numbering import Numbering
+comm, base = MPI.COMM_WORLD, Path({base!r})
+if {cuts}:
+    cut_run(small(), base / f"from-{{comm.size}}", 12)
+else:
+    for ranks in (1, 2, 3):
+        resume(base / f"from-{{ranks}}-to-{{comm.size}}")
+for cells in ("quadrilateral", "triangle"):
+    space = linear_spaces(body_of(small(f"domain.cells={{cells}}"), comm)).alpha
+    numbering, points = Numbering(comm, space), vertices(space)
+    own = space.dofmap.index_map.size_local
+    assert np.array_equal(numbering.share(numbering.points), points[:own])
+    if comm.rank == 0:
+        np.save(base / f"{{cells}}-{{comm.size}}.npy", numbering.points)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_what_some_ranks_began_any_others_finish(tmp_path: Path) -> None:
+    """1, 2, 3 ranks to 1, 2, 3 ranks; and the order that this rests on is that of the mesh."""
+    import numpy as np
+
+    tests = str(Path(__file__).parent)
+    expected = whole_run(small(), tmp_path / "whole")
+    for cuts in (True, False):
+        for ranks in (1, 2, 3):
+            code = RANKS.format(tests=tests, base=str(tmp_path), cuts=cuts)
+            done = launch(Path(sys.executable).name, "-c", code, ranks=ranks)
+            assert done.returncode == 0, done.stderr
+        if cuts:
+            for one in (1, 2, 3):
+                found = read_run(tmp_path / f"from-{one}")
+                assert 0 < len(found.steps) < len(expected.steps)
+                for other in (1, 2, 3):
+                    shutil.copytree(found.path, tmp_path / f"from-{one}-to-{other}")
+    for one in (1, 2, 3):
+        for other in (1, 2, 3):
+            found = read_run(tmp_path / f"from-{one}-to-{other}")
+            assert_same(found, expected, rel=1e-6)
+            assert {"manifest": found.manifest.ranks} == {"manifest": other}
+    for cells in ("quadrilateral", "triangle"):
+        alone, *others = (np.load(tmp_path / f"{cells}-{n}.npy") for n in (1, 2, 3))
+        for points in others:
+            assert np.abs(points - alone).max() < 1e-12
