@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from staffa.cases import catalog
-from staffa.cases.reading import LARGEST_FILE, parse_case, read_case
+from staffa.cases.bounds import LARGEST_FILE
+from staffa.cases.reading import parse_case, read_case
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
