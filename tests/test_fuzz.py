@@ -18,6 +18,47 @@ from staffa.cases.writing import inline, to_toml
 from staffa.errors import InputError
 
 TEXTS = {name: catalog.text(name) for name in catalog.names()}
+RICH = """
+[domain]
+size = [1.0, 0.5]
+h = 0.05
+[material]
+E = { formula = "1 + x" }
+nu = 0.2
+Gc = { mean = 1.0, variation = 0.2, length = [0.3, 0.1], angle = 30.0, seed = 2 }
+rho = 1.0
+[regions.cap]
+lower = [0.0, 0.3]
+upper = [1.0, 0.5]
+E = [2.0, 1.0, 2.0]
+nu = [0.2, 0.1, 0.2]
+G = [0.5, 0.5, 0.5]
+angle = 20.0
+[damage]
+ell = 0.15
+[temperature]
+profile = "heat"
+[heat]
+initial = 1.0
+bottom = { h = 10.0, T = { formula = "0.1*sin(t)" } }
+right = { flux = { t = [0.0, 1.0], value = [0.0, -0.1] } }
+[forces]
+prestress = { xx = -0.5, yy = -0.2 }
+gravity = [0.0, -0.1]
+top = { pressure = { t = [0.0, 0.1], value = [0.0, 0.2] } }
+[supports]
+left = "rollers"
+right = { x = { t = [0.0, 1.0], u = [0.0, 0.1] } }
+[[cracks]]
+start = [0.5, 0.0]
+end = [0.5, 0.1]
+[time]
+t = { start = 0.01, stop = 0.4, shortest = 0.0005, longest = 0.1 }
+[output]
+at = [0.1]
+probes = [{ name = "axis", start = [0.5, 0.2], end = [0.5, 0.4], points = 5 }]
+"""
+TEXTS["rich"] = RICH
 CASES = [tomllib.loads(text) for text in TEXTS.values()]
 TABLES = [table for case in CASES for table in case.values() if isinstance(table, dict)]
 KEYS = sorted({key for table in TABLES for key in table})
@@ -64,6 +105,18 @@ def owners(value) -> list:
 
 
 @st.composite
+def like(draw, value):
+    """Another value of the same kind."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return draw(VALUES)
+    number = draw(st.sampled_from([0, 1, -1, 2, 0.5, 0.05, 1.5, 1e-3, 1e3, 1e9]))
+    if isinstance(value, str):
+        _, gap, unit = value.partition(" ")
+        return f"{number}{gap}{unit}" if gap else draw(st.sampled_from(WORDS)).strip('",')
+    return type(value)(number)
+
+
+@st.composite
 def changed(draw) -> str:
     """A ready case of which one to three things are other than they were."""
     case = copy.deepcopy(draw(st.sampled_from(CASES)))
@@ -71,9 +124,11 @@ def changed(draw) -> str:
         owner = draw(st.sampled_from([owner for owner in owners(case) if owner] or [case]))
         places = list(owner) if isinstance(owner, dict) else range(len(owner))
         place = draw(st.sampled_from(places)) if owner else "domain"
-        what = draw(st.sampled_from(["another", "none", "nested", "renamed", "one more"]))
+        what = draw(st.sampled_from(["like", "another", "none", "nested", "renamed", "one more"]))
         before = owner[place] if owner else None
-        if what == "another":
+        if what == "like":
+            owner[place] = draw(like(before))
+        elif what == "another":
             owner[place] = draw(VALUES)
         elif what == "none":
             del owner[place]
@@ -137,7 +192,13 @@ def folder(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("fuzz")
 
 
-@settings(SEEDED, max_examples=500)
+def test_what_is_changed_are_cases() -> None:
+    for text in TEXTS.values():
+        case = parse_case(text)
+        assert parse_case(to_toml(case)) == case
+
+
+@settings(SEEDED, max_examples=800)
 @given(text=changed())
 def test_a_changed_case_is_a_case_or_refused(text: str) -> None:
     judge(lambda: parse_case(text))

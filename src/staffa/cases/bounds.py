@@ -27,7 +27,7 @@ def text_is_short(text: str, name: str) -> None:
         raise too_large(name)
     dots = (DECIMAL.sub("", line).count(".") for line in text.splitlines() if "." in line)
     if sum(n * n for n in dots) > MOST_DOTS:
-        raise InputError(f"{name} is no case file: a key in it has too many names; shorten it")
+        raise InputError(f"{name} has a key of too many names; shorten it")
 
 
 def too_large(name: str) -> InputError:

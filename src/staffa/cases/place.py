@@ -28,7 +28,7 @@ class Place:
         InputError
             It is not there, no ordinary file, or lies elsewhere without leave.
         """
-        path = Path(abspath(self.folder / name.replace("\0", "\ufffd")))
+        path = Path(abspath(self.folder / name))
         try:
             kind, real = path.stat().st_mode, path.resolve()
         except FileNotFoundError:
@@ -37,8 +37,8 @@ class Place:
             raise InputError(f"{path} cannot be read ({error.strerror}); {WHERE}") from None
         if not self.outside and not real.is_relative_to(self.folder.resolve()):
             raise InputError(
-                f"{real} lies outside of the folder of the case file; copy it there, or allow it "
-                f"with --outside (from Python outside=True) if you trust the case"
+                f"{real} lies outside of the folder of the case file; copy it there or, if you "
+                f"trust the case, allow it with --outside"
             )
         if not stat.S_ISREG(kind):  # a pipe would be waited for, a device may never end
             raise InputError(f"{path} cannot be read (it is no ordinary file); {WHERE}")

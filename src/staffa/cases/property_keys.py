@@ -28,6 +28,7 @@ from staffa.cases.kinds import (
     Density,
     Direction,
     Expansion,
+    FilePath,
     Formula,
     HeatCapacity,
     Integer,
@@ -146,7 +147,7 @@ class FieldFile(Section):
     its file's name, as the copy that is kept with a run does.
     """
 
-    file: str = Field(
+    file: FilePath = Field(
         description="the file, such as .vtu, .vtk or .vtkhdf; its path counts from the case file",
         examples=["rock.vtu"],
     )

@@ -165,6 +165,7 @@ def _parted(setting: str) -> tuple[list[str], str]:
 
     A name with a dot, a space or an equals sign is in quotes, as in TOML.
     """
+    text_is_short(setting, f"--set {setting[:40]}...")
     for found in re.finditer("=", setting):
         with suppress(ValueError, RecursionError):
             return _names_in(setting[: found.start()]), setting[found.end() :]
