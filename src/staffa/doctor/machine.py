@@ -28,13 +28,13 @@ def python() -> str:
 
 def folder() -> str:
     """A file can be made in this folder, under which runs go by default."""
-    here = Path.cwd()
     try:
+        here = Path.cwd()
         with tempfile.TemporaryFile(dir=here) as file:
             file.write(b"1")
     except OSError as error:
         raise StaffaError(
-            f"{here} cannot be written to ({error.strerror}); work in another folder, or give --out"
+            f"this folder cannot be written to ({error.strerror}); work in another one"
         ) from None
     return f"{here} can be written to"
 

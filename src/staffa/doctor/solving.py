@@ -16,7 +16,7 @@ import json
 from staffa.stack import MPI, PETSc, SLEPc
 import dolfinx, mpi4py, petsc4py, slepc4py, ufl
 found = {m.__name__: m.__version__ for m in (dolfinx, petsc4py, slepc4py, mpi4py)}
-print(json.dumps(found | {"MPI": MPI.Get_library_version().split("\\n")[0].strip()}))
+print(json.dumps(found | {"MPI": " ".join(MPI.Get_library_version().splitlines()[0].split())}))
 """
 PETSC = """
 from staffa.stack import PETSc
