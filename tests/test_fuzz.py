@@ -232,7 +232,7 @@ def test_many_spoiled_files_are_cases_or_refused(folder: Path, content: bytes) -
 
 
 @pytest.mark.slow
-@settings(SEEDED, max_examples=6)
+@settings(SEEDED, max_examples=5)
 @given(content=spoiled() | changed().map(str.encode))
 def test_the_command_ends_in_words_and_writes_nothing(folder: Path, content: bytes) -> None:
     (folder / "my.toml").write_bytes(content)
