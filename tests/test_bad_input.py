@@ -597,6 +597,11 @@ FORCES = [
     ),
     (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
     (('damage.split="spectral"', "material.nu=0.5"), "nu = 0.5 has none", "take 0.49 or less"),
+    (
+        ("forces.top={pressure=1.0}", 'supports.bottom="clamped"', "material.nu=0.5"),
+        'damage.split = "no-tension", the default with [forces]',
+        "take 0.49 or less",
+    ),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (

@@ -218,6 +218,7 @@ def test_any_setting_is_a_setting_or_refused(key: str, text: str, name: str) -> 
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 @settings(SEEDED, max_examples=20_000, derandomize=False)
 @given(text=changed())
 def test_many_changed_cases_are_cases_or_refused(text: str) -> None:
@@ -225,6 +226,7 @@ def test_many_changed_cases_are_cases_or_refused(text: str) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 @settings(SEEDED, max_examples=20_000, derandomize=False)
 @given(content=spoiled())
 def test_many_spoiled_files_are_cases_or_refused(folder: Path, content: bytes) -> None:

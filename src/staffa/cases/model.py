@@ -92,7 +92,7 @@ class ToughnessKeys(Section):
     bands: tuple[Band, ...] = Field(
         default=(),
         max_length=100,  # they cut the body into boxes, in 3-D by the cube of their number
-        description="boxes of other toughness, for instance a raised band on the cooled edge",
+        description="at most 100 boxes of other toughness, like a raised band on the cooled edge",
         examples=[[{"lower": [0.0, 0.0], "upper": [5.0, 0.02], "factor": 3.0}]],
     )
 
