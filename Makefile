@@ -10,6 +10,11 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
+# Tests compile hundreds of forms and compute little with each; there are more ranks than cores, of
+# which those that wait give their core away (MPICH would spin).
+FOR_TESTS = STAFFA_CFLAGS=-O1 MPIR_CVAR_CH4_PROGRESS_THROTTLE=1 MPIR_CVAR_ENABLE_HEAVY_YIELD=1
+SHARED_OUT = -n $(RANKS) --dist worksteal
+
 .PHONY: help demo demo3d test check bench verify format clean FORCE
 
 help:
@@ -30,16 +35,14 @@ demo3d: $(READY)
 	rm -rf runs/demo3d
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/brick.toml --out runs/demo3d
 
-# Ranks that wait for one another spin: they get the cores for themselves.
 test: $(READY)
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not mpi and not long"
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -m "mpi and not long"
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not long"
 
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
-	STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) --dist worksteal -m "not slow and not mpi and not long"
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
@@ -49,7 +52,7 @@ bench: $(READY)
 
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
-	[ -n "$(ONLY)" ] || STAFFA_CFLAGS=-O1 $(PYTHON_HERE) -m pytest -n $(RANKS) -m long
+	[ -n "$(ONLY)" ] || $(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m long
 	$(PYTHON_HERE) verify/run.py $(ONLY)
 
 format: $(READY)

@@ -22,8 +22,15 @@ HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
 PAGE, PICTURE = DOCS / "performance.md", DOCS / "pictures" / "scaling.png"
 CASE, SCRIPT = DOCS / "cluster" / "brick-large.toml", DOCS / "cluster" / "brick-large.slurm"
+KEPT = HERE / "scaling.json"
+NOT_YET = "Not measured yet on a quiet machine.\n"
 # The cluster of the batch script: nodes of two sockets of 64 cores are common.
 NODES, CORES = 4, 128
+
+
+def measured() -> dict | None:
+    """What bench/scaling.py kept; None before it has run in full."""
+    return json.loads(KEPT.read_text()) if KEPT.exists() else None
 
 
 def laws(results: dict) -> dict[str, Law]:
@@ -53,13 +60,15 @@ def large(results: dict) -> tuple[int, Cost]:
     return unknowns, cost
 
 
-def head(results: dict) -> str:
+def head(results: dict | None) -> str:
     """The lines of the batch script that the law decides: ranks, time, and what they rest on."""
+    nodes = f"#SBATCH --nodes={NODES}\n#SBATCH --ntasks-per-node={CORES}\n"
+    if results is None:
+        return f"{nodes}#SBATCH --time=24:00:00\n# What it costs: {NOT_YET[0].lower()}{NOT_YET[1:]}"
     unknowns, cost = large(results)
     medium = results["medium"]
     return (
-        f"#SBATCH --nodes={NODES}\n"
-        f"#SBATCH --ntasks-per-node={CORES}\n"
+        f"{nodes}"
         f"#SBATCH --time={ceil(cost.hours * cost.factor)}:00:00\n"
         f"# {unknowns:,} displacement unknowns on {NODES * CORES} ranks, expected from smaller "
         f"runs (docs/performance.md):\n"
@@ -71,8 +80,10 @@ def head(results: dict) -> str:
     )
 
 
-def page(results: dict) -> str:
+def page(results: dict | None) -> str:
     """The part of docs/performance.md."""
+    if results is None:
+        return NOT_YET
     parts = [runs_table(results), laws_table(results), checks_table(results)]
     unknowns, cost = large(results)
     medium = results["medium"]
@@ -187,12 +198,13 @@ def within(text: str, inside: str) -> str:
     return "".join([*lines[: begin + 1], inside, *lines[end:]])
 
 
-def write(results: dict) -> None:
+def write(results: dict | None) -> None:
     """Write all of it."""
-    draw(results)
+    if results is not None:
+        draw(results)
     for path, inside in ((PAGE, "\n" + page(results) + "\n"), (SCRIPT, head(results))):
         path.write_text(within(path.read_text(encoding="utf-8"), inside), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    write(json.loads((HERE / "scaling.json").read_text()))
+    write(measured())

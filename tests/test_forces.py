@@ -109,8 +109,9 @@ def test_weight() -> None:
     system.destroy()
 
 
-@pytest.mark.parametrize("elasticity", [None, Isotropic(E=E, nu=NU)])
-@pytest.mark.parametrize("split", ["none", "volumetric-deviatoric"])
+@pytest.mark.parametrize(
+    ("elasticity", "split"), [(None, "none"), (Isotropic(E=E, nu=NU), "volumetric-deviatoric")]
+)
 @pytest.mark.parametrize("state", ["plane strain", "solid"])
 def test_rock_under_its_weight_stays_where_it_is(elasticity, split: str, state: str) -> None:
     """Prestress that grows with depth balances weight and pressure on top: no displacement."""

@@ -171,8 +171,8 @@ def test_a_rank_that_fails_alone_ends_all(tmp_path: Path) -> None:
 
 SMALL_BRICK = [
     *("--set", "domain.size=[0.6, 0.6, 0.6]"),
-    *("--set", "domain.h=0.06"),
-    *("--set", "time.tau=[0.2, 0.4, 0.6]"),
+    *("--set", "domain.h=0.06", "--set", "damage.ell=0.15", "--set", "measures.depths=[]"),
+    *("--set", "temperature.severity=4.65", "--set", "time.tau=[0.2, 0.4, 0.6]"),
     *("--set", "output.at=[0.6]"),
     *("--set", "solver.change=1e-5"),
     *("--set", "solver.residual=1e-3"),
@@ -197,6 +197,7 @@ def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_p
         directory = tmp_path / str(ranks)
         solver = ("--set", f"solver.displacement={displacement}")
         settings = [*SMALL_BRICK, *solver, "--set", f"domain.cells={cells}", "--out", directory]
+        settings.append("--quiet")
         done = launch(ranks, "run", CASES / "brick.toml", *settings)
         assert done.returncode == 0, done.stderr
         runs.append(read_run(directory))
