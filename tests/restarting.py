@@ -85,7 +85,12 @@ def launch(
 ) -> subprocess.CompletedProcess:
     """Python or staffa in a process of its own, to its end."""
     process = started(*arguments, ranks=ranks)
-    out, err = process.communicate(timeout=timeout)
+    try:
+        out, err = process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        process.terminate()  # mpiexec then ends its ranks, which would go on waiting
+        process.communicate()
+        raise
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
 

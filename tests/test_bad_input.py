@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from staffa.cases import catalog
-from staffa.cases.reading import LARGEST_FILE, parse_case, read_case
+from staffa.cases.bounds import LARGEST_FILE
+from staffa.cases.preview import preview
+from staffa.cases.reading import parse_case, read_case
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
@@ -227,6 +229,21 @@ VALUES = [
     ("domain=4", "domain = 4", "a line [domain] with its keys below it"),
     ("title=4", "title = 4", "a text in quotes"),
     (f'title="{"x" * 300}"', "title", "at most 200 characters"),
+    (
+        'title="\\u001b]0;x\\u0007"',
+        'title = "\\u001b]0;x\\u0007"',
+        "one line of at most 200 characters",
+    ),
+    (f'domain.h="{"1" * 100_000} m"', 'domain.h = "111', "too long for a length"),
+    (f'domain.h="1 {"m*" * 50_000}m"', 'domain.h = "1 m*m', "too long for a length"),
+    (
+        f"toughness.bands=[{f'{{{BOX},factor=2.0}},' * 101}]",
+        "toughness.bands",
+        "at most 100 entries",
+    ),
+    (f"output.at=[{'0.1,' * 20_000}]", "more than 20,000 values", "{ start, stop, steps }"),
+    (f"{'a.' * 20_000}a=1", "--set a.a.a.", "a key of too many names; shorten it"),
+    ("damage.ell=" + "[" * 20 + "]" * 20, "no case file", "nested too deeply"),
     # settings
     ("damage.law", "--set damage.law", "write it like --set damage.law=AT2"),
     ("=3", "--set =3", "write it like --set damage.law=AT2"),
@@ -494,6 +511,15 @@ TEXTS = [
     ("domain.h = 1\n[domain]\nsize = [1, 1]", "a table is given twice", "correct it there"),
     ("x = " + "[" * 5000, "my.toml is no case file", "nested too deeply"),
     ("x = " + "1" * 5000, "my.toml is no TOML file", "too long; shorten it"),
+    ("x = 1" + "\n[x]" * 300_000, "my.toml is no case file", "larger than 1,000,000 bytes"),
+    ("x." * 400_000 + "x = 1", "my.toml has a key of too many names", "shorten it"),
+    ("[" + "'x'. " * 100_000 + "x]", "my.toml has a key of too many names", "shorten it"),
+    ("a.b = 1\n" * 3, "a key is given twice", "correct it there"),
+    (
+        "x = [" + "[]," * 20_001 + "]",
+        "my.toml holds more than 20,000 values",
+        "as a file of its own",
+    ),
     ('"a\\nb\\u001b[31m" = 1', "no key 'a\\u000ab\\u001b[31m'", "it has cracks, damage, domain"),
     ("x" * 5000 + " = 1", "no key 'xxx", "it has cracks, damage, domain"),
 ]
@@ -572,6 +598,11 @@ FORCES = [
     ),
     (('damage.split="miehe"',), 'damage.split = "miehe"', 'one of "none", "volumetric-deviatoric"'),
     (('damage.split="spectral"', "material.nu=0.5"), "nu = 0.5 has none", "take 0.49 or less"),
+    (
+        ("forces.top={pressure=1.0}", 'supports.bottom="clamped"', "material.nu=0.5"),
+        'damage.split = "no-tension", the default with [forces]',
+        "take 0.49 or less",
+    ),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (
@@ -611,7 +642,6 @@ ROCK = [
     (f"material.E={{{RANDOM}=[1,2], axes=[[1,0,0],[0,1,0]]}}", "E.axes is for 3-D", "give angle"),
     ("material.nu={mean=0.7, variation=0.1, length=1}", "it is 0.7 somewhere", "between -1 and"),
     ('material.E={file="none.vtu", name="E"}', "there is no file", "the folder of the case"),
-    ('material.E={file="many.pvtu", name="E"}', "only names other files", "as one .vtu"),
     ('material.E={file="none.vtu"}', "material.E.name is missing", 'name = "E"'),
     ('material.E={file=3, name="E"}', "material.E.file = 3", "a text in quotes"),
     # elasticity
@@ -875,6 +905,56 @@ def test_a_time_of_zero_is_fine_without_a_jump_in_temperature():
         GOOD, ['temperature.profile="convective"', "temperature.biot=1", "time.t=[0.0, 1.0]"]
     )
     assert pulled.time.t == film.time.t == (0.0, 1.0)
+
+
+ELSEWHERE = {
+    "beside": ("../E.vtu", "lies outside of the folder of the case file", "--outside"),
+    "by its whole path": ("/etc/passwd", "/etc/passwd lies outside", "--outside"),
+    "in and out again": ("deep/../../E.vtu", "lies outside", "copy it there"),
+    "by a link": ("link.vtu", "E.vtu lies outside", "--outside"),
+    "a folder": ("deep", "it is no ordinary file", "the folder of the case file"),
+    "a pipe": ("pipe", "it is no ordinary file", "the folder of the case file"),
+    "no text": ("E\0.vtu", "a path has at most 1000 characters", "which can be printed"),
+    "a long name": ("E" * 5000, "a path has at most 1000 characters", "E..."),
+}
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("what", ELSEWHERE)
+@pytest.mark.parametrize("key", ["material.E={{file={}, name='E'}}", "domain={{mesh={}}}"])
+def test_only_ordinary_files_in_the_folder_of_a_case_are_read(tmp_path, key, what):
+    folder, (name, *parts) = tmp_path / "case", ELSEWHERE[what]
+    (folder / "deep").mkdir(parents=True)
+    (tmp_path / "E.vtu").touch()
+    (folder / "link.vtu").symlink_to(tmp_path / "E.vtu")
+    os.mkfifo(folder / "pipe")
+    setting = key.format(inline(name))
+    key = "material.E" if "material" in setting else "domain.mesh"
+    said = sentence_of(lambda: parse_case(GOOD, [setting], folder=folder))
+    check_sentence(said.replace("../", ""), key, *parts)
+
+
+def test_a_file_elsewhere_is_read_if_that_is_said(tmp_path):
+    (tmp_path / "E.vtu").touch()
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "my.toml").write_text(
+        f"{GOOD}[material]\nE = {{ file = '../E.vtu', name = 'E' }}\n"
+    )
+    said = sentence_of(lambda: read_case(tmp_path / "deep" / "my.toml", outside=True))
+    check_sentence(said.replace("../", ""), "E.vtu holds no mesh that can be read")
+
+
+def test_a_file_that_only_names_others_is_refused(tmp_path):
+    (tmp_path / "many.pvtu").touch()
+    setting = 'material.E={file="many.pvtu", name="E"}'
+    said = sentence_of(lambda: parse_case(GOOD, [setting], folder=tmp_path))
+    check_sentence(said, "only names other files", "as one .vtu")
+
+
+def test_factors_of_bands_that_leave_nothing_are_refused():
+    band = "{lower=[0.0,0.0], upper=[1.0,1.0], factor=1e-20},"
+    said = sentence_of(lambda: preview(parse_case(GOOD, [f"toughness.bands=[{band * 2}]"])))
+    check_sentence(said, "toughness.bands", "1e-40 times material.Gc", "take others")
 
 
 def file_of(folder: Path, kind: str) -> Path:

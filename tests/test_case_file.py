@@ -162,10 +162,11 @@ def test_what_is_written_reads_back_as_the_same_case(name, explained):
 
 
 @pytest.mark.parametrize("title", NASTY, ids=ascii)
-def test_any_title_survives(title):
+def test_any_text_is_written_as_toml_reads_it(title):
+    """Also what no title may hold, since it goes to terminals."""
     case = parse_case(SCALED).model_copy(update={"title": title})
-    assert parse_case(to_toml(case)).title == title
-    assert parse_case(to_toml(case, explained=True)).title == title
+    assert tomllib.loads(to_toml(case))["title"] == title
+    assert tomllib.loads(to_toml(case, explained=True))["title"] == title
 
 
 def keys_of(model: BaseModel) -> dict[str, object]:

@@ -21,7 +21,7 @@ FLOORS = [
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
-    {"report", "plot"},
+    {"report", "plot", "doctor"},
     {"cli"},
 ]
 # Modules of one floor that serve others of it.
@@ -89,6 +89,7 @@ LIGHT = [
     "staffa.report.ensemble",
     "staffa.report.pair_reading",
     "staffa.report.results",
+    "staffa.doctor",
     "staffa.cli",
 ]
 

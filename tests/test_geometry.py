@@ -468,7 +468,7 @@ SENTENCES = {
         ("domain.shape={kind='layers',base=[1.0,1.0,1.0],layers=[]}",),
         "base = [1.0, 1.0, 1.0]: it needs one number (2-D) or two (3-D)",
     ),
-    "a folder": (("domain={mesh='.'}",), 'domain.mesh = ".": . cannot be read'),
+    "a folder": (("domain={mesh='.'}",), 'domain.mesh = ".": ', "it is no ordinary file"),
     "no layers": (("domain.shape={kind='layers',base=[1.0],layers=[]}",), "it has no layers"),
     "a face that is not there": (
         ("heat.hol={T=0.0}",), "heat.hol: the shape has no such face", "Did you mean 'hole'?",
@@ -517,8 +517,8 @@ def test_a_face_that_is_not_flat_cannot_be_cooled_in_closed_form() -> None:
 
 
 ABOUT_MESHES = {
-    "no file": (("domain.mesh=plat.msh",), 'domain.mesh = "plat.msh"', "cannot be read"),
-    "a folder": (("domain.mesh=.",), "cannot be read", "name a .msh file"),
+    "no file": (("domain.mesh=plat.msh",), 'domain.mesh = "plat.msh"', "there is no file"),
+    "a folder": (("domain.mesh=.",), "cannot be read", "it is no ordinary file"),
     "no mesh": (("domain.mesh=script.msh",), '"script.msh" is no .msh file', "save the mesh"),
     "no unit": (('damage.ell="3 mm"', 'time.t=["1 s"]'), "domain.unit is missing", 'unit = "1 mm"'),
     "h": (("domain.h=0.1",), "domain.h = 0.1: of a mesh", "at most the mean edge, 0.09"),
@@ -724,7 +724,9 @@ def test_regions_are_named_all_or_none_is_but_one() -> None:
 def test_a_run_of_a_mesh_keeps_a_copy_from_which_it_can_be_run_again(folder: Path) -> None:
     (folder / "deep").mkdir()
     (folder / "deep" / "my.toml").write_text(PULLED.replace("plate.msh", "../plate.msh"))
-    case = read_case(folder / "deep" / "my.toml")
+    with pytest.raises(InputError, match=r"plate\.msh lies outside of the folder of the case file"):
+        read_case(folder / "deep" / "my.toml")
+    case = read_case(folder / "deep" / "my.toml", outside=True)
     steps = run(case, folder / "run")
     again = read_case(folder / "run" / "case.toml")
     assert (folder / "run" / "plate.msh").read_bytes() == (folder / "plate.msh").read_bytes()

@@ -1,6 +1,7 @@
 """Rock of a case that varies, has directions and differs by region, as the objects of a problem."""
 
 from dataclasses import fields
+from pathlib import Path
 
 from staffa.stack import MPI
 
@@ -46,8 +47,8 @@ SHALE = "E=4.0, nu=0.2, E_axis=2.0, nu_axis=0.25, G_axis=0.9"
 X = np.array([[0.1, 1.3, 1.9], [0.2, 0.5, 0.9], [0.0, 0.0, 0.0]])
 
 
-def built(*settings: str) -> Problem:
-    return problem(parse_case(PLATE, settings), comm=MPI.COMM_SELF)
+def built(*settings: str, folder: Path = Path()) -> Problem:
+    return problem(parse_case(PLATE, settings, folder=folder), comm=MPI.COMM_SELF)
 
 
 def test_a_formula_is_a_function_of_position() -> None:
@@ -132,11 +133,11 @@ def _write_field(path, width: float = 2.0) -> None:
 
 def test_a_file_that_does_not_cover_the_body_is_refused_by_check(tmp_path) -> None:
     _write_field(tmp_path / "E.vtu", width=1.0)
-    given = f'material.E={{file="{tmp_path}/E.vtu", name="E"}}'
+    given = 'material.E={file="E.vtu", name="E"}'
     with pytest.raises(InputError, match=r"material.E = .*its mesh does not reach \[1"):
-        parse_case(PLATE, [given])
+        parse_case(PLATE, [given], folder=tmp_path)
     left = f"regions.left={{lower=[0,0], upper=[1,1], {given.removeprefix('material.')}}}"
-    assert built(left).regions["left"].E(X[:, :1]) == pytest.approx([1.5])
+    assert built(left, folder=tmp_path).regions["left"].E(X[:, :1]) == pytest.approx([1.5])
 
 
 def test_a_region_has_its_own_numbers_and_the_bodys_others() -> None:

@@ -44,13 +44,18 @@ def expression(value: Any, points: Any, comm: MPI.Comm) -> fem.Expression:
     return _compiled(lambda options: fem.Expression(value, points, jit_options=options), comm)
 
 
+def cache_folder() -> Path:
+    """Where compiled forms are kept."""
+    return Path(get_options()["cache_dir"]).with_name("staffa")
+
+
 def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Comm) -> Compiled:
     """What `make` compiles, which rank 0 does and the others then load.
 
     A process that is killed while it compiles leaves a source in the cache that others would wait
     for in vain. Whoever compiles shares a lock, so that one who has it alone may remove these.
     """
-    cache = Path(get_options()["cache_dir"]).with_name("staffa")
+    cache = cache_folder()
     compiler, patience = flags(comm), PATIENCE
     while True:
         if comm.rank == 0:

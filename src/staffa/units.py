@@ -64,6 +64,7 @@ UNIT = re.compile(rf"(?:1?\s*/)?\s*{FACTOR}(?:\s*[*/·\s]\s*{FACTOR})*")
 COMPOUND = re.compile(r"[/*·\s]")
 # Beyond these a product of a few quantities leaves the range of a float.
 SMALLEST, LARGEST = 1e-30, 1e30
+LONGEST = 80  # characters of a number with its unit
 
 
 class Quantity(float):
@@ -135,6 +136,8 @@ def sensible(value: float) -> float:
 
 def _to_si(text: str, dimension: str) -> float:
     example = f'write it like "{EXAMPLES[dimension]}"'
+    if len(text) > LONGEST:
+        raise InputError(f"that is too long for {_a(dimension)}; {example}")
     written = WRITTEN.fullmatch(text)
     if written is None:
         raise InputError(f"that is no {dimension}, which begins with a number; {example}")

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
-from staffa.cases.kinds import Length, Section
+from staffa.cases.kinds import FilePath, Length, Section
 from staffa.cases.shape_keys import ShapeKeys
 from staffa.geometry import shapes
 from staffa.geometry.outline import Outline, of_block
@@ -36,7 +36,7 @@ class DomainKeys(Section):
         "layers, with named faces and regions (docs/geometry.md; needs Gmsh)",
         examples=[{"kind": "plate with hole", "size": [2.0, 2.0], "radius": 0.1}],
     )
-    mesh: str | None = Field(
+    mesh: FilePath | None = Field(
         default=None,
         description="in place of size: a .msh file of triangles or tetrahedra, as seen from the "
         "folder of this file (needs Gmsh)",

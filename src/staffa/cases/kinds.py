@@ -20,6 +20,8 @@ from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity, parse, sensible
 
 LONGEST_NAME = 60
+LONGEST_LINE = 200
+LONGEST_PATH = 1000
 
 
 def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -73,6 +75,20 @@ def is_name(text: str) -> str:
     return text
 
 
+def is_path(text: str) -> str:
+    """The text, if it can be the path of a file."""
+    if len(text) > LONGEST_PATH or not text.isprintable():
+        raise ValueError(f"a path has at most {LONGEST_PATH} characters, which can be printed")
+    return text
+
+
+def is_line(text: str) -> str:
+    """The text, if it can stand on a line of tables and pictures, or on a terminal."""
+    if len(text) > LONGEST_LINE or not text.isprintable():
+        raise ValueError(f"it must be one line of at most {LONGEST_LINE} characters to be printed")
+    return text
+
+
 POSITIVE = AfterValidator(_positive)
 NOT_NEGATIVE = AfterValidator(_not_negative)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
@@ -102,6 +118,8 @@ PositiveNumber = Annotated[Number, POSITIVE]
 Direction = tuple[Number, ...]
 Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
 Name = Annotated[str, AfterValidator(is_name)]
+FilePath = Annotated[str, AfterValidator(is_path)]
+Line = Annotated[str, AfterValidator(is_line)]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, StringConstraints, Tag
+from pydantic import Discriminator, Field, Tag
 
 from staffa.cases.boxes import Box
 from staffa.cases.checkpoint_keys import CheckpointKeys
@@ -15,6 +15,7 @@ from staffa.cases.kinds import (
     Instant,
     Integer,
     Length,
+    Line,
     Number,
     Position,
     PositiveNumber,
@@ -90,7 +91,8 @@ class ToughnessKeys(Section):
     )
     bands: tuple[Band, ...] = Field(
         default=(),
-        description="boxes of other toughness, for instance a raised band on the cooled edge",
+        max_length=100,  # they cut the body into boxes, in 3-D by the cube of their number
+        description="at most 100 boxes of other toughness, like a raised band on the cooled edge",
         examples=[[{"lower": [0.0, 0.0], "upper": [5.0, 0.02], "factor": 3.0}]],
     )
 
@@ -330,9 +332,7 @@ class SolverKeys(Section):
 class Case(Section):
     """A whole case file."""
 
-    title: Annotated[str, StringConstraints(max_length=200)] = Field(
-        default="", description="a line for tables and pictures"
-    )
+    title: Line = Field(default="", description="a line for tables and pictures")
     domain: DomainKeys
     material: MaterialKeys = MaterialKeys()
     regions: dict[str, RegionKeys] = Field(

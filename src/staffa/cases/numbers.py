@@ -11,11 +11,13 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import Averages, averages, pieces
 from staffa.cases.rules import times_given
 from staffa.cases.split import energy_split
+from staffa.errors import InputError
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
 from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
 from staffa.physics.split import NO_SPLIT, EnergySplit, driven_share
+from staffa.units import LARGEST, SMALLEST
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +125,11 @@ def least_factor(case: Case) -> float:
 
     The bands' edges cut the body into boxes, in each of which the factors of all bands that cover
     it are multiplied.
+
+    Raises
+    ------
+    InputError
+        They leave so little or so much that it cannot be computed with.
     """
     cuts = [
         np.unique(np.clip([low, high, *lows, *highs], low, high))
@@ -138,7 +145,14 @@ def least_factor(case: Case) -> float:
     for band in case.toughness.bands:
         ends = zip(cuts, band.lower, band.upper, strict=True)
         covered = tuple(slice(*np.searchsorted(cut, (low, high))) for cut, low, high in ends)
-        factors[covered] *= band.factor
+        with np.errstate(over="ignore", invalid="ignore"):  # which is refused below
+            factors[covered] *= band.factor
+    for extreme in (float(factors.min()), float(factors.max())):
+        if not SMALLEST <= extreme <= LARGEST:
+            raise InputError(
+                f"toughness.bands: where they overlap, the toughness is {extreme:.3g} times "
+                f"material.Gc; their factors are multiplied there, so take others"
+            )
     return float(factors.min())
 
 

@@ -6,7 +6,6 @@ points, shape (3, n) -> (n,), in a body of dim dimensions, in SI or scaled as th
 kind is another such class, a line in `form`, and one in `PropertyValue`.
 """
 
-from os.path import abspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,6 +28,7 @@ from staffa.cases.kinds import (
     Density,
     Direction,
     Expansion,
+    FilePath,
     Formula,
     HeatCapacity,
     Integer,
@@ -39,11 +39,12 @@ from staffa.cases.kinds import (
     Toughness,
     kind,
 )
+from staffa.cases.place import Place
 from staffa.cases.random_field import random_factor
 from staffa.errors import InputError
 from staffa.physics.elasticity import PointFunction
 
-FOLDER = "folder"  # of the case file, in the context of its validation
+PLACE = "place"  # of the case file, in the context of its validation
 
 
 class RandomField(Section):
@@ -146,7 +147,7 @@ class FieldFile(Section):
     its file's name, as the copy that is kept with a run does.
     """
 
-    file: str = Field(
+    file: FilePath = Field(
         description="the file, such as .vtu, .vtk or .vtkhdf; its path counts from the case file",
         examples=["rock.vtu"],
     )
@@ -157,9 +158,9 @@ class FieldFile(Section):
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> "FieldFile":
-        folder = (info.context or {}).get(FOLDER, Path())
+        place = (info.context or {}).get(PLACE, Place())
         try:
-            self._field = read_field(Path(abspath(folder / self.file)), self.name)
+            self._field = read_field(place.file(self.file), self.name)
         except InputError as error:
             raise ValueError(str(error)) from None
         object.__setattr__(self, "file", self.path.name)  # by nobody else: a case is frozen

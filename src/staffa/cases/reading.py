@@ -9,17 +9,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from staffa.cases.bounds import LARGEST_FILE, text_is_short, too_large, values_are_few
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.kinds import SidesSection
 from staffa.cases.model import Case, SupportKeys
-from staffa.cases.property_keys import FOLDER
+from staffa.cases.place import Place
+from staffa.cases.property_keys import PLACE
 from staffa.cases.rules import obey
 from staffa.cases.sentences import sentence, unknown_key
 from staffa.cases.survey import surveyed
 from staffa.errors import InputError
-
-LARGEST_FILE = 1_000_000  # bytes; a case file is a page
 
 # What Python's reader says, where it means more to programmers.
 SYNTAX = {
@@ -33,8 +33,10 @@ SYNTAX = {
 }
 
 
-def read_case(path: Path, settings: Sequence[str] = ()) -> Case:
+def read_case(path: Path, settings: Sequence[str] = (), *, outside: bool = False) -> Case:
     """Read a case file, with `section.key=value` settings put over it.
+
+    outside: whether the files that it names may lie outside of its folder.
 
     Raises
     ------
@@ -43,14 +45,12 @@ def read_case(path: Path, settings: Sequence[str] = ()) -> Case:
     """
     content = _content(path)
     if len(content) > LARGEST_FILE:
-        raise InputError(
-            f"{path} is no case file: it is larger than {LARGEST_FILE:,} bytes; a case is a page"
-        )
+        raise too_large(str(path))
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is no TOML file: it is not UTF-8 text; save it as such") from None
-    return parse_case(text, settings, name=str(path), folder=path.parent)
+    return parse_case(text, settings, name=str(path), folder=path.parent, outside=outside)
 
 
 def _content(path: Path) -> bytes:
@@ -78,8 +78,10 @@ def parse_case(
     *,
     name: str = "the case",
     folder: Path = Path(),
+    outside: bool = False,
 ) -> Case:
     """Read a case from TOML text; see `read_case`. folder: from which paths in it count."""
+    text_is_short(text, name)
     try:
         table = tomllib.loads(text)
     except RecursionError:
@@ -88,12 +90,14 @@ def parse_case(
         raise InputError(f"{name} is no TOML file: {_syntax(error)}") from None
     for setting in settings:
         _set(table, setting)
+    values_are_few(table, name)
     _name_sides(table)
+    place = Place(folder, outside)
     try:
-        case = Case.model_validate(table, context={FOLDER: folder})
+        case = Case.model_validate(table, context={PLACE: place})
     except ValidationError as error:
         raise InputError(sentence(error)) from None
-    return obey(surveyed(case, folder))
+    return obey(surveyed(case, place))
 
 
 # Tables whose keys may be the names of faces.
@@ -161,6 +165,7 @@ def _parted(setting: str) -> tuple[list[str], str]:
 
     A name with a dot, a space or an equals sign is in quotes, as in TOML.
     """
+    text_is_short(setting, f"--set {setting[:40]}...")
     for found in re.finditer("=", setting):
         with suppress(ValueError, RecursionError):
             return _names_in(setting[: found.start()]), setting[found.end() :]

@@ -25,6 +25,7 @@ RULES = {
     "bool_type": "it must be true or false, without quotes",
     "string_type": "it must be a text in quotes",
     "string_too_long": "it must have at most {max_length} characters",
+    "too_long": "it must have at most {max_length:,} entries",
 }
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
 ALTERNATIVES = (

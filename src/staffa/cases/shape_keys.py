@@ -79,7 +79,9 @@ class Layers(Section):
         description="extent along x (2-D), or x and y (3-D)", examples=[[2.0]]
     )
     layers: tuple[Layer, ...] = Field(
-        description="from the bottom up", examples=[[{"region": "shale", "thickness": 0.3}]]
+        max_length=200,  # each is a region, and what is said of regions takes the square of these
+        description="from the bottom up",
+        examples=[[{"region": "shale", "thickness": 0.3}]],
     )
 
     def shape(self) -> Shape:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from staffa.cases.model import Case
+from staffa.cases.place import Place
 from staffa.cases.rules.units import is_scaled, unit
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
@@ -16,10 +17,10 @@ from staffa.grid import UNSTRUCTURED
 BODIES = ("size", "shape", "mesh")
 
 
-def surveyed(case: Case, folder: Path) -> Case:
+def surveyed(case: Case, place: Place) -> Case:
     """The case, with what is known of its body from outside.
 
-    folder: from which its mesh is named.
+    place: where its mesh may lie.
 
     Raises
     ------
@@ -48,17 +49,21 @@ def surveyed(case: Case, folder: Path) -> Case:
         )
     if keys.shape is not None:
         _is_possible(keys.shape)
-    return case if keys.mesh is None else _with_mesh(case, folder / keys.mesh)
+    return case if keys.mesh is None else _with_mesh(case, place, keys.mesh)
 
 
-def _with_mesh(case: Case, file: Path) -> Case:
+def _with_mesh(case: Case, place: Place, given: str) -> Case:
     keys = case.domain
     if keys.unit is None and not is_scaled(case):
         raise InputError(
             "domain.unit is missing: a mesh counts in numbers, and this case has units; write how "
             'long its 1 is, like unit = "1 mm"'
         )
-    found = outline(mesh_of(file, float(keys.unit or 1.0), str(keys.mesh)))
+    try:
+        file = place.file(given)
+    except InputError as error:
+        raise InputError(f"domain.mesh = {inline(given)}: {error}") from None
+    found = outline(mesh_of(file, float(keys.unit or 1.0), given))
     if keys.h is not None:
         if keys.h > found.h:
             raise InputError(

@@ -28,7 +28,9 @@ CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_defaul
 Settings = Annotated[
     list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
 ]
-CaseName = Annotated[str, typer.Argument(help="name of a ready case", show_default=False)]
+Outside = Annotated[
+    bool, typer.Option("--outside", help="the case may name files outside of its own folder")
+]
 Folder = Annotated[
     Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
 ]
@@ -62,9 +64,9 @@ def new(
 
 
 @app.command()
-def check(case_file: CaseFile, settings: Settings = None) -> None:
+def check(case_file: CaseFile, settings: Settings = None, outside: Outside = False) -> None:
     """Say what the physics and the cost of a case will be, before anything runs."""
-    case = read_case(case_file, settings or [])
+    case = read_case(case_file, settings or [], outside=outside)
     said = preview(case)
     if case.title:
         out.print(f"[bold]{escape(case.title)}[/bold]")
@@ -85,6 +87,7 @@ def run(
         Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
     ] = None,
     settings: Settings = None,
+    outside: Outside = False,
     wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
@@ -94,7 +97,10 @@ def run(
 
     where = directory or Path("runs") / case_file.stem
     run_and_follow(
-        lambda: read_case(case_file, settings or []), where, quiet=quiet, wall_time=limit
+        lambda: read_case(case_file, settings or [], outside=outside),
+        where,
+        quiet=quiet,
+        wall_time=limit,
     )
 
 
@@ -134,6 +140,7 @@ def ensemble(
         typer.Option("--out", help="its directory; default runs/<case file's name>-ensemble"),
     ] = None,
     settings: Settings = None,
+    outside: Outside = False,
     wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
@@ -144,7 +151,7 @@ def ensemble(
 
     where = directory or Path("runs") / f"{case_file.stem}-ensemble"
     run_members_and_follow(
-        lambda: read_case(case_file, settings or []),
+        lambda: read_case(case_file, settings or [], outside=outside),
         where,
         count=seeds,
         first=first,
@@ -207,6 +214,21 @@ def compare(
     place = place_of(pair, directory)
     print_pair(pair)
     print_pair_pictures(pair, place)
+
+
+@app.command()
+def doctor() -> None:
+    """Check the installation, from the compiler to a run on two ranks; exit code 1 if it fails."""
+    from staffa.doctor import LACKING, OK, UNTRIED, WRONG, checkup
+
+    colors = {OK: "green", LACKING: "yellow", UNTRIED: "yellow", WRONG: "red"}
+    found = []
+    for finding in checkup():
+        found.append(finding.verdict)
+        verdict = f"[{colors[finding.verdict]}]{finding.verdict:<8}[/]"
+        out.print(f"{verdict} {finding.name:<12} {escape(finding.said)}", soft_wrap=True)
+    if WRONG in found:
+        raise typer.Exit(1)
 
 
 def main() -> None:

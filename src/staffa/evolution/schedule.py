@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 # A step is made to bring this much of the advance it may bring: the next one brings a little more.
 SAFETY = 0.8
 # A step is longer than the one before by this factor at most, and cut by it where it went too far.
@@ -68,10 +70,19 @@ def schedule(
     A time closer to a requested one than 1e-9 of the whole is replaced by it.
     """
     near = 1e-9 * max((*times, *requested))
-    kept = [t for t in times if all(abs(t - r) > near for r in requested)]
-    visited = sorted([*kept, *requested])
-    asked = tuple(t in set(requested) for t in visited)
+    outputs = set(requested)
+    visited = sorted([*_apart(times, requested, near), *requested])
+    asked = tuple(t in outputs for t in visited)
     return Schedule(times=tuple(visited), requested=asked, pace=pace)
+
+
+def _apart(times: Sequence[float], others: Sequence[float], near: float) -> list[float]:
+    """The times that are farther than `near` from any of the others."""
+    around = np.array([-np.inf, *sorted(others), np.inf])
+    t = np.array(times, dtype=float)
+    after = np.searchsorted(around, t)
+    far = np.minimum(t - around[after - 1], around[after] - t) > near
+    return [time for time, kept in zip(times, far, strict=True) if kept]
 
 
 class Walk:

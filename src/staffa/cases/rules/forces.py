@@ -16,7 +16,7 @@ from staffa.cases.pieces import averages, pieces
 from staffa.cases.rules.heat import TRIED, places
 from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.sentences import shown
-from staffa.cases.split import is_anisotropic, presses
+from staffa.cases.split import default_split, is_anisotropic, presses
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.physics.split import SPLITS
@@ -127,12 +127,13 @@ def split_fits_the_rock(case: Case) -> None:
             f"damage.gamma = {case.damage.gamma:g} has no meaning but with damage.split = "
             f'"star-convex"; leave it out'
         )
-    if name in (None, "none"):
+    name = name or default_split(case)
+    if name == "none":
         return
     if case.material.plane != "strain" and any(averages(p).nu >= 0.5 for p in pieces(case)):
         raise InputError(
-            f'damage.split = "{name}" needs a bulk modulus, and rock with nu = 0.5 has none; take '
-            f"0.49 or less"
+            f'damage.split = "{name}"{_by_default(case)} needs a bulk modulus, and rock with nu = '
+            f"0.5 has none; take 0.49 or less"
         )
     if not SPLITS[name].isotropic:
         return
@@ -147,6 +148,10 @@ def split_fits_the_rock(case: Case) -> None:
                 f'damage.split = "{name}" is for nu >= 0, and {piece.where}.nu = {nu:g}; take '
                 f'"volumetric-deviatoric"'
             )
+
+
+def _by_default(case: Case) -> str:
+    return "" if case.damage.split else ", the default with [forces],"
 
 
 def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
