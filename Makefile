@@ -19,7 +19,7 @@ SHARED_OUT = -n $(RANKS) --dist worksteal
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
-	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes ten minutes"
+	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes a quarter of an hour"
 	@echo "make test    run every test but those of minutes, which make verify runs"
 	@echo "make check   format, lint, types and the fast tests, in about a minute"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
