@@ -160,6 +160,28 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
     assert_same(read_run(directory), expected, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path) -> None:
+    """It does not wait for the others to destroy the solvers with it."""
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from staffa.stack import MPI\n"
+        "from restarting import small\n"
+        "from staffa.cases.experiment import Watcher, run\n"
+        "from staffa.cli.live import ending_all_ranks\n"
+        "def fall_ill(step):\n"
+        "    if MPI.COMM_WORLD.rank == 1: raise RuntimeError('rank one is ill')\n"
+        f"directory = Path({str(tmp_path / 'run')!r})\n"
+        "with ending_all_ranks(MPI.COMM_WORLD, directory):\n"
+        "    run(small(), directory, watcher=Watcher(stepped=fall_ill))\n"
+    )
+    ended = launch(Path(sys.executable).name, "-c", code, ranks=2, timeout=60)
+    assert ended.returncode != 0 and ended.stderr.count("RuntimeError: rank one is ill") == 1
+
+
 def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path) -> None:
     code = (
         "import sys, time\n"
