@@ -256,6 +256,18 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     assert_same(read_run(disk / "run"), expected, EXACT)
 
 
+def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) -> None:
+    """The disk is full before the run has begun: the same command does once there is room."""
+    (disk / "full").write_bytes(bytes(143 * 1024))
+    case = small("time.tau=[0.1]", "output.at=[]")
+    with pytest.raises(StaffaError, match="nothing was begun") as full:
+        run(case, disk / "run")
+    assert full.value.exit_code == 1
+    (disk / "full").unlink()
+    remount(disk, "size=10m")
+    assert run(case, disk / "run")
+
+
 def test_a_directory_that_is_removed_ends_the_run_in_a_sentence(tmp_path: Path) -> None:
     def remove(step) -> None:
         shutil.rmtree(tmp_path / "run")
@@ -293,6 +305,14 @@ def test_a_second_signal_ends_at_once_but_not_its_echo() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout == "SIGINT asked for it\n" and done.returncode == -signal.SIGINT, done
+
+
+def test_what_breaks_as_a_signal_comes_is_an_interruption() -> None:
+    """The compiler gets it too; on more ranks others may wait for the one that it broke for."""
+    for ranks, kind in ((1, KeyboardInterrupt), (2, RuntimeError)):
+        with pytest.raises(kind), Stopping().heeded(ranks):
+            os.kill(os.getpid(), signal.SIGINT)
+            raise RuntimeError("the compiler was interrupted")
 
 
 STEADY = ["time.tau={start=0.0002,stop=0.4,steps=2000}", "output.fields=all", "output.at=[]"]
