@@ -55,6 +55,12 @@ def spoil_all(run: Path) -> None:
         cut(page(run, number))
 
 
+def spoil_everything(run: Path) -> None:
+    """All checkpoints, and the end of the steps."""
+    shutil.rmtree(run / "checkpoint")
+    last_line(run, lambda s: "")
+
+
 def last_line(run: Path, change) -> None:
     """Change the last line of the steps."""
     *lines, last = (run / STEPS).read_text().splitlines()
@@ -73,7 +79,7 @@ DAMAGES = {
     "the last line's end": (lambda run: last_line(run, lambda s: s), 2, "steps.jsonl is not what"),
     "a digit of the first step": (lambda run: flip(run / STEPS, 0.1), 0, "begins again"),
     "both pages": (spoil_all, 0, "begins again with its first step"),
-    "everything": (lambda run: shutil.rmtree(run / "checkpoint"), 0, "no checkpoint can be used"),
+    "everything": (spoil_everything, 0, "no checkpoint can be used"),
 }
 
 
@@ -91,11 +97,22 @@ def test_the_last_good_checkpoint_is_used_and_that_is_said(copy: Path, damage, g
 def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) -> None:
     DAMAGES[name][0](copy)
     (copy / "fields" / "step-0007.vtkhdf.part").write_text("half")
+    (copy / "fields" / "mine.pvsm").write_text("a view of somebody's own")
     heard: list[str] = []
     resume(copy, watcher=Watcher(resumed=lambda steps, said: heard.extend(said)))
     assert any(DAMAGES[name][2] in sentence for sentence in heard), heard
     assert_same(read_run(copy), whole)
     assert take(copy).said == () and len(take(copy).steps) == 3
+    assert (copy / "fields" / "mine.pvsm").exists()
+
+
+def test_a_finished_run_without_checkpoints_is_not_begun_again(copy: Path, whole: Run) -> None:
+    """They were removed to save room, or it is of a staffa that had none."""
+    shutil.rmtree(copy / "checkpoint")
+    assert resume(copy) == whole.steps
+    with pytest.raises(InputError, match="finished, and has no checkpoint to go on from"):
+        resume(copy, settings=["time.tau=[0.1,0.2,0.3,0.4]"])
+    assert (copy / STEPS).read_bytes() == (whole.path / STEPS).read_bytes()
 
 
 def test_a_checkpoint_of_the_future_is_refused_and_nothing_older_used(copy: Path) -> None:

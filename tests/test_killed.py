@@ -160,6 +160,28 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
     assert_same(read_run(directory), expected, rel=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path) -> None:
+    """It does not wait for the others to destroy the solvers with it."""
+    code = (
+        "import sys\n"
+        "from pathlib import Path\n"
+        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from staffa.stack import MPI\n"
+        "from restarting import small\n"
+        "from staffa.cases.experiment import Watcher, run\n"
+        "from staffa.cli.live import ending_all_ranks\n"
+        "def fall_ill(step):\n"
+        "    if MPI.COMM_WORLD.rank == 1: raise RuntimeError('rank one is ill')\n"
+        f"directory = Path({str(tmp_path / 'run')!r})\n"
+        "with ending_all_ranks(MPI.COMM_WORLD, directory):\n"
+        "    run(small(), directory, watcher=Watcher(stepped=fall_ill))\n"
+    )
+    ended = launch(Path(sys.executable).name, "-c", code, ranks=2, timeout=60)
+    assert ended.returncode != 0 and ended.stderr.count("RuntimeError: rank one is ill") == 1
+
+
 def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path) -> None:
     code = (
         "import sys, time\n"
@@ -234,6 +256,18 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     assert_same(read_run(disk / "run"), expected, EXACT)
 
 
+def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) -> None:
+    """The disk is full before the run has begun: the same command does once there is room."""
+    (disk / "full").write_bytes(bytes(143 * 1024))
+    case = small("time.tau=[0.1]", "output.at=[]")
+    with pytest.raises(StaffaError, match="nothing was begun") as full:
+        run(case, disk / "run")
+    assert full.value.exit_code == 1
+    (disk / "full").unlink()
+    remount(disk, "size=10m")
+    assert run(case, disk / "run")
+
+
 def test_a_directory_that_is_removed_ends_the_run_in_a_sentence(tmp_path: Path) -> None:
     def remove(step) -> None:
         shutil.rmtree(tmp_path / "run")
@@ -271,6 +305,14 @@ def test_a_second_signal_ends_at_once_but_not_its_echo() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.stdout == "SIGINT asked for it\n" and done.returncode == -signal.SIGINT, done
+
+
+def test_what_breaks_as_a_signal_comes_is_an_interruption() -> None:
+    """The compiler gets it too; on more ranks others may wait for the one that it broke for."""
+    for ranks, kind in ((1, KeyboardInterrupt), (2, RuntimeError)):
+        with pytest.raises(kind), Stopping().heeded(ranks):
+            os.kill(os.getpid(), signal.SIGINT)
+            raise RuntimeError("the compiler was interrupted")
 
 
 STEADY = ["time.tau={start=0.0002,stop=0.4,steps=2000}", "output.fields=all", "output.at=[]"]

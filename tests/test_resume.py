@@ -18,7 +18,7 @@ from restarting import (
 )
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import parse_case
-from staffa.cases.resume import resume
+from staffa.cases.resume import resume, take
 from staffa.errors import InputError
 from staffa.io.run_directory import read_run
 
@@ -44,8 +44,10 @@ VARIANTS = {
     "plain": small(),
     "coarser guesses": small("domain.h=0.04", "damage.ell=0.24", "solver.guess=coarser"),
     "iterative, followed": small("solver.displacement=iterative", "solver.stability=follow"),
+    "many levels": small("solver.displacement=iterative", "domain.h=0.02"),
     "adaptive": parse_case(BAR, [ADAPTIVE]),
     "backtracking": parse_case(BAR, [PAST, "solver.backtracking=true"]),
+    "moving sides": small('supports={section="free"}'),
 }
 
 
@@ -84,6 +86,19 @@ def test_nothing_is_repeated_but_the_step_that_was_cut(tmp_path: Path) -> None:
         f"stopped, since enough was seen: step {len(begun.steps) - 1} is finished; `staffa resume "
         f"{tmp_path / 'run'}` goes on"
     )
+
+
+@pytest.mark.slow
+def test_before_its_first_step_a_run_may_still_change_its_ways(tmp_path: Path) -> None:
+    """Steps that follow the cracks, and a way back, which a run in its middle cannot take on."""
+    settings = ["output.at=[]", "solver.backtracking=true", "output.checkpoint={steps=1}"]
+    times = "time.tau={start=0.1,stop=0.25,shortest=0.01,longest=0.1}"
+    expected = whole_run(small(*settings, times), tmp_path / "whole")
+    cut_run(small("output.at=[]"), tmp_path / "run", 0)
+    resume(tmp_path / "run", settings=[*settings, times])
+    assert_same(read_run(tmp_path / "run"), expected)
+    page = take(tmp_path / "run").page
+    assert page and len(page["past"]) == 1 + len(expected.steps)
 
 
 @pytest.mark.slow

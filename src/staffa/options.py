@@ -26,8 +26,7 @@ DIRECT = {
 # (PETSc manual, PCGAMG; ex56). No coupling is dropped: a positive threshold makes aggregates of one
 # vertex, with fewer unknowns than rigid modes, on which the coarse matrix is singular; for the same
 # reason coarsening ends early. The coarsest solver stays PCGAMG's own, whose LU shifts zero pivots.
-# Interpolation is made anew with each preconditioner, which then depends on the matrix alone: a run
-# that is resumed has not seen the first one.
+# Interpolation, most of the work, is kept from one preconditioner to the next within a step.
 ITERATIVE = {
     "ksp_type": "cg",
     "ksp_rtol": "1e-8",
@@ -36,7 +35,6 @@ ITERATIVE = {
     "pc_type": "gamg",
     "pc_gamg_threshold": "-1",
     "pc_gamg_coarse_eq_limit": "300",
-    "pc_gamg_reuse_interpolation": "false",
     "mg_levels_ksp_type": "chebyshev",
     "mg_levels_pc_type": "jacobi",
 }

@@ -19,7 +19,7 @@ from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
 from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
-from staffa.errors import StoppedError
+from staffa.errors import StaffaError, StoppedError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
 from staffa.evolution.standing import Standing
@@ -84,20 +84,35 @@ def run(
     on_root(comm, lambda: _require_free(directory))
     setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
     factor = on_root(comm, lambda: _toughness(case, setup))
-    system = build(setup)
-    try:
+    with built(setup) as system:
         manifest = on_root(comm, lambda: describe(case, setup, system, factor))
         files = on_root(comm, lambda: attached(case))
         with writing(comm, directory, new=True):
             text = to_toml(case)
-            with on_disk(directory):
+            with on_disk(directory, begun=False):
                 on_root(comm, lambda: run_directory.create(directory, text, manifest, files))
             watcher.started(manifest)
             journal = run_directory.Journal(directory)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             return march_on(case, setup, system, manifest, watcher, keeper)
+
+
+@contextmanager
+def built(setup: Problem) -> Iterator[System]:
+    """The system of a problem, destroyed in the end. Collective.
+
+    To destroy it ranks wait for one another: not after an error that one of them may meet alone.
+    """
+    system = build(setup)
+    alone = False
+    try:
+        yield system
+    except Exception as error:
+        alone = setup.domain.comm.size > 1 and not isinstance(error, StaffaError)
+        raise
     finally:
-        system.destroy()
+        if not alone:
+            system.destroy()
 
 
 def _require_free(directory: Path) -> None:
@@ -126,7 +141,8 @@ def writing(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[s
             _require_free(directory)
         return said
 
-    said = on_root(comm, take)
+    with on_disk(directory, begun=False):
+        said = on_root(comm, take)
     try:
         yield said
     finally:

@@ -36,20 +36,24 @@ def versions() -> dict[str, str]:
 
 
 @contextmanager
-def on_disk(directory: Path) -> Iterator[None]:
+def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
     """Within it all ranks learn what rank 0 meets as it writes to a run directory.
+
+    begun: whether there is a run in it, to go on with.
 
     Raises
     ------
     StoppedError
         It cannot be written to any more: the disk is full, or it has become read-only.
     StaffaError
-        It is gone.
+        It is gone, or nothing was begun.
     """
     try:
         yield
     except OSError as error:
         why = f"{directory} cannot be written to ({error.strerror or error})"
+        if not begun:
+            raise StaffaError(f"{why}: nothing was begun; see to that and run again") from None
         if error.errno in (ENOENT, ENOTDIR):
             raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
         raise StoppedError(why) from None
@@ -91,8 +95,7 @@ class Keeper:
         """Write where the loop stands, if it is due or must be now."""
         if on_root(self.comm, lambda: self._is_due(now)):
             began = perf_counter()
-            with on_disk(self.directory):
-                self._keep(stands)
+            self._keep(stands)
             self._saved_at, self._steps = self.journal.lines, 0
             self._saved = perf_counter()
             self._took = self._saved - began
@@ -115,10 +118,11 @@ class Keeper:
             **{"standing": numbers, "mesh": self._mesh, "state": state, "past": past},
         }
         parts = dict.fromkeys([str(self._mesh), state, *past])
-        on_root(
-            self.comm,
-            lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
-        )
+        with on_disk(self.directory):
+            on_root(
+                self.comm,
+                lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
+            )
 
     def _is_due(self, now: bool) -> bool:
         """On rank 0, which alone knows of lines and of time."""
@@ -136,7 +140,9 @@ class Keeper:
                 self._folder, {k: v for k, v in arrays.items() if v is not None}
             )
 
-        return on_root(self.comm, write)
+        # Only what rank 0 meets: where another rank's history is lost, that rank ends all of them.
+        with on_disk(self.directory):
+            return on_root(self.comm, write)
 
     def take_up(self, page: Mapping[str, Any]) -> Standing:
         """Where the loop stood at a checkpoint, on the ranks at hand.

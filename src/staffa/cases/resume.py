@@ -1,6 +1,7 @@
 """Goes on with a run that is not finished: what it takes up, and what of its case may change."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -10,16 +11,15 @@ from staffa.stack import MPI
 import numpy as np
 
 from staffa.cases.build import problem
-from staffa.cases.experiment import Watcher, march_on, probes, writing
+from staffa.cases.experiment import Watcher, built, march_on, probes, writing
 from staffa.cases.keeper import Keeper, on_disk, versions
 from staffa.cases.model import Case
 from staffa.cases.reading import parse_case, setting_names
 from staffa.cases.rules.times import counts_in
 from staffa.cases.writing import to_toml
-from staffa.errors import InputError
+from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
-from staffa.evolution.system import build
 from staffa.io import checkpoint, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
@@ -78,15 +78,17 @@ def resume(
         old, case = on_root(comm, lambda: cases_of(directory, settings))
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
         taken = on_root(comm, lambda: take(directory))
-        if not settings and _is_finished(taken.steps, manifest):
-            return taken.steps
+        steps = taken.steps or on_root(comm, lambda: _steps_alone(directory))
+        if _is_finished(steps, manifest):
+            if not settings:
+                return steps
+            _require_checkpoint(directory, taken, settings)
         _may_change(old, case, taken)
         setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
         _is_the_same(setup, manifest, directory)
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
-        system = build(setup)
-        try:
+        with built(setup) as system:
             journal = run_directory.Journal(directory, taken.lines)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             standing = keeper.take_up(taken.page) if taken.page else None
@@ -96,8 +98,6 @@ def resume(
             watcher.started(manifest)
             watcher.resumed(taken.steps, said)
             return march_on(case, setup, system, manifest, watcher, keeper, standing, taken.steps)
-        finally:
-            system.destroy()
 
 
 def _require_run(directory: Path) -> None:
@@ -170,6 +170,25 @@ def take(directory: Path) -> Taken:
     if lines:
         said.append("no checkpoint can be used: the run begins again with its first step")
     return Taken(page=None, lines=(), steps=(), said=tuple(said))
+
+
+def _steps_alone(directory: Path) -> tuple[Step, ...]:
+    """Those of a run that has no checkpoint at all: of an earlier staffa, or to save room."""
+    if checkpoint.numbers(directory / checkpoint.FOLDER):
+        return ()
+    with suppress(StaffaError):
+        return run_directory.read_run(directory).steps
+    return ()
+
+
+def _require_checkpoint(directory: Path, taken: Taken, settings: Sequence[str]) -> None:
+    """What is finished is not lost to a longer run that would have to begin again."""
+    if taken.page is None:
+        asked = " ".join(f"--set {setting}" for setting in settings)
+        raise InputError(
+            f"{directory} is finished, and has no checkpoint to go on from; `staffa run "
+            f"{directory / run_directory.CASE} {asked} --out ANOTHER` begins a new one"
+        )
 
 
 def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:

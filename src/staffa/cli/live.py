@@ -58,7 +58,7 @@ def following(
     """What prints and logs a run that goes on within it, and then leaves its results."""
     stopping = Stopping(wall_time)
     follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
-    with stopping.heeded(), follower.progress:
+    with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
     if comm.rank == 0:
         _leave_results(read_run(directory), quiet=quiet)

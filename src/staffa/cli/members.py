@@ -38,7 +38,7 @@ def run_members_and_follow(
     """
     comm = MPI.COMM_WORLD
     stopping = Stopping(wall_time)
-    with ending_all_ranks(comm, directory), stopping.heeded():
+    with ending_all_ranks(comm, directory), stopping.heeded(comm.size):
         case = on_root(comm, read)
         seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
 

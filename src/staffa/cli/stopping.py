@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from time import perf_counter
 from types import FrameType
 
+from staffa.errors import StaffaError
+
 SIGNALS = (signal.SIGTERM, signal.SIGINT)
 # A launcher and a terminal may both pass on one Ctrl-C; so soon (s) it is no second one.
 ONCE = 1.0
@@ -45,11 +47,19 @@ class Stopping:
             self._asked, self._at = f"{signal.Signals(number).name} asked for it", now
 
     @contextmanager
-    def heeded(self) -> Iterator[None]:
-        """Within it a signal asks to stop; a second one ends the process at once."""
+    def heeded(self, ranks: int = 1) -> Iterator[None]:
+        """Within it a signal asks to stop; a second one ends the process at once.
+
+        A compiler at work gets the signal too, and its failure is then none of its own. Where there
+        are more ranks it is one all the same: they might wait for the one that met it.
+        """
         before = {number: signal.signal(number, self._ask) for number in SIGNALS}
         try:
             yield
+        except Exception as error:
+            if self._asked and ranks == 1 and not isinstance(error, StaffaError):
+                raise KeyboardInterrupt from error
+            raise
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)

@@ -98,7 +98,7 @@ class Walk:
         self._plan = plan
         self.start = start
         longest = plan.pace.longest if plan.pace else 0.0
-        self.length = longest if length is None else min(length, longest)
+        self.length = min(length, longest) if length else longest  # none, or of a plan without pace
         self._step = 0.0  # on the clock, as it was chosen: of a difference, round-off could decide
 
     def next(self) -> float | None:

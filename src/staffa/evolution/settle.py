@@ -131,6 +131,7 @@ def _coarse_gain(
     state.T.x.array[:] = coarser.down(T)
     system.energy.external.at(time)
     system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
+    system.alternation.elastic.forget()  # nor is the last guess's factorization, in a resumed run
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)
     outcome, _ = settle(problem, system, loads, guess=True)

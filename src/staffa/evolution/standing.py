@@ -75,9 +75,12 @@ class Standing:
         """Make the system what it was; the loop goes on from there. Collective."""
         restore(system, self.kept)
         system.energy.rest = self.rest
+        history = None
+        if problem.backtracking:  # before the first step it may be new
+            history = self.history or History(system.state)
         return Loop(
             walk=Walk(problem.schedule, self.start, self.length),
-            history=self.history if problem.backtracking else None,
+            history=history,
             index=self.index,
             better=self.better if problem.backtracking else None,
         )

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 from staffa.errors import InputError, StaffaError
-from staffa.io.run_directory import write_aside
+from staffa.io.run_directory import keep_names, write_aside
 
 FORMAT = 1
 FOLDER = "checkpoint"
@@ -36,7 +36,7 @@ def write_part(folder: Path, arrays: Mapping[str, np.ndarray]) -> str:
         file.flush()
         content = file.id.get_file_image()
     name = sha256(content).hexdigest()
-    folder.mkdir(exist_ok=True)
+    _make(folder)
     write_aside(_part(folder, name), content)
     return name
 
@@ -66,7 +66,7 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
     """
     content = {"format": FORMAT, "parts": list(parts), **page}
     text = json.dumps({"sha256": _sum(content), "checkpoint": content}, indent=1) + "\n"
-    folder.mkdir(exist_ok=True)
+    _make(folder)
     write_aside(_page(folder, number), text)
     _tidy(folder)
 
@@ -123,6 +123,12 @@ def _tidy(folder: Path) -> None:
         named = {_part(folder, name) for page in pages for name in page["parts"]}
         for part in set(folder.glob("*.h5")) - named:
             part.unlink()
+
+
+def _make(folder: Path) -> None:
+    if not folder.exists():
+        folder.mkdir()
+        keep_names(folder.parent)
 
 
 def _page(folder: Path, number: int) -> Path:

@@ -82,13 +82,18 @@ def write_case(path: Path, case: str, manifest: Manifest) -> None:
 
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
     """Make a run directory with its case, copies of the files that it names, its manifest, and no
-    step yet."""
+    step yet. If the disk does not take all of it, there is no run."""
     (path / FIELDS).mkdir(parents=True, exist_ok=True)
     for file in files:
         with suppress(shutil.SameFileError):  # it lies there already
             shutil.copyfile(file, path / file.name)
-    write_case(path, case, manifest)
-    (path / STEPS).touch()
+    try:
+        (path / STEPS).touch()
+        write_case(path, case, manifest)  # last: it also brings the others' names to the disk
+    except OSError:
+        for name in (CASE, MANIFEST, STEPS):
+            (path / name).unlink(missing_ok=True)
+        raise
 
 
 class Journal:
@@ -135,8 +140,8 @@ def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
     write_aside(path / STEPS, "".join(f"{line}\n" for line in lines))
     (path / FIELDS).mkdir(exist_ok=True)
     written = [(step.fields, step.time) for step in steps if step.fields]
-    known = {SERIES, *(Path(name).name for name, _ in written)}
-    for file in (path / FIELDS).iterdir():
+    known = {Path(name).name for name, _ in written}
+    for file in (path / FIELDS).glob("step-*"):  # people may keep their own beside these
         if file.name not in known:
             file.unlink()
     write_series(path, written)
@@ -177,9 +182,14 @@ def write_aside(path: Path, content: str | bytes) -> None:
         aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
         raise
     aside.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
+    keep_names(path.parent)
+
+
+def keep_names(path: Path) -> None:
+    """Bring to the disk which files a folder has: that a file has its name is kept there."""
+    folder = os.open(path, os.O_RDONLY)
     try:
-        os.fsync(folder)  # that the file has its name is kept in the folder
+        os.fsync(folder)
     finally:
         os.close(folder)
 

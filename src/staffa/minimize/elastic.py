@@ -80,15 +80,27 @@ class ElasticSolver:
         null_space = PETSc.NullSpace().create(vectors=self.near_null, comm=self.stiffness.comm)
         self.constrained.setNearNullSpace(null_space)
         null_space.destroy()
-        self.ksp = PETSc.KSP().create(self.stiffness.comm)
-        self.ksp.setOptionsPrefix(prefix)
         apply(prefix, preset)
-        self.ksp.setOperators(self.constrained)
-        self.ksp.setFromOptions()
-        self.ksp.setInitialGuessNonzero(True)
+        self.ksp = self._new_ksp(prefix)
         self.direct = self.ksp.pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
         self.iterations = self.renewals = 0
         self._stale, self._drift, self._pace = True, 0.0, 0.0
+        self._forgotten = False
+
+    def _new_ksp(self, prefix: str) -> PETSc.KSP:
+        ksp = PETSc.KSP().create(self.stiffness.comm)
+        ksp.setOptionsPrefix(prefix)
+        ksp.setOperators(self.constrained)
+        ksp.setFromOptions()
+        ksp.setInitialGuessNonzero(True)
+        return ksp
+
+    def _replace_ksp(self) -> None:
+        """GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset:
+        a run that went on after a reset came to other minima."""
+        prefix = self.ksp.getOptionsPrefix()
+        self.ksp.destroy()
+        self.ksp = self._new_ksp(prefix)
 
     @property
     def exact(self) -> bool:
@@ -96,8 +108,11 @@ class ElasticSolver:
         return self.direct and self._drift == 0
 
     def forget(self) -> None:
-        """Begin with a new preconditioner: what comes then depends on the problem alone."""
-        self._stale = True
+        """Begin with a new preconditioner, and modes without a first guess: what comes then depends
+        on the problem alone."""
+        self._stale = self._forgotten = True
+        for response in self.responses:
+            response.set(0.0)
 
     def _vector(self, values: np.ndarray) -> PETSc.Vec:
         vector = self.rhs.duplicate()
@@ -162,6 +177,9 @@ class ElasticSolver:
         """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
         fresh = self._stale
         if fresh:
+            if self._forgotten and not self.direct:
+                self._replace_ksp()
+            self._forgotten = False
             self.renewals += 1
             self.diagonal.copy(self.kept)
             self._stale, self._drift, self._pace = False, 0.0, 0.0
