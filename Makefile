@@ -21,7 +21,7 @@ help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes a quarter of an hour"
 	@echo "make test    run every test but those of minutes, which make verify runs"
-	@echo "make check   format, lint, types and the fast tests, in about a minute"
+	@echo "make check   format, lint, types and the fast tests, in a few minutes"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes an hour"
 	@echo "make format  rewrite the code in the house format"

@@ -31,6 +31,8 @@ def _has_gmsh() -> bool:
 
 needs_gmsh = pytest.mark.skipif(not _has_gmsh(), reason="Gmsh cannot be loaded here")
 UNSTRUCTURED = pytest.param("unstructured", marks=needs_gmsh)
+# On two ranks most parts run in whole cases as well.
+RANKS = [pytest.param(2, marks=pytest.mark.long), 3]
 BOTTOM = Face(axis=1, position=0.0, inward=1)
 
 

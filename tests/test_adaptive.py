@@ -7,7 +7,7 @@ from staffa.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from bodies import body, printed_on, quench, rock, run
+from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.evolution.march import march
 from staffa.evolution.problem import Measuring, Problem
 from staffa.evolution.schedule import Pace, schedule
@@ -125,7 +125,7 @@ def test_the_advance_is_the_way_from_the_cracks_there_were() -> None:
 
 @pytest.mark.mpi
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_ranks_take_the_same_steps(ranks: int) -> None:
     code = (
         "from test_adaptive import *\n"

@@ -8,7 +8,7 @@ from staffa.stack import MPI
 import numpy as np
 import pytest
 
-from bodies import body, printed_on, quench, rock, run
+from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.cases.build import problem as problem_of
 from staffa.cases.reading import parse_case
 from staffa.domain import block
@@ -381,7 +381,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.mpi
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_layers_crack_on_many_ranks_as_on_one(ranks: int) -> None:
     alone = [[s.energies.elastic, s.energies.surface] for s in run(cooled(MPI.COMM_SELF))]
     assert alone[-1][1] > 0.1, "they crack"

@@ -92,7 +92,7 @@ def test_the_last_good_checkpoint_is_used_and_that_is_said(copy: Path, damage, g
     assert all(sentence.isprintable() for sentence in taken.said)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["a bit of the fields", "half of the last step", "everything"])
 def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) -> None:
     DAMAGES[name][0](copy)

@@ -36,7 +36,7 @@ STAGNANT = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("what", STAGNANT)
 def test_a_solver_that_gets_no_further_ends_the_run(case: Path, what: str, monkeypatch) -> None:
     setting, options = STAGNANT[what]

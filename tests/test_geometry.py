@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import meshes
-from bodies import needs_gmsh, printed_on
+from bodies import RANKS, needs_gmsh, printed_on
 from staffa.cases import catalog
 from staffa.cases.build import body_of, problem, side_supports
 from staffa.cases.experiment import run
@@ -299,7 +299,7 @@ def fields_of(made: Problem) -> list[float]:
 
 @needs_gmsh
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_any_number_of_ranks_finds_the_same_parts_and_energies(folder, ranks: int) -> None:
     paths = [str(folder / name) for name in ("my.toml", "stacked.toml")]
     for path, text in zip(paths, (PULLED, STACKED), strict=True):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import erfcx
 
-from bodies import UNSTRUCTURED, printed_on, rates
+from bodies import RANKS, UNSTRUCTURED, printed_on, rates
 from heated import Heated, broken_layer, still, tensor, turned
 from staffa.errors import InputError, LoadError
 from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating
@@ -313,7 +313,7 @@ def test_what_entered_is_what_is_stored_at_every_step() -> None:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_ranks_give_the_serial_temperature_and_balance(ranks: int) -> None:
     code = """
 from staffa.stack import MPI

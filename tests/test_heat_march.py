@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bodies import body, printed_on, rock, run
+from bodies import RANKS, body, printed_on, rock, run
 from heated import still, tensor
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
@@ -249,7 +249,7 @@ def test_a_heat_solver_that_fails_loses_no_finished_step(monkeypatch) -> None:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_ranks_give_the_serial_cracks_and_heat(ranks: int) -> None:
     code = """
 from test_heat_march import *
@@ -271,7 +271,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_any_number_of_ranks_goes_back_alike_where_heat_feels_the_cracks(ranks: int) -> None:
     code = """
 from test_heat_march import *

@@ -34,7 +34,14 @@ def settings(name: str, *more: str) -> list[str]:
 
 
 BEHIND_FILMS = ("glass-slab", "wellbore")
-NAMES = [pytest.param(name, marks=needs_gmsh) if name == "wellbore" else name for name in COARSE]
+NAMES = [
+    "granite-face",
+    pytest.param("wellbore", marks=needs_gmsh),
+    *(
+        pytest.param(name, marks=pytest.mark.long)
+        for name in ("glass-slab", "ceramic-strip", "ceramic-quench")
+    ),
+]
 
 
 @pytest.mark.mpi

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from bodies import needs_gmsh, printed_on
+from bodies import RANKS, needs_gmsh, printed_on
 from staffa.domain import Domain, block, body
 from staffa.fields import State, linear_spaces, vertices, zero_state
 from staffa.geometry.shapes import Round, meshed
@@ -113,7 +113,7 @@ for cells in CELLS:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_cells_are_the_same_on_any_ranks(ranks: int) -> None:
     alone = [row.split() for cells in CELLS for row in words(cells)]
     found = printed_on(ranks, ON_RANKS)

@@ -223,7 +223,7 @@ for cells in ("quadrilateral", "triangle"):
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.mpi
 def test_what_some_ranks_began_any_others_finish(tmp_path: Path) -> None:
     """1, 2, 3 ranks to 1, 2, 3 ranks; and the order that this rests on is that of the mesh."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from bodies import needs_gmsh, printed_on, run
+from bodies import RANKS, needs_gmsh, printed_on, run
 from staffa.cases.attached import attached
 from staffa.cases.build import problem
 from staffa.cases.experiment import run as write_run
@@ -399,7 +399,7 @@ seed = 3
 
 @pytest.mark.mpi
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_the_rock_is_the_same_on_many_ranks_as_on_one(tmp_path, ranks: int) -> None:
     (tmp_path / "my.toml").write_text(PLATE + VARIED)
     _write_field(tmp_path / "E.vtu")

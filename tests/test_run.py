@@ -182,7 +182,11 @@ SMALL_BRICK = [
 @pytest.mark.slow
 @pytest.mark.mpi
 @pytest.mark.parametrize(
-    ("cells", "displacement"), [("hexahedron", "iterative"), ("tetrahedron", "direct")]
+    ("cells", "displacement"),
+    [
+        ("hexahedron", "iterative"),
+        pytest.param("tetrahedron", "direct", marks=pytest.mark.long),
+    ],
 )
 def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_path: Path) -> None:
     """The same code in 3-D: cracks, measures, fields; one rank and two agree.

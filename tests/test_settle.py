@@ -7,7 +7,7 @@ from staffa.stack import MPI
 import numpy as np
 import pytest
 
-from bodies import body, printed_on, quench, rock, run
+from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.domain import block
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.evolution import settle as module
@@ -285,7 +285,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_any_number_of_ranks_makes_the_same_guess(ranks: int) -> None:
     (expected,) = run(plate(dT=9.0))
     ((guesses, sweeps, energy),) = printed_on(ranks, ON_RANKS)

@@ -100,7 +100,7 @@ def test_the_even_pair_is_left_where_it_is_no_longer_stable() -> None:
     assert min(before) > 0, "stable up to there"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
     alone, followed = (
         np.array([step.energies.total for step in pair(how)[0]]) for how in ("none", "follow")

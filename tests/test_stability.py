@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from bodies import body, printed_on, quench, rock, run
+from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.errors import SolveError
 from staffa.evolution import second_order
 from staffa.evolution.problem import Problem, SecondOrder
@@ -249,7 +249,7 @@ for step in run(plate()):
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_any_number_of_ranks_finds_the_same(ranks: int) -> None:
     expected = [step.stability for step in run(plate())]
     lines = printed_on(ranks, ON_RANKS)

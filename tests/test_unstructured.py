@@ -7,7 +7,7 @@ from staffa.stack import MPI
 import numpy as np
 import pytest
 
-from bodies import body, needs_gmsh, printed_on, quench, rock
+from bodies import RANKS, body, needs_gmsh, printed_on, quench, rock
 from staffa import unstructured
 from staffa.domain import Domain, block, cell_count
 from staffa.errors import StaffaError
@@ -247,7 +247,7 @@ for step in march(case, system):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_any_number_of_ranks_has_the_same_mesh_and_the_same_energies(ranks: int) -> None:
     case, found = cooled("unstructured"), printed_on(ranks, ON_RANKS)
     assert {(identity, int(count)) for identity, count, _ in found} == {
