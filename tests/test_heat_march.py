@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bodies import RANKS, body, printed_on, rock, run
+from bodies import body, printed_on, rock, run
 from heated import still, tensor
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
@@ -248,8 +248,12 @@ def test_a_heat_solver_that_fails_loses_no_finished_step(monkeypatch) -> None:
     system.destroy()
 
 
+# Many small solves: on three ranks, more than there are cores, they take minutes.
+MANY = [2, pytest.param(3, marks=pytest.mark.long)]
+
+
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("ranks", MANY)
 def test_ranks_give_the_serial_cracks_and_heat(ranks: int) -> None:
     code = """
 from test_heat_march import *
@@ -271,7 +275,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("ranks", MANY)
 def test_any_number_of_ranks_goes_back_alike_where_heat_feels_the_cracks(ranks: int) -> None:
     code = """
 from test_heat_march import *
