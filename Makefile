@@ -14,14 +14,14 @@ export PYTHONNOUSERSITE = 1
 FOR_TESTS = STAFFA_CFLAGS=-O1
 SHARED_OUT = -n $(RANKS) --dist worksteal
 # Those of several ranks have the cores for themselves. With more ranks than cores, those that wait
-# give theirs away, where MPICH would have them spin: 3 ranks on 2 cores are twice as fast.
+# give theirs away, where MPICH would have them spin.
 YIELDING = MPIR_CVAR_CH4_PROGRESS_THROTTLE=1 MPIR_CVAR_ENABLE_HEAVY_YIELD=1
 
 .PHONY: help demo demo3d test check bench verify format clean FORCE
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
-	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes a quarter of an hour"
+	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
 	@echo "make test    run every test but those of minutes, which make verify runs"
 	@echo "make check   format, lint, types and the fast tests, in a few minutes"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"

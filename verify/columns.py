@@ -2,7 +2,7 @@
 
     python verify/columns.py
 
-runs the members (two hours on two cores), and keeps what `make verify ONLY=columns` looks at. Those
+runs the members (hours), and keeps what `make verify ONLY=columns` looks at. Those
 that are in runs/verify/columns, by hand on more ranks say, are taken as they are.
 """
 

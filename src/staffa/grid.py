@@ -1,6 +1,9 @@
 """What is known of a block before there is a mesh: its sides, and how many cells it has."""
 
+from dataclasses import dataclass
 from math import ceil, prod
+
+import numpy as np
 
 UNSTRUCTURED = "unstructured"
 
@@ -38,6 +41,25 @@ def opposite(face: str, dim: int) -> str:
 def divisions(size: tuple[float, ...], h: float) -> tuple[int, ...]:
     """Cells along each axis such that none is longer than h (up to round-off)."""
     return tuple(max(1, ceil(length / h - 1e-9)) for length in size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Raster:
+    """Pixels over a rectangle: how many along both axes, and their edges (m)."""
+
+    counts: tuple[int, int]
+    pixel: tuple[float, float]
+
+    @property
+    def middles(self) -> np.ndarray:
+        """The middles of the pixels from the rectangle's corner (m), shape (n_x n_y, 2)."""
+        return (np.indices(self.counts).reshape(2, -1).T + 0.5) * self.pixel
+
+
+def section_raster(size: tuple[float, float], h: float) -> Raster:
+    """On which the cells of a section are found: no pixel is longer than h/2 (m)."""
+    across, along = divisions(size, h / 2)
+    return Raster(counts=(across, along), pixel=(size[0] / across, size[1] / along))
 
 
 def edge(size: tuple[float, ...], h: float, cells: str) -> float:

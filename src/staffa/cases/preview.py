@@ -23,7 +23,7 @@ from staffa.cases.pieces import has_directions, pieces
 from staffa.cases.rules import adaptive, unit
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
-from staffa.grid import broken_layer, divisions
+from staffa.grid import broken_layer, section_raster
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
@@ -283,7 +283,7 @@ def _planes(case: Case) -> list[Fact]:
     if case.dim == 2 or not depths:
         return []
     axis = case.outline.axis(case.temperature.face)
-    size = [length for k, length in enumerate(case.outline.size) if k != axis]
-    across, along = divisions(tuple(size), cell_edge(case) / 2)
+    one, other = (length for k, length in enumerate(case.outline.size) if k != axis)
+    across, along = section_raster((one, other), cell_edge(case)).counts
     counted = f"{len(depths)} of {across} x {along} pixels"
     return [("sections", counted, "the cells that cracks cut out there, at every step")]

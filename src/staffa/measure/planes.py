@@ -7,7 +7,7 @@ import numpy as np
 
 from staffa.domain import Domain
 from staffa.fields import State
-from staffa.grid import divisions
+from staffa.grid import section_raster
 from staffa.loads.closed_form import Face
 from staffa.measure.borders import Junction
 from staffa.measure.cells import cells
@@ -31,12 +31,11 @@ class Planes:
         """
         self.comm, self.depths, self.ell, self.threshold = domain.comm, depths, ell, threshold
         flat = [axis for axis in range(3) if axis != face.axis]
-        size = tuple(domain.size[axis] for axis in flat)
-        self.shape = divisions(size, domain.h / 2)
-        self.pixel = (size[0] / self.shape[0], size[1] / self.shape[1])
-        middles = np.indices(self.shape).reshape(2, -1).T + 0.5
+        raster = section_raster((domain.size[flat[0]], domain.size[flat[1]]), domain.h)
+        self.shape, self.pixel = raster.counts, raster.pixel
+        middles = raster.middles
         at = np.empty((len(depths), len(middles), 3))
-        at[:, :, flat] = np.array(domain.lower)[flat] + middles * self.pixel
+        at[:, :, flat] = np.array(domain.lower)[flat] + middles
         at[:, :, face.axis] = (face.position + face.inward * np.array(depths))[:, None]
         points = at.reshape(-1, 3)
         self.here, self.cells = located(domain, points)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from staffa.grid import SIDES, divisions, face_position
+from staffa.grid import SIDES, face_position, section_raster
 from staffa.io.vtkhdf import Grid
 from staffa.manifest import Manifest
 from staffa.measure.cells import cells
@@ -56,13 +56,12 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
     across, end = SIDES[3][side]
     one, other = (axis for axis in range(3) if axis != across)
     corner, size = manifest.corner, manifest.size
-    counts = divisions((size[one], size[other]), manifest.h / 2)
-    pixel = (size[one] / counts[0], size[other] / counts[1])
-    middles = np.indices(counts).reshape(2, -1).T + 0.5
+    raster = section_raster((size[one], size[other]), manifest.h)
+    middles = raster.middles
     points = np.empty((len(middles), 3))
-    points[:, [one, other]] = np.array([corner[one], corner[other]]) + middles * pixel
+    points[:, [one, other]] = np.array([corner[one], corner[other]]) + middles
     points[:, across] = corner[across] + face_position(side, size) - end * depth
-    damage = _damage(frame.grid, frame.alpha, points).reshape(counts)
+    damage = _damage(frame.grid, frame.alpha, points).reshape(raster.counts)
     return Plane(
         depth=depth,
         axes=(one, other),
@@ -72,7 +71,7 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
         ),
         damage=damage,
         threshold=manifest.threshold,
-        cells=cells(damage, pixel=pixel, ell=manifest.ell, threshold=manifest.threshold),
+        cells=cells(damage, pixel=raster.pixel, ell=manifest.ell, threshold=manifest.threshold),
     )
 
 
