@@ -13,6 +13,7 @@ from staffa.evolution.rock import Places
 from staffa.evolution.rock import rock as rock_on
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, owned, vertices, zero_state
+from staffa.jit import expression, form
 from staffa.physics.damage import AT1, AT2
 
 BODIES = {
@@ -141,10 +142,10 @@ def displacement_error(size, h: float, cells: str, state_name: str) -> float:
     stress = factor * (lam * ufl.tr(strain) * ufl.Identity(dim) + 2 * mu * strain)
     test = ufl.TestFunction(spaces.u)
     dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": 5})
-    force = fem.petsc.assemble_vector(fem.form(-ufl.inner(ufl.div(stress), test) * dx))
+    force = fem.petsc.assemble_vector(form(-ufl.inner(ufl.div(stress), test) * dx, mesh.comm))
     force.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
     values = fem.Function(spaces.u)
-    values.interpolate(fem.Expression(exact, spaces.u.element.interpolation_points))
+    values.interpolate(expression(exact, spaces.u.element.interpolation_points, mesh.comm))
     matrix = energy.new_stiffness()
     energy.stiffness(matrix)
     fixed = boundary_dofs(problem.domain, spaces, dim)
@@ -156,7 +157,7 @@ def displacement_error(size, h: float, cells: str, state_name: str) -> float:
     ksp.solve(force, state.u.x.petsc_vec)
     state.u.x.scatter_forward()
     gap = state.u - exact
-    square = fem.assemble_scalar(fem.form(ufl.inner(gap, gap) * dx))
+    square = fem.assemble_scalar(form(ufl.inner(gap, gap) * dx, mesh.comm))
     return float(np.sqrt(mesh.comm.allreduce(square, op=MPI.SUM)))
 
 

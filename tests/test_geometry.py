@@ -30,6 +30,7 @@ from staffa.geometry.layer import broken_layer
 from staffa.geometry.msh import read_msh
 from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, outline
 from staffa.geometry.simplices import outline as found_outline
+from staffa.jit import form
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
@@ -283,13 +284,13 @@ def fields_of(made: Problem) -> list[float]:
         cells = domain.cells(name)
         own = cells[cells < domain.mesh.topology.index_map(dim).size_local]
         tags = mesh.meshtags(domain.mesh, dim, own, np.ones(len(own), dtype=np.int32))
-        form = fem.form(one * ufl.Measure("dx", domain.mesh, subdomain_data=tags)(1))
-        found.append(comm.allreduce(fem.assemble_scalar(form)))
+        area = one * ufl.Measure("dx", domain.mesh, subdomain_data=tags)(1)
+        found.append(comm.allreduce(fem.assemble_scalar(form(area, comm))))
     for name in sorted(domain.boundaries):
         facets = np.sort(domain.facets(name))
         tags = mesh.meshtags(domain.mesh, dim - 1, facets, np.ones(len(facets), dtype=np.int32))
-        form = fem.form(one * ufl.Measure("ds", domain.mesh, subdomain_data=tags)(1))
-        found.append(comm.allreduce(fem.assemble_scalar(form)))
+        length = one * ufl.Measure("ds", domain.mesh, subdomain_data=tags)(1)
+        found.append(comm.allreduce(fem.assemble_scalar(form(length, comm))))
     system = build(made)
     equilibrium(system.alternation, system.supports.values(1.0))
     energies = system.energy.energies()

@@ -179,7 +179,7 @@ def test_a_cylinder_goes_from_its_case_to_its_pictures(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     run = read_run(tmp_path / "run")
     (step,) = run.steps
-    assert [section.depth for section in step.measures.cells] == [0.1, 0.2, 0.4, 0.6]
+    assert [section.depth for section in step.measures.cells] == [0.2, 0.4, 0.6]
     disc = np.pi * 1.4**2  # of pixels whose middles are in it, and of facets within its round
     assert all(sum(s.areas) == pytest.approx(disc, rel=0.05) for s in step.measures.cells)
     there = {path.name for path in (run.path / "pictures").iterdir()}

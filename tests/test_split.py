@@ -15,6 +15,7 @@ from staffa.cut import FlatCrack
 from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.system import build
+from staffa.jit import form
 from staffa.minimize.alternate import reactions
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
@@ -153,15 +154,15 @@ def test_principal_strains(tensor: str, state: str) -> None:
     e.x.array[:] = values.ravel()
     found = principal_strains(ufl.sym(e), state)
     exact = np.linalg.eigvalsh(values)[::-1]
-    numbers = [fem.assemble_scalar(fem.form(x * ufl.dx(mesh))) for x in found]
+    numbers = [fem.assemble_scalar(form(x * ufl.dx(mesh), mesh.comm)) for x in found]
     assert numbers == pytest.approx(exact, abs=1e-3)  # two alike are told apart by sqrt(1e-7)
     squares = sum(x**2 for x in found)
     # Their sum is e : e, whose derivatives are 2 e and 2.
     way, other = ufl.TestFunction(space), ufl.TrialFunction(space)
     slope_of = ufl.derivative(squares * ufl.dx(mesh), e, way)
-    slopes = fem.assemble_vector(fem.form(slope_of)).array
+    slopes = fem.assemble_vector(form(slope_of, mesh.comm)).array
     assert slopes == pytest.approx(2 * values.ravel(), abs=2e-6)
-    H = fem.assemble_matrix(fem.form(ufl.derivative(slope_of, e, other))).to_dense()
+    H = fem.assemble_matrix(form(ufl.derivative(slope_of, e, other), mesh.comm)).to_dense()
     seeded = np.random.default_rng(1)
     for _ in range(5):
         d = seeded.normal(size=values.shape)
