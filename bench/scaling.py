@@ -23,7 +23,8 @@ from run import HERE, environment, machine, versions
 RESULTS = HERE / "scaling.json"
 # Columns of cells along x and along y of a brick that is as deep as the ready case: a body that
 # is wider by more rock of the same kind. About 10k, 30k, 100k and 300k displacement unknowns.
-COLUMNS = (15, 27, 50, 87)
+# Bricks of 22 and 39 columns are twice those of 15 and 27: as much for each of two ranks.
+COLUMNS = (15, 22, 27, 39, 50, 87)
 CELLS = ("hexahedron", "tetrahedron")
 RANKS = (1, 2)
 # From rest to where cracks stand all over, in one step that ends, converged or not, after so many

@@ -7,6 +7,7 @@ docs/cluster/brick-large.slurm. Run by bench/scaling.py; tests hold both against
 """
 
 import json
+from itertools import product
 from math import ceil
 from pathlib import Path
 
@@ -26,6 +27,8 @@ KEPT = HERE / "scaling.json"
 NOT_YET = "Not measured yet on a quiet machine.\n"
 # Runs whose cells have no law of their own, and the law that stands in.
 ALIKE = {"unstructured": "tetrahedron"}
+# Unknowns that count as twice as many, up to this part.
+TWICE = 0.1
 # The cluster of the batch script: nodes of two sockets of 64 cores are common.
 NODES, CORES = 4, 128
 
@@ -86,7 +89,7 @@ def page(results: dict | None) -> str:
     """The part of docs/performance.md."""
     if results is None:
         return NOT_YET
-    parts = [runs_table(results), laws_table(results), checks_table(results)]
+    parts = [runs_table(results), weak_table(results), laws_table(results), checks_table(results)]
     unknowns, cost = large(results)
     medium = results["medium"]
     days = sorted({run["date"][:10] for run in results["runs"]})
@@ -125,6 +128,26 @@ def runs_table(results: dict) -> str:
                 f"{run['multigrid_set_ups'] / run['sweeps']:.1f} | "
                 f"{run['newton_iterations'] / run['sweeps']:.1f} | "
                 f"{run['peak_bytes'] / 1e9:.2f} GB | {own / 1e3:.1f} kB |"
+            )
+    return "\n".join(rows)
+
+
+def weak_table(results: dict) -> str:
+    """Twice as much on two ranks as on one: the time should be the same."""
+    rows = [
+        "| cells | unknowns on 1 rank | on 2 ranks | a sweep on 1 rank | on 2 ranks | efficiency, "
+        "per unknown |",
+        "|" + " --- |" * 6,
+    ]
+    for cells, runs in by_cells(results).items():
+        for one, two in product(runs, runs):
+            share = two["unknowns"] / (2 * one["unknowns"])
+            if (one["ranks"], two["ranks"]) != (1, 2) or abs(share - 1) > TWICE:
+                continue
+            alone, both = (run["seconds"] / run["sweeps"] for run in (one, two))
+            rows.append(
+                f"| {cells} | {one['unknowns']} | {two['unknowns']} | {alone:.2f} s | {both:.2f} s "
+                f"| {100 * share * alone / both:.0f} % |"
             )
     return "\n".join(rows)
 

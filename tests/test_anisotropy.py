@@ -242,7 +242,9 @@ def uniform_energy(material: Material, Q: np.ndarray) -> float:
     return energy_of(problem, spaces, state).energies().elastic
 
 
-@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize(
+    "state", [pytest.param(s, marks=pytest.mark.long) if s != "solid" else s for s in STATES]
+)
 @pytest.mark.parametrize("name", CLASSES)
 def test_a_strain_turned_by_any_angle_with_the_rock_costs_the_same(name: str, state: str) -> None:
     c, s = np.cos(0.7), np.sin(0.7)

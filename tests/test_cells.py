@@ -1,6 +1,7 @@
 """The cells of drawn sections are as many, as large and as sided as they were drawn."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,11 +9,13 @@ from scipy.spatial import cKDTree
 
 from staffa.measure.cells import Cells, cells
 from staffa.measure.patterns import Pattern, pattern
+from staffa.measure.planes import section
 from staffa.records import CellSection
 
 EDGE = 1 / 120  # of a pixel
 ELL = 4 * EDGE
 PERIODIC = (True, True)
+OF_CELLS = ("areas", "perimeters", "sides", "ends")
 HEXAGON = (2 / np.sqrt(3)) ** 0.5  # two rows of hexagons of unit area are this wide, 3^(1/4) high
 
 
@@ -52,17 +55,7 @@ def measured(
 
 def told(found: Cells) -> Pattern:
     """The statistics of drawn cells."""
-    section = CellSection(
-        depth=0.1,
-        pixel=(EDGE, EDGE),
-        areas=tuple(found.areas),
-        perimeters=tuple(found.perimeters),
-        sides=tuple(found.sides),
-        ends=tuple(found.ends),
-        junctions=dict(Counter(found.kinds)),
-        cracked=found.cracked,
-    )
-    return pattern([section])
+    return pattern([section(found, depth=0.1, pixel=(EDGE, EDGE))])
 
 
 def squares(apart: float = 0.25) -> np.ndarray:
@@ -280,14 +273,19 @@ def test_outside_of_the_body_there_is_nothing() -> None:
 
 def test_the_errors_are_those_of_a_mean() -> None:
     areas = tuple(np.random.default_rng(1).exponential(size=200))
-    section = CellSection(
+    drawn = CellSection(
         depth=0.1, pixel=(1.0, 1.0), areas=areas, perimeters=areas, sides=(6,) * 200,
         ends=(0,) * 200, junctions={"T": 30, "Y": 70, "X": 0}, cracked=0.0,
     )  # fmt: skip
-    seen, twice = pattern([section]), pattern([section, section])
+    seen, twice = pattern([drawn]), pattern([drawn, drawn])
     expected = np.std(areas) / np.sqrt(200)
     assert seen.area.error == pytest.approx(expected, rel=0.1), "drawn 1000 times: 2 %"
-    assert seen == pattern([section]), "the same numbers are drawn each time"
+    assert seen == pattern([drawn]), "the same numbers are drawn each time"
     assert twice.area.error == pytest.approx(expected / np.sqrt(2), rel=0.1)
     assert twice.sections == 2 and twice.area.value == pytest.approx(seen.area.value)
-    assert (seen.t_share.value, seen.t_share.error) == pytest.approx((0.3, np.sqrt(0.0021)))
+    part = 32 / 104  # Agresti and Coull
+    error = np.sqrt(part * (1 - part) / 104)
+    assert (seen.t_share.value, seen.t_share.error) == pytest.approx((0.3, error))
+    assert seen.hexagonality.value == 1 and seen.hexagonality.error > 0
+    few = replace(drawn, **{name: getattr(drawn, name)[:4] for name in OF_CELLS})
+    assert pattern([few]).area.value > 0 and pattern([few]).area.error is None

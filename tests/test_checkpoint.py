@@ -1,6 +1,7 @@
 """What is damaged on disk is found out: the last good checkpoint is used, and that is said."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from staffa.cases.resume import resume, take
 from staffa.errors import InputError
 from staffa.io import checkpoint
 from staffa.io.checkpoint import DamagedError
-from staffa.io.run_directory import MANIFEST, STEPS, Run, read_run
+from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, read_run
 
 
 @pytest.fixture(scope="module")
@@ -99,11 +100,15 @@ def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) 
     (copy / "fields" / "step-0007.vtkhdf.part").write_text("half")
     (copy / "fields" / "mine.pvsm").write_text("a view of somebody's own")
     heard: list[str] = []
-    resume(copy, watcher=Watcher(resumed=lambda steps, said: heard.extend(said)))
+    finished = (copy / STEPS).read_text()
+    resume(copy, watcher=Watcher(said=heard.append))
     assert any(DAMAGES[name][2] in sentence for sentence in heard), heard
     assert_same(read_run(copy), whole)
     assert take(copy).said == () and len(take(copy).steps) == 3
     assert (copy / "fields" / "mine.pvsm").exists()
+    aside = copy / f"{STEPS}.1"
+    assert aside.exists() == (DAMAGES[name][1] == 0), "no finished step is lost"
+    assert not aside.exists() or aside.read_text() == finished
 
 
 def test_a_finished_run_without_checkpoints_is_not_begun_again(copy: Path, whole: Run) -> None:
@@ -116,11 +121,19 @@ def test_a_finished_run_without_checkpoints_is_not_begun_again(copy: Path, whole
 
 
 def test_a_checkpoint_of_the_future_is_refused_and_nothing_older_used(copy: Path) -> None:
-    content = json.loads(page(copy, 3).read_text())["checkpoint"] | {"format": 2, "version": "9.0"}
-    text = json.dumps({"sha256": checkpoint._sum(content), "checkpoint": content})
-    page(copy, 3).write_text(text)
+    page(copy, 3).write_text(json.dumps({"format": 2, "what": "nobody knows yet"}))
     with pytest.raises(InputError, match="has format 2, this staffa reads 1; use"):
         take(copy)
+
+
+def test_a_case_that_was_changed_by_hand_is_refused(copy: Path) -> None:
+    case = (copy / CASE).read_text()
+    (copy / CASE).write_text(re.sub(r"ell = [0-9.]+", "ell = 0.3", case, count=1))
+    assert (copy / CASE).read_text() != case
+    with pytest.raises(InputError, match=r"case\.toml, or a file that it names, was changed after"):
+        resume(copy, settings=["time.tau=[0.1,0.2,0.3,0.4]"])
+    (copy / CASE).write_text("# a comment is no change\n" + case)
+    assert resume(copy)
 
 
 def test_a_run_of_the_future_is_refused(copy: Path) -> None:

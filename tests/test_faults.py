@@ -48,6 +48,23 @@ def test_a_solver_that_gets_no_further_ends_the_run(case: Path, what: str, monke
     assert step.status == "failed" and step.reason in done.stderr and step.audit is None
 
 
+@pytest.mark.slow
+def test_an_option_that_petsc_does_not_know_ends_the_run(case: Path, monkeypatch) -> None:
+    monkeypatch.setenv("PETSC_OPTIONS", "-u_direct_ksp_type nonsense")
+    done = launch("staffa", "run", case, "--out", case.with_name("run"), *SHORT)
+    failed(done, "the solvers could not be made; see what PETSC_OPTIONS asks for")
+    assert not case.with_name("run").exists()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    ("wrong", "words"), [("--wall-time=soon", "--wall-time soon: it must"), ("--fast", "--fast")]
+)
+def test_a_wrong_command_is_told_of_once(case: Path, wrong: str, words: str) -> None:
+    done = launch("staffa", "run", case, wrong, ranks=2)
+    assert done.returncode == 2 and done.stderr.count(words) == 1, done
+
+
 RANKS = """
 import shutil
 from pathlib import Path

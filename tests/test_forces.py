@@ -112,7 +112,7 @@ def test_weight() -> None:
 @pytest.mark.parametrize(
     ("elasticity", "split"), [(None, "none"), (Isotropic(E=E, nu=NU), "volumetric-deviatoric")]
 )
-@pytest.mark.parametrize("state", ["plane strain", "solid"])
+@pytest.mark.parametrize("state", [pytest.param("plane strain", marks=pytest.mark.long), "solid"])
 def test_rock_under_its_weight_stays_where_it_is(elasticity, split: str, state: str) -> None:
     """Prestress that grows with depth balances weight and pressure on top: no displacement."""
     dim = 2 if state == "plane strain" else 3
@@ -366,9 +366,12 @@ def test_ranks_agree() -> None:
     ("state", "split", "elasticity"),
     [
         ("plane stress", "no-tension", None),
-        ("plane strain", "no-tension", None),
+        pytest.param("plane strain", "no-tension", None, marks=pytest.mark.long),
         ("plane stress", "volumetric-deviatoric", Isotropic(E=E, nu=NU)),
-        ("plane strain", "volumetric-deviatoric", Isotropic(E=E, nu=NU)),
+        pytest.param(
+            *("plane strain", "volumetric-deviatoric", Isotropic(E=E, nu=NU)),
+            marks=pytest.mark.long,
+        ),
         ("solid", "volumetric-deviatoric", Isotropic(E=E, nu=NU)),
     ],
 )

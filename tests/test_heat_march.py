@@ -275,7 +275,8 @@ if MPI.COMM_WORLD.rank == 0:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", MANY)
+@pytest.mark.long
+@pytest.mark.parametrize("ranks", [2, 3])
 def test_any_number_of_ranks_goes_back_alike_where_heat_feels_the_cracks(ranks: int) -> None:
     code = """
 from test_heat_march import *

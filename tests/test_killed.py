@@ -162,7 +162,8 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
 
 @pytest.mark.slow
 @pytest.mark.mpi
-def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path) -> None:
+@pytest.mark.parametrize("error", ["RuntimeError", "StaffaError"])
+def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path, error: str) -> None:
     """It does not wait for the others to destroy the solvers with it."""
     code = (
         "import sys\n"
@@ -171,15 +172,20 @@ def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path) -> None:
         "from staffa.stack import MPI\n"
         "from restarting import small\n"
         "from staffa.cases.experiment import Watcher, run\n"
+        "from staffa import parallel\n"
+        "from staffa.errors import StaffaError\n"
         "from staffa.cli.live import ending_all_ranks\n"
+        "parallel.TOGETHER = 2\n"
         "def fall_ill(step):\n"
-        "    if MPI.COMM_WORLD.rank == 1: raise RuntimeError('rank one is ill')\n"
+        f"    if MPI.COMM_WORLD.rank == 1: raise {error}('rank one is ill')\n"
         f"directory = Path({str(tmp_path / 'run')!r})\n"
         "with ending_all_ranks(MPI.COMM_WORLD, directory):\n"
         "    run(small(), directory, watcher=Watcher(stepped=fall_ill))\n"
     )
     ended = launch(Path(sys.executable).name, "-c", code, ranks=2, timeout=60)
-    assert ended.returncode != 0 and ended.stderr.count("RuntimeError: rank one is ill") == 1
+    assert ended.returncode != 0
+    said = {"RuntimeError": "RuntimeError: rank one is ill"}.get(error, "rank 1: rank one is ill")
+    assert ended.stderr.count(said) == 1
 
 
 def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ COARSE = {
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("name", COARSE)
+@pytest.mark.parametrize("name", ["layered", pytest.param("squeezed", marks=pytest.mark.long)])
 def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
     settings = [f"--set={setting}" for setting in (*COARSE[name], "measures.depths=[]")]
     runs = []

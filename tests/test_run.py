@@ -316,7 +316,7 @@ def test_adaptive_steps_in_seconds_from_case_to_report(adaptive: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_adaptive_steps_are_the_same_on_more_ranks(adaptive: Path, tmp_path, ranks: int) -> None:
     done = launch(ranks, "run", adaptive / "case.toml", "--quiet", "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr

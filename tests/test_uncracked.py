@@ -85,7 +85,9 @@ def test_a_section_that_is_freer_stores_less() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("state", ["plane stress", "plane strain"])
+@pytest.mark.parametrize(
+    "state", ["plane stress", pytest.param("plane strain", marks=pytest.mark.long)]
+)
 def test_slab_with_free_ends(state: str) -> None:
     """The ends relax, the same in both widths: the difference is five lengths of the middle."""
     h = 0.0125

@@ -8,7 +8,8 @@ that are in runs/verify/columns, by hand on more ranks say, are taken as they ar
 
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from math import hypot, pi, sqrt
 from pathlib import Path
 
@@ -16,9 +17,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from figures import Figure, Found
 from runs import ROOT, keep, origin, run_once
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial import KDTree
+from skimage.segmentation import find_boundaries
 
 from staffa.io.run_directory import Run
+from staffa.measure.cells import cells as cells_of
 from staffa.measure.patterns import Estimate, Pattern, pattern
+from staffa.measure.planes import section
 from staffa.physics.doubling import spacing_at
 from staffa.records import CellSection
 from staffa.report.drawing import draw
@@ -26,8 +32,13 @@ from staffa.report.drawing import draw
 CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
 SIZES = {"single": (2.5, (1, 2, 3, 4)), "doubled": (5.0, (1, 2))}  # width, seeds
+UNTIL = "time.tau={start=0.12,stop=0.6,steps=13}"  # then the deepest cracks near the far side
 CHANGE = 0.1  # of size and depth that is none
 INSIDE = 0.8  # of the depth of the body
+ENOUGH = 30  # cells that no end of the body cuts
+SURE = 3  # standard errors
+# Poisson-Voronoi cells to compare with: as wide as those of the block, and how many side by side.
+DRAWN_ACROSS, DRAWN_CELLS = (0.8, 1.2), 25
 PICTURES = ROOT / "docs" / "pictures"
 DRAWN = ("verify-columns.png", "verify-columns-sections.png", "verify-columns-size.png")
 SHARP = "sharp-crack finite elements, half-space, ell0 for two blocked directions"
@@ -35,7 +46,7 @@ SHARP = "sharp-crack finite elements, half-space, ell0 for two blocked direction
 
 def settings(width: float, seed: int) -> list[str]:
     """What a member changes in the case."""
-    return [f"domain.size=[{width},{width},1.0]", f"toughness.seed={seed}"]
+    return [f"domain.size=[{width},{width},1.0]", f"toughness.seed={seed}", UNTIL]
 
 
 def run_members() -> dict:
@@ -58,6 +69,8 @@ def digest(run: Run) -> dict:
     assert step.measures is not None
     return {
         "ell0": run.manifest.scales["ell0"],
+        "ell": run.case.damage.ell,
+        "width": run.case.domain.size[0],
         "toughness_factor": run.manifest.toughness_factor,
         "sweeps": sum(step.sweeps for step in run.steps),
         "fronts": [round(s.measures.front, 4) for s in run.steps if s.measures is not None],
@@ -83,8 +96,8 @@ def sections(kept: dict, size: str) -> dict[float, list[CellSection]]:
     """The sections of all seeds of one size, by depth."""
     found: dict[float, list[CellSection]] = {}
     for name, member in kept.items():
-        for section in member["cells"] if name.startswith(size) else ():
-            found.setdefault(section["depth"], []).append(CellSection(**section))
+        for record in member["cells"] if name.startswith(size) else ():
+            found.setdefault(record["depth"], []).append(CellSection(**record))
     return found
 
 
@@ -95,52 +108,65 @@ def columns() -> Found:
         size: {depth: pattern(found) for depth, found in sections(kept, size).items()}
         for size in SIZES
     }
-    both = {
-        depth: pattern([*sections(kept, "single")[depth], *sections(kept, "doubled")[depth]])
-        for depth in patterns["doubled"]
-    }
+    both = {depth: pattern(found) for depth, found in sections(kept, "").items()}
     ell0 = next(iter(kept.values()))["ell0"]
-    draw_sizes(patterns, ell0)
+    draw_sizes(both, patterns, ell0)
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
-    figures = [*alike(kept, patterns), *growing(both, ell0)]
-    return Found(figures=figures, text="\n\n".join([table(both), members(kept), pictures]))
+    figures = [*alike(kept, patterns), *growing(both), *spaced(both, ell0)]
+    return Found(
+        figures=figures, text="\n\n".join([table(both, drawn(kept)), members(kept), pictures])
+    )
 
 
-def draw_sizes(patterns: dict[str, dict[float, Pattern]], ell0: float) -> None:
-    """Size of the cells against depth, of both sizes of the block."""
+def draw_sizes(
+    both: dict[float, Pattern], patterns: dict[str, dict[float, Pattern]], ell0: float
+) -> None:
+    """Spacing of all, and size of the cells of each size of the block, against depth."""
     figure, axes = plt.subplots(figsize=(7, 4))
     depths = np.linspace(0.05, 0.65, 50)
     p = spacing_at(depths, ell0)
-    label = "parallel cracks, from p(a) to 2 p(a)"
+    label = "spacing of parallel cracks, from p(a) to 2 p(a)"
     axes.fill_between(depths, p, 2 * p, color="C0", alpha=0.2, label=label)
-    for marker, (size, found) in zip("os", patterns.items(), strict=True):
-        at, diameters, errors = zip(*known(found), strict=True)
-        axes.errorbar(at, diameters, errors, fmt=f"k{marker}-", capsize=3, label=size)
-    axes.set(xlabel="depth", ylabel="diameter of the cells", xlim=(0, 0.65))
+    lines = [
+        (both, "ks-", "spacing: area over length of the cracks", lambda cells: cells.spacing),
+        *(
+            (patterns[size], f"C1{marker}--", f"diameter, {size}", across)
+            for marker, size in zip("o^", SIZES, strict=True)
+        ),
+    ]
+    for found, style, name, number in lines:
+        at, values, errors = zip(*known(found, number), strict=True)
+        axes.errorbar(at, values, errors, fmt=style, capsize=3, label=name)
+    axes.set(xlabel="depth", ylabel="length", xlim=(0, 0.65), ylim=(0, None))
     axes.legend(frameon=False, fontsize=9)
     figure.savefig(PICTURES / DRAWN[2], dpi=120, bbox_inches="tight")
     plt.close(figure)
 
 
-def known(found: dict[float, Pattern]) -> Iterator[tuple[float, float, float]]:
-    """Depth, diameter and its standard error, where there is more than one cell."""
+def known(
+    found: dict[float, Pattern], number: Callable[[Pattern], Estimate]
+) -> Iterator[tuple[float, float, float]]:
+    """Depth, number and its standard error, where there is more than one cell."""
     for depth, cells in found.items():
-        area = cells.whole_area
-        if cells.number > 1 and area.value is not None:
-            size = diameter(area.value)
-            yield depth, size, size * (area.error or 0.0) / area.value / 2
+        estimate = number(cells)
+        if cells.number > cells.sections and estimate.value is not None:
+            yield depth, estimate.value, estimate.error or 0.0
 
 
-def diameter(area: float) -> float:
-    """Of the circle of this area."""
-    return sqrt(4 * area / pi)
+def across(cells: Pattern) -> Estimate:
+    """Diameter of the circle of the mean area."""
+    area = cells.whole_area
+    if area.value is None:
+        return area
+    size = sqrt(4 * area.value / pi)
+    return Estimate(value=size, error=area.error and size * area.error / area.value / 2)
 
 
 def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Figure]:
     """Cell size at equal depth, and depth of penetration, of the block and its double."""
     for depth, doubled in patterns["doubled"].items():
         one, two = patterns["single"][depth].whole_area, doubled.whole_area
-        if one.value is None or two.value is None or doubled.interior == 0:
+        if one.value is None or two.value is None:
             continue
         error = hypot(*(a.error / a.value for a in (one, two) if a.error and a.value))
         yield Figure(
@@ -150,31 +176,108 @@ def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Fig
             measured=two.value / one.value,
             tolerance=max(CHANGE, error),
         )
-    fronts = {s: [m["fronts"] for n, m in kept.items() if n.startswith(s)] for s in SIZES}
-    means = {size: np.mean(values, axis=0) for size, values in fronts.items()}
-    highest = np.max([values for found in fronts.values() for values in found], axis=0)
+    surface = {
+        size: np.mean([m["area"] / m["width"] ** 2 for m in members_of(kept, size)])
+        for size in SIZES
+    }
+    yield Figure(
+        what="crack area over that of the face, doubled over single",
+        source=f"the same; single: {surface['single']:.3g}",
+        reference=1.0,
+        measured=float(surface["doubled"] / surface["single"]),
+        tolerance=CHANGE,
+    )
+    # The deepest tip below as much of a face: of all single blocks, and of each doubled one.
+    fronts = {s: np.array([m["fronts"] for m in members_of(kept, s)]) for s in SIZES}
+    deepest = {"single": fronts["single"].max(axis=0), "doubled": fronts["doubled"].mean(axis=0)}
+    highest = np.maximum(fronts["single"].max(axis=0), fronts["doubled"].max(axis=0))
     last = int(np.flatnonzero(highest < INSIDE)[-1])  # before cracks feel the far side
     yield Figure(
-        what=f"depth of penetration at step {last}, doubled over single",
-        source=f"the same depth; single: {means['single'][last]:.3g}",
+        what=f"deepest tip at step {last}, below a doubled block and below four single ones",
+        source=f"the same depth; single: {deepest['single'][last]:.3g}",
         reference=1.0,
-        measured=float(means["doubled"][last] / means["single"][last]),
+        measured=float(deepest["doubled"][last] / deepest["single"][last]),
         tolerance=CHANGE,
     )
 
 
-def growing(found: dict[float, Pattern], ell0: float) -> Iterator[Figure]:
-    """Diameter of the cells at each depth, from where cracks stop to where they have stopped."""
-    for depth, cells in found.items():
-        p, area = float(spacing_at(depth, ell0)), cells.whole_area.value
-        if cells.number > 1 and area is not None:
+def growing(both: dict[float, Pattern]) -> Iterator[Figure]:
+    """That cells widen with depth, and that there are enough of them."""
+    most = max(cells.interior for cells in both.values())
+    yield Figure(
+        what=f"cells that no end of the body cuts, at one depth ({most}), up to {ENOUGH}",
+        source="enough to tell a pattern",
+        reference=ENOUGH,
+        measured=min(most, ENOUGH),
+        tolerance=0,
+    )
+    sizes = [across(cells) for cells in both.values()]
+    steps = [
+        deeper.value > size.value - hypot(size.error or 0.0, deeper.error or 0.0)
+        for size, deeper in pairwise(sizes)
+        if size.value is not None and deeper.value is not None
+    ]
+    yield Figure(
+        what="part of the depths at which cells are as wide as at the depth before, or wider",
+        source="cells widen as others close, within standard errors",
+        reference=1.0,
+        measured=float(np.mean(steps)),
+        tolerance=0,
+    )
+    least, greatest = sizes[0], sizes[-1]
+    assert least.value is not None and greatest.value is not None
+    growth = greatest.value - least.value
+    error = hypot(least.error or growth, greatest.error or growth)
+    yield Figure(
+        what=f"diameter at the greatest depth over that at the least, "
+        f"{greatest.value / least.value:.2f}: over 1 by so many errors, up to {SURE}",
+        source="cells grow",
+        reference=SURE,
+        measured=min(growth / error, SURE),
+        tolerance=0,
+    )
+
+
+def spaced(both: dict[float, Pattern], ell0: float) -> Iterator[Figure]:
+    """Spacing at each depth, from where cracks stop to where they have stopped.
+
+    Energy decides which stop: it is the area of the cracks over the rock's volume that is held
+    against that of parallel cracks, 1/p.
+    """
+    for depth, cells in both.items():
+        p, spacing = float(spacing_at(depth, ell0)), cells.spacing.value
+        if cells.number > cells.sections and spacing is not None:
             yield Figure(
-                what=f"diameter of cells at depth {depth:g}, over ell0",
+                what=f"spacing at depth {depth:g}, over ell0",
                 source=f"{SHARP}: from p to 2 p, p = {p / ell0:.3g}",
                 reference=1.5 * p / ell0,
-                measured=diameter(area) / ell0,
+                measured=spacing / ell0,
                 tolerance=0.5 * p / ell0,
             )
+
+
+def members_of(kept: dict, size: str) -> list[dict]:
+    """The members of one size of the block."""
+    return [member for name, member in kept.items() if name.startswith(size)]
+
+
+def drawn(kept: dict) -> dict[str, Pattern]:
+    """Cells around points that lie anywhere, cracked as by this ell and read off on this raster."""
+    ell = next(iter(kept.values()))["ell"]
+    pixel = next(iter(kept.values()))["cells"][0]["pixel"][0]
+    found = {}
+    for size in DRAWN_ACROSS:
+        rng = np.random.default_rng(1)
+        pixels = round(DRAWN_CELLS * size / pixel)
+        points = rng.random((round(DRAWN_CELLS**2 * 4 / pi), 2)) * pixels
+        nearest = KDTree(points).query(np.argwhere(np.ones((pixels, pixels))))[1]
+        crests = find_boundaries(nearest.reshape(pixels, pixels), mode="thick")
+        distance = np.maximum(distance_transform_edt(~crests) * pixel - pixel / 2, 0)
+        alpha = np.clip(1 - distance / (2 * ell), 0, 1) ** 2
+        seen = cells_of(alpha, pixel=(pixel, pixel), ell=ell, threshold=0.8)
+        name = f"Poisson-Voronoi, {size:g} across, ell = {ell:g}"
+        found[name] = pattern([section(seen, depth=0.0, pixel=(pixel, pixel))])
+    return found
 
 
 def told(number: Estimate) -> str:
@@ -184,17 +287,19 @@ def told(number: Estimate) -> str:
     return f"{number.value:.3g}" + (f" ± {number.error:.2g}" if number.error is not None else "")
 
 
-def table(found: dict[float, Pattern]) -> str:
+def table(found: dict[float, Pattern], known: dict[str, Pattern]) -> str:
     """All members together, by depth, beside patterns that are known."""
     head = ("depth", "cells", "inside", "area", "sides", "variance", "area CV", "six-sided", "T")
     rows: list[Sequence[str]] = [head, ["---"] * len(head)]
-    for depth, cells in found.items():
+    named = {f"{depth:g}": cells for depth, cells in found.items()} | known
+    for name, cells_there in named.items():
         numbers = (
-            *(cells.whole_area, cells.sides, cells.sides_variance, cells.area_cv),
-            *(cells.hexagonality, cells.t_share),
+            *(cells_there.whole_area, cells_there.sides, cells_there.sides_variance),
+            *(cells_there.area_cv, cells_there.hexagonality, cells_there.t_share),
         )
-        rows.append([f"{depth:g}", f"{cells.number}", f"{cells.interior}", *map(told, numbers)])
-    rows.append(["Poisson-Voronoi", "", "", "", "6", "1.78", "0.529", "0.295", ""])
+        counts = (f"{cells_there.number}", f"{cells_there.interior}")
+        rows.append([name, *counts, *map(told, numbers)])
+    rows.append(["Poisson-Voronoi, sharp", "", "", "", "6", "1.78", "0.529", "0.295", ""])
     rows.append(["Giant's Causeway", "", "", "", "5.65", "", "", "", ""])
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return f"All members at their last step, pooled by depth:\n\n{lines}"

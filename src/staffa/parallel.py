@@ -2,11 +2,15 @@
 
 import pickle
 from collections.abc import Callable
+from time import perf_counter, sleep
 from typing import Any
 
 from staffa.stack import MPI
 
 import numpy as np
+
+# Seconds in which ranks that meet an error together all come to know of it.
+TOGETHER = 20.0
 
 
 def sum_over_ranks[N: (float, np.ndarray)](comm: MPI.Comm, value: N) -> N:
@@ -41,6 +45,16 @@ def best_candidate[C: tuple](comm: MPI.Comm, candidate: C | None) -> C | None:
     """The largest tuple that any rank proposes, the same on all ranks. Collective."""
     found = [c for c in comm.allgather(candidate) if c is not None]
     return max(found) if found else None
+
+
+def all_are_here(comm: MPI.Comm) -> bool:
+    """Whether every other rank comes here too, within `TOGETHER` seconds. Collective only then."""
+    everyone, until = comm.Ibarrier(), perf_counter() + TOGETHER
+    while not everyone.Test():
+        if perf_counter() > until:
+            return False
+        sleep(0.01)
+    return True
 
 
 def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:

@@ -1,11 +1,18 @@
 """The files that a case names: they are kept with a run, each by its own name."""
 
+import json
+import tomllib
+from hashlib import sha256
 from os.path import abspath
 from pathlib import Path
 
 from staffa.cases.model import Case
 from staffa.cases.pieces import pieces
 from staffa.cases.property_keys import FieldFile
+from staffa.cases.writing import to_toml
+
+# Tables of a case that decide what is done next, and not what has been.
+CHANGEABLE = ("time", "output", "solver")
 
 
 def attached(case: Case) -> tuple[Path, ...]:
@@ -14,3 +21,13 @@ def attached(case: Case) -> tuple[Path, ...]:
     fields = [value.path for value in values if isinstance(value, FieldFile)]
     mesh = [] if case.domain.file is None else [Path(abspath(case.domain.file))]
     return tuple(dict.fromkeys([*mesh, *fields]))
+
+
+def identity(case: Case) -> str:
+    """SHA-256 of all of a case that must stay while its run goes on, and of the files it names."""
+    tables = tomllib.loads(to_toml(case))
+    fixed = {name: table for name, table in tables.items() if name not in CHANGEABLE}
+    found = sha256(json.dumps(fixed, sort_keys=True).encode())
+    for file in attached(case):
+        found.update(file.read_bytes())
+    return found.hexdigest()

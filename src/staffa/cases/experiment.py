@@ -9,7 +9,7 @@ from staffa.stack import MPI, PETSc
 
 import numpy as np
 
-from staffa.cases.attached import attached
+from staffa.cases.attached import attached, identity
 from staffa.cases.build import problem
 from staffa.cases.keeper import Keeper, on_disk
 from staffa.cases.model import Case
@@ -34,7 +34,8 @@ from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
-from staffa.parallel import any_over_ranks, best_candidate, on_root
+from staffa.options import petsc_errors
+from staffa.parallel import all_are_here, any_over_ranks, best_candidate, on_root
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records import Moment, Step, kept
@@ -42,14 +43,15 @@ from staffa.records import Moment, Step, kept
 
 @dataclass(frozen=True, kw_only=True)
 class Watcher:
-    """Who follows a run: told the manifest, where a run goes on (and what is to be said of that),
-    each sweep, each step. Called on every rank.
+    """Who follows a run: told the manifest, what else is to be said, after which steps a run goes
+    on, each sweep, each step. Called on every rank.
 
     stop: why this rank is asked to stop the run, None if it is not; looked at after each sweep.
     """
 
     started: Callable[[Manifest], None] = lambda manifest: None
-    resumed: Callable[[tuple[Step, ...], tuple[str, ...]], None] = lambda steps, said: None
+    said: Callable[[str], None] = lambda sentence: None
+    resumed: Callable[[tuple[Step, ...]], None] = lambda steps: None
     swept: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     stepped: Callable[[Step], None] = lambda step: None
     stop: Callable[[], str | None] = lambda: None
@@ -87,13 +89,18 @@ def run(
     with built(setup) as system:
         manifest = on_root(comm, lambda: describe(case, setup, system, factor))
         files = on_root(comm, lambda: attached(case))
-        with writing(comm, directory, new=True):
+        with writing(comm, directory, new=True) as said_by_lock:
             text = to_toml(case)
             with on_disk(directory, begun=False):
                 on_root(comm, lambda: run_directory.create(directory, text, manifest, files))
             watcher.started(manifest)
+            if said_by_lock:
+                watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
-            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            same = on_root(comm, lambda: identity(case))
+            keeper = Keeper(
+                comm, directory, system, manifest.h, case.output.checkpoint, journal, same
+            )
             return march_on(case, setup, system, manifest, watcher, keeper)
 
 
@@ -103,12 +110,15 @@ def built(setup: Problem) -> Iterator[System]:
 
     To destroy it ranks wait for one another: not after an error that one of them may meet alone.
     """
-    system = build(setup)
+    with petsc_errors("the solvers could not be made; see what PETSC_OPTIONS asks for"):
+        system = build(setup)
     alone = False
     try:
         yield system
     except Exception as error:
-        alone = setup.domain.comm.size > 1 and not isinstance(error, StaffaError)
+        comm = setup.domain.comm
+        together = isinstance(error, StaffaError) and all_are_here(comm)
+        alone = comm.size > 1 and not together
         raise
     finally:
         if not alone:

@@ -1,5 +1,6 @@
 """Keeps where a run stands, whenever that is due."""
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from errno import ENOENT, ENOTDIR
@@ -32,7 +33,11 @@ SAME_PLACE = 1e-6
 def versions() -> dict[str, str]:
     """What decides the numbers that come, besides staffa itself."""
     petsc = ".".join(str(n) for n in PETSc.Sys.getVersion())
-    return {"staffa": version(), "dolfinx": dolfinx.__version__, "petsc": petsc}
+    options = os.environ.get("PETSC_OPTIONS", "") or "none"
+    return {
+        **{"staffa": version(), "dolfinx": dolfinx.__version__, "petsc": petsc},
+        "PETSC_OPTIONS": options,
+    }
 
 
 @contextmanager
@@ -74,10 +79,11 @@ class Keeper:
         h: float,
         keys: CheckpointKeys,
         journal: Journal,
+        identity: str,
     ) -> None:
-        """h: cell edge (m). journal: the steps that are there."""
+        """h: cell edge (m). journal: the steps that are there. identity: of the case."""
         self.comm, self.directory, self.journal = comm, directory, journal
-        self._h = h
+        self._h, self._identity = h, identity
         self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
         self._numbering = Numbering(comm, system.spaces.alpha)
         self._names: dict[int, str] = {}  # of states of the history that are on disk
@@ -114,6 +120,7 @@ class Keeper:
         past = list(self._names.values())
         page = {
             **{"version": version(), "versions": versions(), "ranks": self.comm.size},
+            "case": self._identity,
             **{"lines": self.journal.lines, "steps": self.journal.sum},
             **{"standing": numbers, "mesh": self._mesh, "state": state, "past": past},
         }

@@ -10,6 +10,7 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.cases.attached import CHANGEABLE, identity
 from staffa.cases.build import problem
 from staffa.cases.experiment import Watcher, built, march_on, probes, writing
 from staffa.cases.keeper import Keeper, on_disk, versions
@@ -29,8 +30,6 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records import Step, kept
 
-# Tables of a case that decide what is done next, and not what has been.
-CHANGEABLE = ("time", "output", "solver")
 # Of the end of a run: times nearer to one another are the same.
 SAME_TIME = 1e-9
 
@@ -84,19 +83,24 @@ def resume(
                 return steps
             _require_checkpoint(directory, taken, settings)
         _may_change(old, case, taken)
+        same = on_root(comm, lambda: identity(old))
+        _is_unchanged(same, taken, directory)
         setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
         _is_the_same(setup, manifest, directory)
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
         with built(setup) as system:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            keeper = Keeper(
+                comm, directory, system, manifest.h, case.output.checkpoint, journal, same
+            )
             standing = keeper.take_up(taken.page) if taken.page else None
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
-            said = tuple(sentence for sentence in (said_by_lock, *taken.said) if sentence)
             watcher.started(manifest)
-            watcher.resumed(taken.steps, said)
+            for sentence in filter(None, (said_by_lock, *taken.said)):
+                watcher.said(sentence)
+            watcher.resumed(taken.steps)
             return march_on(case, setup, system, manifest, watcher, keeper, standing, taken.steps)
 
 
@@ -168,7 +172,10 @@ def take(directory: Path) -> Taken:
             said.append(f"numbers may differ a little: before {', '.join(sorted(other))}")
         return Taken(page=page, lines=known, steps=steps, said=tuple(said))
     if lines:
-        said.append("no checkpoint can be used: the run begins again with its first step")
+        said.append(
+            f"no checkpoint can be used: the run begins again with its first step; "
+            f"{run_directory.STEPS} as it was is put beside it, with a number"
+        )
     return Taken(page=None, lines=(), steps=(), said=tuple(said))
 
 
@@ -198,6 +205,8 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
     """Make the directory what it was at the checkpoint, with the case that is gone on with."""
     run_directory.write_case(directory, to_toml(case), manifest)
+    if taken.page is None and run_directory.journal_lines(directory):
+        run_directory.put_aside(directory)
     number = taken.page["lines"] if taken.page else -1
     checkpoint.remove_after(directory / checkpoint.FOLDER, number)
     run_directory.cut_back(directory, taken.lines, taken.steps)
@@ -214,6 +223,16 @@ def _may_change(old: Case, new: Case, taken: Taken) -> None:
         raise InputError(
             "solver.backtracking = true: the run has kept no earlier state to go back to; begin a "
             "new run with it"
+        )
+
+
+def _is_unchanged(identity: str, taken: Taken, directory: Path) -> None:
+    """Whether the case is the one that was saved with."""
+    if taken.page and taken.page["case"] != identity:
+        raise InputError(
+            f"{directory / run_directory.CASE}, or a file that it names, was changed after the run "
+            f"began; take that back, or run it as another one with `staffa run "
+            f"{directory / run_directory.CASE} --out ANOTHER`"
         )
 
 

@@ -1,5 +1,6 @@
 """The commands: what each reads, and what it prints."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -232,15 +233,20 @@ def doctor() -> None:
 
 
 def main() -> None:
-    """Entry point: user errors as one sentence, with their exit code."""
+    """Entry point: user errors as one sentence, with their exit code; rank 0 alone prints."""
+    if not _is_first():
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115 (till the end)
     try:
         app()
     except StaffaError as error:
-        _fail(error)
-
-
-def _fail(error: StaffaError) -> None:
-    mpi = sys.modules.get("mpi4py.MPI")
-    if mpi is None or mpi.COMM_WORLD.rank == 0:
         print(f"staffa: {error}", file=sys.stderr)
-    raise SystemExit(error.exit_code)
+        raise SystemExit(error.exit_code) from None
+
+
+# By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx, Slurm.
+RANK = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK", "SLURM_PROCID")
+
+
+def _is_first() -> bool:
+    """Whether this is rank 0, or the only one; MPI need not be loaded to tell."""
+    return next((os.environ[name] for name in RANK if name in os.environ), "0") == "0"

@@ -22,7 +22,7 @@ from staffa.errors import StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
 from staffa.manifest import Manifest
 from staffa.minimize.alternate import Sweep
-from staffa.parallel import on_root
+from staffa.parallel import all_are_here, on_root
 from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
 from staffa.report.tables import write_tables
@@ -79,16 +79,20 @@ FORWARDED = 0.5
 
 @contextmanager
 def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
-    """Within it, an error that only one rank meets ends all ranks, after its traceback."""
+    """Within it, an error that only one rank meets ends all ranks, after its sentence, or its
+    traceback if it is none of ours."""
     try:
         yield
-    except StaffaError:
+    except StaffaError as error:
+        if not all_are_here(comm):
+            print(f"staffa: rank {comm.rank}: {error}", file=sys.__stderr__, flush=True)
+            sleep(FORWARDED)
+            comm.Abort(error.exit_code)
         raise
     except (Exception, KeyboardInterrupt) as error:
         if _was_interrupted(error):
             raise SystemExit(_interrupted(directory, speaks=comm.rank == 0)) from None
-        traceback.print_exc()
-        sys.stderr.flush()
+        traceback.print_exc(file=sys.__stderr__)
         if comm.size > 1:
             sleep(FORWARDED)
             comm.Abort(1)
@@ -139,6 +143,7 @@ class Follower:
         """The watcher that `run` tells what happens, and asks whether to stop."""
         return Watcher(
             started=self.started,
+            said=self.said,
             resumed=self.resumed,
             swept=self.swept,
             stepped=self.stepped,
@@ -156,10 +161,12 @@ class Follower:
             f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
 
-    def resumed(self, steps: tuple[Step, ...], said: tuple[str, ...]) -> None:
-        """Say where a run goes on, and what else there is to say."""
-        for sentence in said:
-            self._say(f"  {sentence}")
+    def said(self, sentence: str) -> None:
+        """Say what else there is to say."""
+        self._say(f"  {sentence}")
+
+    def resumed(self, steps: tuple[Step, ...]) -> None:
+        """Say where a run goes on."""
         self.before = self._done(steps[-1]) if steps else 0.0
         last = f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else ""
         self._say(f"  goes on {last or 'from its start'}")

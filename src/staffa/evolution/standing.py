@@ -33,14 +33,16 @@ class Standing:
     """What a checkpoint keeps.
 
     index: of the next step, unless `better` is an earlier one to go back to. start, length: of
-    `Walk`. kept: `snapshot` of the state. rest: energies that others count from. past, returns,
-    states: of `history`, as they were then; empty without backtracking.
+    `Walk`. kept: `snapshot` of the state. components: of u (a rank may have no vertex). rest:
+    energies that others count from. past, returns, states: of `history`, as they were then; empty
+    without backtracking.
     """
 
     index: int
     start: float | None
     length: float
     kept: tuple[np.ndarray, ...]
+    components: int
     rest: Energies
     better: Better | None = None
     past: tuple[Past, ...] = ()
@@ -64,7 +66,7 @@ class Standing:
     def fields(self) -> dict[str, np.ndarray]:
         """The fields, ghosts included: shape (n_local,), of u (n_local, components)."""
         fields = dict(zip(FIELDS, self.kept, strict=False))
-        return fields | {"u": fields["u"].reshape(len(fields["alpha"]), -1)}
+        return fields | {"u": fields["u"].reshape(len(fields["alpha"]), self.components)}
 
     def past_fields(self, number: int) -> dict[str, np.ndarray]:
         """Those of one of the `states`, ghosts included."""
@@ -109,6 +111,7 @@ def standing(
         start=numbers["start"],
         length=numbers["length"],
         kept=(*(fields[name].ravel() for name in FIELDS), np.array(numbers["loads"])),
+        components=system.spaces.u.dofmap.index_map_bs,
         rest=Energies(**numbers["rest"]),
         better=None if numbers["better"] is None else Better(**numbers["better"]),
         past=past,
@@ -170,6 +173,7 @@ class Loop:
             start=self.walk.start,
             length=self.walk.length,
             kept=snapshot(system),
+            components=system.spaces.u.dofmap.index_map_bs,
             rest=system.energy.rest,
             better=self.better,
             past=tuple(history.steps) if history else (),

@@ -64,8 +64,9 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
 
     number: grows from one to the next. parts: the names of all parts that the page tells of.
     """
-    content = {"format": FORMAT, "parts": list(parts), **page}
-    text = json.dumps({"sha256": _sum(content), "checkpoint": content}, indent=1) + "\n"
+    content = {"parts": list(parts), **page}
+    head = {"format": FORMAT, "version": page.get("version"), "sha256": _sum(content)}
+    text = json.dumps(head | {"checkpoint": content}, indent=1) + "\n"
     _make(folder)
     write_aside(_page(folder, number), text)
     _tidy(folder)
@@ -89,17 +90,18 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
     """
     try:
         text = json.loads(_page(folder, number).read_text(encoding="utf-8"))
-        page, right = text["checkpoint"], text["sha256"] == _sum(text["checkpoint"])
+        later = text["format"] > FORMAT
+        right = later or text["sha256"] == _sum(text["checkpoint"])
     except (OSError, ValueError, KeyError, TypeError):
-        right, page = False, {}
+        right = later = False
     if not right:
         raise DamagedError("its page is not what was written")
-    if page["format"] != FORMAT:
+    if later:  # of which nothing else is known, nor how it is summed
         raise InputError(
-            f"{folder} has format {page['format']}, this staffa reads {FORMAT}; use the staffa "
-            f"that wrote it, {page.get('version')}"
+            f"{folder} has format {text['format']}, this staffa reads {FORMAT}; use the staffa "
+            f"that wrote it, {text.get('version', 'a later one')}"
         )
-    return dict(page)
+    return dict(text["checkpoint"])
 
 
 def remove_after(folder: Path, number: int) -> None:

@@ -2,11 +2,10 @@
 
 import json
 import os
-import shutil
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
@@ -85,8 +84,8 @@ def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()
     step yet. If the disk does not take all of it, there is no run."""
     (path / FIELDS).mkdir(parents=True, exist_ok=True)
     for file in files:
-        with suppress(shutil.SameFileError):  # it lies there already
-            shutil.copyfile(file, path / file.name)
+        if not (path / file.name).exists() or not file.samefile(path / file.name):
+            write_aside(path / file.name, file.read_bytes())
     try:
         (path / STEPS).touch()
         write_case(path, case, manifest)  # last: it also brings the others' names to the disk
@@ -133,6 +132,14 @@ def journal_lines(path: Path) -> list[str]:
     file = path / STEPS
     text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
     return text.split("\n")[:-1]
+
+
+def put_aside(path: Path) -> Path:
+    """Rename the file of steps, since a run begins again; its new name."""
+    taken = (path / f"{STEPS}.{number}" for number in count(1))
+    aside = next(name for name in taken if not name.exists())
+    (path / STEPS).rename(aside)
+    return aside
 
 
 def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:

@@ -19,6 +19,7 @@ from staffa.records import CellSection
 # to 1/sqrt(2 times as many), 2 %.
 SAMPLES = 1000
 SEED = 0
+FEWEST = 5  # cells that are too few to tell an error from
 HEXAGON = 6
 
 
@@ -79,14 +80,13 @@ def pattern(sections: Sequence[CellSection]) -> Pattern:
         histogram=dict(sorted(Counter(sides[inside].astype(int).tolist()).items())),
         junctions={str(kind): junctions[kind] for kind in Junction},
         **_estimates(INTERIOR, _of_interior, areas[inside], sides[inside]),
+        hexagonality=_share(six := int((sides[inside] == HEXAGON).sum()), int(inside.sum()) - six),
         **_estimates(ALL, _of_all, areas, perimeters, 0.5**ends),
         t_share=_share(junctions[Junction.T], junctions[Junction.Y]),
     )
 
 
-INTERIOR = (
-    *("area", "diameter", "area_cv", "sides", "sides_variance", "hexagonality", "disorder"),
-)
+INTERIOR = ("area", "diameter", "area_cv", "sides", "sides_variance", "disorder")
 ALL = ("whole_area", "spacing")
 
 
@@ -98,7 +98,6 @@ def _of_interior(areas: np.ndarray, sides: np.ndarray, axis: int = -1) -> np.nda
         areas.std(axis=axis, ddof=1) / areas.mean(axis=axis),
         sides.mean(axis=axis),
         sides.var(axis=axis, ddof=1),
-        (sides == HEXAGON).mean(axis=axis),
         ((sides - HEXAGON) ** 2).mean(axis=axis),
     )
     return np.stack(numbers)
@@ -123,7 +122,7 @@ def _estimates(
     with catch_warnings(action="ignore", category=RuntimeWarning):
         values = numbers(*of)
         errors = np.full(len(names), np.nan)
-        if n > 1:
+        if n >= FEWEST:
             drawn = bootstrap(
                 of,
                 numbers,
@@ -133,7 +132,7 @@ def _estimates(
                 method="percentile",
                 rng=np.random.default_rng(SEED),
             )
-            errors = drawn.standard_error
+            errors = drawn.standard_error * sqrt(n / (n - 1))
     return {
         name: Estimate(value=_known(value), error=_known(error))
         for name, value, error in zip(names, values, errors, strict=True)
@@ -145,9 +144,11 @@ def _known(number: float) -> float | None:
 
 
 def _share(these: int, others: int) -> Estimate:
-    """A part, and its binomial standard error."""
+    """A part, and its standard error, which is not zero where all are alike (Agresti and Coull, Am.
+    Stat. 52, 1998)."""
     n = these + others
     if not n:
         return Estimate(value=None, error=None)
-    part = these / n
-    return Estimate(value=part, error=sqrt(part * (1 - part) / n))
+    part = (these + 2) / (n + 4)
+    error = sqrt(part * (1 - part) / (n + 4)) if n >= FEWEST else None
+    return Estimate(value=these / n, error=error)

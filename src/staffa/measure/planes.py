@@ -10,7 +10,7 @@ from staffa.fields import State
 from staffa.grid import section_raster
 from staffa.loads.closed_form import Face
 from staffa.measure.borders import Junction
-from staffa.measure.cells import cells
+from staffa.measure.cells import Cells, cells
 from staffa.measure.probes import located
 from staffa.parallel import gather, on_root
 from staffa.records import CellSection
@@ -56,14 +56,19 @@ class Planes:
 
     def _section(self, depth: float, damage: np.ndarray) -> CellSection:
         found = cells(damage, pixel=self.pixel, ell=self.ell, threshold=self.threshold)
-        counts = Counter(found.kinds)
-        return CellSection(
-            depth=depth,
-            pixel=self.pixel,
-            areas=tuple(found.areas.tolist()),
-            perimeters=tuple(found.perimeters.tolist()),
-            sides=tuple(found.sides.tolist()),
-            ends=tuple(found.ends.tolist()),
-            junctions={str(kind): counts[kind] for kind in Junction},
-            cracked=found.cracked,
-        )
+        return section(found, depth=depth, pixel=self.pixel)
+
+
+def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
+    """What is recorded of the cells on a plane at a depth (m)."""
+    counts = Counter(found.kinds)
+    return CellSection(
+        depth=depth,
+        pixel=pixel,
+        areas=tuple(found.areas.tolist()),
+        perimeters=tuple(found.perimeters.tolist()),
+        sides=tuple(found.sides.tolist()),
+        ends=tuple(found.ends.tolist()),
+        junctions={str(kind): counts[kind] for kind in Junction},
+        cracked=found.cracked,
+    )
