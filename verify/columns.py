@@ -32,7 +32,8 @@ from staffa.report.drawing import draw
 CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
 SIZES = {"single": (2.5, (1, 2, 3, 4)), "doubled": (5.0, (1, 2))}  # width, seeds
-UNTIL = "time.tau={start=0.12,stop=0.6,steps=13}"  # then the deepest cracks near the far side
+# Then the deepest cracks near the far side.
+UNTIL = ("time.tau={start=0.12,stop=0.6,steps=13}", "output.at=[0.4,0.6]")
 CHANGE = 0.1  # of size and depth that is none
 INSIDE = 0.8  # of the depth of the body
 ENOUGH = 30  # cells that no end of the body cuts
@@ -46,7 +47,7 @@ SHARP = "sharp-crack finite elements, half-space, ell0 for two blocked direction
 
 def settings(width: float, seed: int) -> list[str]:
     """What a member changes in the case."""
-    return [f"domain.size=[{width},{width},1.0]", f"toughness.seed={seed}", UNTIL]
+    return [f"domain.size=[{width},{width},1.0]", f"toughness.seed={seed}", *UNTIL]
 
 
 def run_members() -> dict:

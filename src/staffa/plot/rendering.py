@@ -87,7 +87,7 @@ def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.nda
     plotter.reset_camera(bounds=body.bounds)
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(None, return_img=True))
-    places = [_on_screen(plotter, point) for point in _beside(job, away, up)]
+    places = [_on_screen(plotter, point) for point in _beside(job, body, away, up)]
     plotter.close()
     return image, np.array(places)
 
@@ -171,23 +171,25 @@ def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
     return away / np.linalg.norm(away), np.eye(3)[axis] * end
 
 
-def _beside(job: dict[str, Any], away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
-    """For each axis a point beside the edge of the box along it that bounds the view."""
+def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
+    """For each axis a point beside what bounds the view along it: the body at the left, below
+    an edge of its box."""
     half = np.array(job["size"]) / 2
     middle, near = np.array(job["lower"]) + half, np.sign(away)
     height = int(np.argmax(np.abs(up)))
-    level = [axis for axis in range(3) if axis != height]
     points = []
     for axis in range(3):
         aside = near * (np.arange(3) != axis)
-        if axis == height:  # the edge on the left
+        if axis == height:
             right = np.cross(up, away)
-            aside[level] = -np.sign(right[level])
-            outward = aside
+            place = np.array(body.points[np.argmin(body.points @ right)])
+            place[height] = middle[height]
+            outward = -1.4 * right / np.linalg.norm(right)
         else:
             outward = aside * (np.arange(3) != height) - up * 0.5
             aside[height] = -up[height]
-        points.append(middle + half * aside + OUTWARD * max(job["size"]) * outward)
+            place = middle + half * aside
+        points.append(place + OUTWARD * max(job["size"]) * outward)
     return points
 
 

@@ -114,6 +114,8 @@ def _written(
     to_write |= {f"{name}.gif": write for name, write in (movies or {}).items()}
     with writing(folder):
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
+        if f"{MOVIE}.gif" not in to_write:  # the one that is there may be of an earlier state
+            (folder / PICTURES / f"{MOVIE}.gif").unlink(missing_ok=True)
         for name, write in to_write.items():
             path = folder / PICTURES / name
             try:
