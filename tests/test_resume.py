@@ -16,11 +16,14 @@ from restarting import (
     stopped,
     whole_run,
 )
+from staffa.cases.catalog import ready_case
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import parse_case
 from staffa.cases.resume import resume, take
 from staffa.errors import InputError
 from staffa.io.run_directory import read_run
+from test_force_case import CASE as FORCED
+from test_heat_run import settings as heat_settings
 
 BAR = """
 [domain]
@@ -40,6 +43,12 @@ right = { x = { t = [0.0, 1.0], u = [0.0, 0.25] } }
 """
 ADAPTIVE = "time={t={start=0.1,stop=1.0,shortest=0.01,longest=0.2,advance=2.0}}"
 PAST = "time.t={start=0.2,stop=1.0,steps=9}"
+FEELING = (
+    *("heat.cracks={conductivity=1e-3}", "solver.backtracking=true"),
+    'time.t={start="1 hour",stop="12 hours",steps=8}',
+)
+QUENCHED = [given.removeprefix("--set=") for given in heat_settings("granite-face", *FEELING)]
+SQUEEZED = ("temperature.dT=60 K", 'time.t=["1 h","2 h","3 h","4 h"]')
 VARIANTS = {
     "plain": small(),
     "coarser guesses": small("domain.h=0.04", "damage.ell=0.24", "solver.guess=coarser"),
@@ -48,11 +57,16 @@ VARIANTS = {
     "adaptive": parse_case(BAR, [ADAPTIVE]),
     "backtracking": parse_case(BAR, [PAST, "solver.backtracking=true"]),
     "moving sides": small('supports={section="free"}'),
+    "heat that feels cracks": ready_case("granite-face", QUENCHED),
+    "squeezed, a fluid in its cracks": parse_case(FORCED, SQUEEZED),
 }
 
 
 # What takes long and is as others are in what a checkpoint holds.
-LONG = ("coarser guesses", "iterative, followed")
+LONG = (
+    *("coarser guesses", "iterative, followed"),
+    *("heat that feels cracks", "squeezed, a fluid in its cracks"),
+)
 
 
 @pytest.mark.slow
