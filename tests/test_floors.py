@@ -27,8 +27,8 @@ FLOORS = [
 # Modules of one floor that serve others of it.
 WITHIN = {
     "units": ["errors"],
-    "parallel": ["stack"],
-    "options": ["errors", "stack"],
+    "parallel": ["errors", "stack"],
+    "options": ["errors", "parallel", "stack"],
     "jit": ["parallel", "stack"],
     "unstructured": ["errors", "geometry"],
     "geometry": ["errors", "grid"],

@@ -162,30 +162,38 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("error", ["RuntimeError", "StaffaError"])
-def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path, error: str) -> None:
-    """It does not wait for the others to destroy the solvers with it."""
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        ("RuntimeError('rank one is ill')", "RuntimeError: rank one is ill"),
+        ("StaffaError('rank one is ill')", "staffa: rank 1: rank one is ill"),
+        ("PETSc.Error(77)", "staffa: rank 1: it broke: PETSc stopped with error 77"),
+    ],
+)
+def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path, error, said) -> None:
+    """In a sweep; it waits for the others neither to write the step nor to destroy the solvers."""
     code = (
         "import sys\n"
         "from pathlib import Path\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from staffa.stack import MPI\n"
+        "from staffa.stack import MPI, PETSc\n"
         "from restarting import small\n"
-        "from staffa.cases.experiment import Watcher, run\n"
         "from staffa import parallel\n"
-        "from staffa.errors import StaffaError\n"
+        "from staffa.cases.experiment import Watcher, run\n"
         "from staffa.cli.live import ending_all_ranks\n"
+        "from staffa.errors import StaffaError\n"
+        "from staffa.options import petsc_errors\n"
         "parallel.TOGETHER = 2\n"
-        "def fall_ill(step):\n"
-        f"    if MPI.COMM_WORLD.rank == 1: raise {error}('rank one is ill')\n"
+        "def fall_ill(*met):\n"
+        "    if MPI.COMM_WORLD.rank == 1:\n"
+        "        with petsc_errors('it broke', PETSc.Comm(MPI.COMM_WORLD)):\n"
+        f"            raise {error}\n"
         f"directory = Path({str(tmp_path / 'run')!r})\n"
         "with ending_all_ranks(MPI.COMM_WORLD, directory):\n"
-        "    run(small(), directory, watcher=Watcher(stepped=fall_ill))\n"
+        "    run(small(), directory, watcher=Watcher(swept=fall_ill))\n"
     )
     ended = launch(Path(sys.executable).name, "-c", code, ranks=2, timeout=60)
-    assert ended.returncode != 0
-    said = {"RuntimeError": "RuntimeError: rank one is ill"}.get(error, "rank 1: rank one is ill")
-    assert ended.stderr.count(said) == 1
+    assert ended.returncode != 0 and ended.stderr.count(said) == 1, ended
 
 
 def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path) -> None:

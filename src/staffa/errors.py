@@ -27,6 +27,15 @@ class LoadError(SolveError):
     """A load gives what no solver can use, at any time step."""
 
 
+class AloneError(StaffaError):
+    """An error that one rank meets alone: the others wait for it, and nothing collective may follow
+    but the end of all."""
+
+    def __init__(self, sentence: str, exit_code: int = 1) -> None:
+        super().__init__(sentence)
+        self.exit_code = exit_code
+
+
 class StoppedError(StaffaError):
     """The run ended before its end, and can go on from where it is."""
 

@@ -24,7 +24,8 @@ class Manifest:
     `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
     steps those that it will not miss; requested: whether each is an output time. threshold: damage
     above which a point counts as cracked. probes: where fields are read off at each step. scales:
-    the derived numbers that `staffa check` prints, by name.
+    the derived numbers that `staffa check` prints, by name. identity: SHA-256 of what must stay of
+    the case, see `cases.attached`.
     """
 
     version: str
@@ -56,6 +57,7 @@ class Manifest:
     probes: tuple[Probe, ...] = ()
     threshold: float = 0.8
     split: str = "none"
+    identity: str | None = None
     format: int = 1
 
     @property

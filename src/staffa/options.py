@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from staffa.stack import PETSc
 
 from staffa.errors import SolveError
+from staffa.parallel import require_together
 
 # The stiffness is symmetric positive definite (the residual stiffness sees to that), so Cholesky
 # does half the work of LU: measured 1.5 times faster a solve on the slab at 25k unknowns.
@@ -126,10 +127,17 @@ def apply(prefix: str, preset: Mapping[str, str]) -> None:
 
 
 @contextmanager
-def petsc_errors(what: str) -> Iterator[None]:
+def petsc_errors(what: str, comm: PETSc.Comm) -> Iterator[None]:
     """Turn an error that PETSc raises, on NaN in most cases, into the failure of a solver.
 
     What broke off in a call back to Python comes as a SystemError, with its cause.
+
+    Raises
+    ------
+    SolveError
+        On all ranks.
+    AloneError
+        PETSc raised it on some only, and the others wait within it.
     """
     try:
         yield
@@ -140,7 +148,9 @@ def petsc_errors(what: str) -> Iterator[None]:
         numbers = [cause.ierr for cause in causes if isinstance(cause, PETSc.Error)]
         if not numbers:
             raise
-        raise SolveError(f"{what}: PETSc stopped with error {numbers[0]}") from error
+        failure = SolveError(f"{what}: PETSc stopped with error {numbers[0]}")
+        require_together(comm.tompi4py(), failure)
+        raise failure from error
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:

@@ -9,6 +9,8 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.errors import AloneError, StaffaError
+
 # Seconds in which ranks that meet an error together all come to know of it.
 TOGETHER = 20.0
 
@@ -47,14 +49,21 @@ def best_candidate[C: tuple](comm: MPI.Comm, candidate: C | None) -> C | None:
     return max(found) if found else None
 
 
-def all_are_here(comm: MPI.Comm) -> bool:
-    """Whether every other rank comes here too, within `TOGETHER` seconds. Collective only then."""
+def require_together(comm: MPI.Comm, error: StaffaError) -> None:
+    """Wait until every other rank has met the error too, but no longer than `TOGETHER`.
+
+    Raises
+    ------
+    AloneError
+        Not all have, or this is known already.
+    """
+    if isinstance(error, AloneError):
+        raise error
     everyone, until = comm.Ibarrier(), perf_counter() + TOGETHER
     while not everyone.Test():
         if perf_counter() > until:
-            return False
+            raise AloneError(f"rank {comm.rank}: {error}", error.exit_code) from error
         sleep(0.01)
-    return True
 
 
 def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from collections.abc import Iterable
 from hashlib import sha256
 from os.path import abspath
 from pathlib import Path
@@ -9,7 +10,6 @@ from pathlib import Path
 from staffa.cases.model import Case
 from staffa.cases.pieces import pieces
 from staffa.cases.property_keys import FieldFile
-from staffa.cases.writing import to_toml
 
 # Tables of a case that decide what is done next, and not what has been.
 CHANGEABLE = ("time", "output", "solver")
@@ -23,11 +23,14 @@ def attached(case: Case) -> tuple[Path, ...]:
     return tuple(dict.fromkeys([*mesh, *fields]))
 
 
-def identity(case: Case) -> str:
-    """SHA-256 of all of a case that must stay while its run goes on, and of the files it names."""
-    tables = tomllib.loads(to_toml(case))
-    fixed = {name: table for name, table in tables.items() if name not in CHANGEABLE}
+def identity(text: str, files: Iterable[Path]) -> str:
+    """SHA-256 of all of a case that must stay while its run goes on, and of the files it names.
+
+    text: the case as TOML; of its own words, so that a later default changes nothing.
+    """
+    tables = tomllib.loads(text)
+    fixed = {name: table for name, table in tables.items() if name not in (*CHANGEABLE, "title")}
     found = sha256(json.dumps(fixed, sort_keys=True).encode())
-    for file in attached(case):
+    for file in files:
         found.update(file.read_bytes())
     return found.hexdigest()

@@ -35,7 +35,7 @@ from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
 from staffa.options import petsc_errors
-from staffa.parallel import all_are_here, any_over_ranks, best_candidate, on_root
+from staffa.parallel import any_over_ranks, best_candidate, on_root, require_together
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records import Moment, Step, kept
@@ -97,10 +97,7 @@ def run(
             if said_by_lock:
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
-            same = on_root(comm, lambda: identity(case))
-            keeper = Keeper(
-                comm, directory, system, manifest.h, case.output.checkpoint, journal, same
-            )
+            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             return march_on(case, setup, system, manifest, watcher, keeper)
 
 
@@ -110,15 +107,17 @@ def built(setup: Problem) -> Iterator[System]:
 
     To destroy it ranks wait for one another: not after an error that one of them may meet alone.
     """
-    with petsc_errors("the solvers could not be made; see what PETSC_OPTIONS asks for"):
+    asked = "the solvers could not be made; see what PETSC_OPTIONS asks for"
+    with petsc_errors(asked, PETSc.Comm(setup.domain.comm)):
         system = build(setup)
     alone = False
     try:
         yield system
     except Exception as error:
-        comm = setup.domain.comm
-        together = isinstance(error, StaffaError) and all_are_here(comm)
-        alone = comm.size > 1 and not together
+        alone = setup.domain.comm.size > 1
+        if isinstance(error, StaffaError):
+            require_together(setup.domain.comm, error)
+            alone = False
         raise
     finally:
         if not alone:
@@ -299,6 +298,7 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         scales=derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),
+        identity=identity(to_toml(case), attached(case)),
         tip_reach=reach(
             setup.material.law.name,
             threshold=setup.measuring.threshold,

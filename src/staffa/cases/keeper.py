@@ -79,11 +79,10 @@ class Keeper:
         h: float,
         keys: CheckpointKeys,
         journal: Journal,
-        identity: str,
     ) -> None:
-        """h: cell edge (m). journal: the steps that are there. identity: of the case."""
+        """h: cell edge (m). journal: the steps that are there."""
         self.comm, self.directory, self.journal = comm, directory, journal
-        self._h, self._identity = h, identity
+        self._h = h
         self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
         self._numbering = Numbering(comm, system.spaces.alpha)
         self._names: dict[int, str] = {}  # of states of the history that are on disk
@@ -120,7 +119,6 @@ class Keeper:
         past = list(self._names.values())
         page = {
             **{"version": version(), "versions": versions(), "ranks": self.comm.size},
-            "case": self._identity,
             **{"lines": self.journal.lines, "steps": self.journal.sum},
             **{"standing": numbers, "mesh": self._mesh, "state": state, "past": past},
         }

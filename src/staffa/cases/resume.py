@@ -10,7 +10,7 @@ from staffa.stack import MPI
 
 import numpy as np
 
-from staffa.cases.attached import CHANGEABLE, identity
+from staffa.cases.attached import CHANGEABLE, attached, identity
 from staffa.cases.build import problem
 from staffa.cases.experiment import Watcher, built, march_on, probes, writing
 from staffa.cases.keeper import Keeper, on_disk, versions
@@ -82,18 +82,15 @@ def resume(
             if not settings:
                 return steps
             _require_checkpoint(directory, taken, settings)
-        _may_change(old, case, taken)
-        same = on_root(comm, lambda: identity(old))
-        _is_unchanged(same, taken, directory)
+        _may_change(case, manifest, taken)
+        on_root(comm, lambda: _is_unchanged(old, manifest, directory))
         setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
         _is_the_same(setup, manifest, directory)
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
         with built(setup) as system:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = Keeper(
-                comm, directory, system, manifest.h, case.output.checkpoint, journal, same
-            )
+            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             standing = keeper.take_up(taken.page) if taken.page else None
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
@@ -204,7 +201,9 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
     """Make the directory what it was at the checkpoint, with the case that is gone on with."""
-    run_directory.write_case(directory, to_toml(case), manifest)
+    text = to_toml(case)
+    manifest = replace(manifest, identity=identity(text, attached(case)))
+    run_directory.write_case(directory, text, manifest)
     if taken.page is None and run_directory.journal_lines(directory):
         run_directory.put_aside(directory)
     number = taken.page["lines"] if taken.page else -1
@@ -212,23 +211,24 @@ def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> 
     run_directory.cut_back(directory, taken.lines, taken.steps)
 
 
-def _may_change(old: Case, new: Case, taken: Taken) -> None:
-    """Whether what has been computed stands with the new case."""
-    if old.output.probes != new.output.probes and taken.steps:
+def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
+    """Whether what has been computed stands with the case as it is now."""
+    if taken.steps and probes(case) != manifest.probes:
         raise InputError(
             "output.probes: they are read off at every step, and steps are finished; leave them as "
             "they are, or begin a new run"
         )
-    if new.solver.backtracking and not old.solver.backtracking and taken.steps:
+    if taken.page and taken.steps and case.solver.backtracking and not taken.page["past"]:
         raise InputError(
             "solver.backtracking = true: the run has kept no earlier state to go back to; begin a "
             "new run with it"
         )
 
 
-def _is_unchanged(identity: str, taken: Taken, directory: Path) -> None:
-    """Whether the case is the one that was saved with."""
-    if taken.page and taken.page["case"] != identity:
+def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
+    """Whether the case is the one that the run began with."""
+    now = identity(run_directory.read_case_text(directory), attached(case))
+    if manifest.identity not in (None, now):
         raise InputError(
             f"{directory / run_directory.CASE}, or a file that it names, was changed after the run "
             f"began; take that back, or run it as another one with `staffa run "

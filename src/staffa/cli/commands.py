@@ -239,14 +239,20 @@ def main() -> None:
     try:
         app()
     except StaffaError as error:
-        print(f"staffa: {error}", file=sys.stderr)
+        if _is_first():
+            print(f"staffa: {error}", file=sys.stderr)
         raise SystemExit(error.exit_code) from None
+    except Exception:
+        sys.stderr = sys.__stderr__
+        raise
 
 
-# By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx, Slurm.
-RANK = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK", "SLURM_PROCID")
+# By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx.
+RANK = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK")
 
 
 def _is_first() -> bool:
-    """Whether this is rank 0, or the only one; MPI need not be loaded to tell."""
+    """Whether this is rank 0, or the only one; also before MPI is loaded."""
+    if "mpi4py.MPI" in sys.modules:
+        return bool(sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0)
     return next((os.environ[name] for name in RANK if name in os.environ), "0") == "0"

@@ -18,11 +18,11 @@ from staffa.cases.resume import resume
 from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
-from staffa.errors import StaffaError
+from staffa.errors import AloneError, StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
 from staffa.manifest import Manifest
 from staffa.minimize.alternate import Sweep
-from staffa.parallel import all_are_here, on_root
+from staffa.parallel import on_root, require_together
 from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
 from staffa.report.tables import write_tables
@@ -60,8 +60,7 @@ def following(
     follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
-    if comm.rank == 0:
-        _leave_results(read_run(directory), quiet=quiet)
+    on_root(comm, lambda: _leave_results(read_run(directory), quiet=quiet))
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
@@ -84,10 +83,12 @@ def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
     try:
         yield
     except StaffaError as error:
-        if not all_are_here(comm):
-            print(f"staffa: rank {comm.rank}: {error}", file=sys.__stderr__, flush=True)
+        try:
+            require_together(comm, error)
+        except AloneError as alone:
+            print(f"staffa: {alone}", file=sys.__stderr__, flush=True)
             sleep(FORWARDED)
-            comm.Abort(error.exit_code)
+            comm.Abort(alone.exit_code)
         raise
     except (Exception, KeyboardInterrupt) as error:
         if _was_interrupted(error):

@@ -20,6 +20,7 @@ from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep
+from staffa.parallel import require_together
 from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
@@ -114,6 +115,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             observers.keep(standing, True)
             raise
         except SolveError as error:
+            require_together(problem.domain.comm, error)
             yield _failed(system, moment, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
         seconds = perf_counter() - began

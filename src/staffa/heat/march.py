@@ -226,7 +226,7 @@ class HeatEquation:
 
     def _solve(self, gain: np.ndarray) -> np.ndarray:
         self._rhs.array_w[:] = gain * self._free
-        with petsc_errors("the heat equation was not solved"):
+        with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
         reason = self._ksp.getConvergedReason()
         if reason <= 0:

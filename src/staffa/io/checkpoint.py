@@ -19,7 +19,7 @@ import numpy as np
 from staffa.errors import InputError, StaffaError
 from staffa.io.run_directory import keep_names, write_aside
 
-FORMAT = 1
+FORMAT = 2
 FOLDER = "checkpoint"
 KEPT = 2
 
@@ -65,7 +65,7 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
     number: grows from one to the next. parts: the names of all parts that the page tells of.
     """
     content = {"parts": list(parts), **page}
-    head = {"format": FORMAT, "version": page.get("version"), "sha256": _sum(content)}
+    head = {"format": FORMAT, "version": page.get("version"), "sha256": _sum(FORMAT, content)}
     text = json.dumps(head | {"checkpoint": content}, indent=1) + "\n"
     _make(folder)
     write_aside(_page(folder, number), text)
@@ -88,20 +88,22 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
     InputError
         It has a format of the future.
     """
+    damaged = DamagedError("its page is not what was written")
     try:
         text = json.loads(_page(folder, number).read_text(encoding="utf-8"))
-        later = text["format"] > FORMAT
-        right = later or text["sha256"] == _sum(text["checkpoint"])
-    except (OSError, ValueError, KeyError, TypeError):
-        right = later = False
-    if not right:
-        raise DamagedError("its page is not what was written")
-    if later:  # of which nothing else is known, nor how it is summed
-        raise InputError(
-            f"{folder} has format {text['format']}, this staffa reads {FORMAT}; use the staffa "
-            f"that wrote it, {text.get('version', 'a later one')}"
-        )
-    return dict(text["checkpoint"])
+        found, page = text.get("format"), text.get("checkpoint")
+    except (OSError, ValueError, AttributeError):
+        raise damaged from None
+    right = page is not None and text.get("sha256") == _sum(FORMAT, page)
+    if right and found == FORMAT:
+        return dict(page)
+    if right or found == FORMAT:
+        raise damaged
+    # How another format is summed is not known.
+    raise InputError(
+        f"{folder} has format {found or 1}, this staffa reads {FORMAT}; use the staffa that wrote "
+        f"it, {text.get('version') or 'another one'}"
+    )
 
 
 def remove_after(folder: Path, number: int) -> None:
@@ -141,5 +143,5 @@ def _part(folder: Path, name: str) -> Path:
     return folder / f"{name}.h5"
 
 
-def _sum(content: Mapping[str, Any]) -> str:
-    return sha256(json.dumps(content).encode()).hexdigest()
+def _sum(number: int, content: Mapping[str, Any]) -> str:
+    return sha256(f"{number} {json.dumps(content)}".encode()).hexdigest()

@@ -161,7 +161,7 @@ class TaoSolver:
         """See `BoundedSolver`."""
         self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
-        with petsc_errors("the damage was not minimized"):
+        with petsc_errors("the damage was not minimized", self.tao.comm):
             self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
         reason = self.tao.getConvergedReason()
@@ -212,7 +212,7 @@ class SnesSolver:
         """See `BoundedSolver`."""
         self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
-        with petsc_errors("the damage was not minimized"):
+        with petsc_errors("the damage was not minimized", self.snes.comm):
             self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
         reason = self.snes.getConvergedReason()

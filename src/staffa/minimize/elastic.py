@@ -188,7 +188,7 @@ class ElasticSolver:
             return "its forces are not finite"
         self.ksp.pc.setReusePreconditioner(not fresh)
         self.ksp.setTolerances(atol=reduction * before)
-        with petsc_errors("the displacement was not solved for"):
+        with petsc_errors("the displacement was not solved for", self.ksp.comm):
             self.ksp.solve(rhs, u)
         self.iterations += self.ksp.getIterationNumber()
         reason, after, scale = self.ksp.getConvergedReason(), self._unbalanced(rhs, u), rhs.norm()

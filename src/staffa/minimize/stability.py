@@ -194,7 +194,7 @@ class _Factored:
         self.load, self.z = variation.mass.duplicate(), variation.mass.duplicate()
         matrix.destroy()  # the solver keeps it
         try:
-            with petsc_errors("the inertia was not found"):
+            with petsc_errors("the inertia was not found", self.ksp.comm):
                 self.ksp.setUp()
                 factor = self.ksp.pc.getFactorMatrix()
                 if factor.handle == 0 or self.ksp.pc.getFailedReason():
@@ -230,7 +230,7 @@ class _Factored:
         eps.setTolerances(1e-9, 500)
         eps.setFromOptions()
         y = inverse.createVecRight()
-        with petsc_errors("the smallest eigenvalue was not found"):
+        with petsc_errors("the smallest eigenvalue was not found", eps.comm):
             eps.solve()  # what this breaks off in, SLEPc itself can no longer free
         try:
             if eps.getConverged() < 1:
