@@ -133,6 +133,7 @@ def _estimates(
                 rng=np.random.default_rng(SEED),
             )
             errors = drawn.standard_error * sqrt(n / (n - 1))
+            errors[errors == 0] = np.nan  # all alike: how much others differ is not known
     return {
         name: Estimate(value=_known(value), error=_known(error))
         for name, value, error in zip(names, values, errors, strict=True)
