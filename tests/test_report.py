@@ -478,6 +478,12 @@ def test_depths_of_the_table_are_those_of_sharp_tips(tmp_path):
     assert "as they are" in " ".join(raw.notes)
 
 
+def test_no_sharp_tip_lies_beyond_the_body():
+    manifest = drawn_manifest(SLAB, tip_reach=0.03)
+    found = [manifest.sharp(depth) for depth in (0.0, 0.5, 0.98, 1.0)]
+    assert found == pytest.approx([0.0, 0.53, 1.0, 1.0])
+
+
 def test_tips_are_written_crack_by_crack_and_step_by_step(tmp_path, coarse):
     run = drawn_run(tmp_path / "run", tip_reach=0.03)
     drawn = draw(run)

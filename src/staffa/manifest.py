@@ -71,5 +71,6 @@ class Manifest:
         return self.side or self.face
 
     def sharp(self, depth: float) -> float:
-        """Depth (m) of the sharp tip of a crack whose recorded tip is so deep; 0 stays 0."""
-        return depth + (self.tip_reach or 0.0) if depth else 0.0
+        """Depth (m) of the sharp tip of a crack whose recorded tip is so deep: at most that of the
+        body; 0 stays 0."""
+        return min(depth + (self.tip_reach or 0.0), self.L) if depth else 0.0
