@@ -36,7 +36,7 @@ def settings(name: str, *more: str) -> list[str]:
 BEHIND_FILMS = ("glass-slab", "wellbore")
 NAMES = [
     "granite-face",
-    pytest.param("wellbore", marks=needs_gmsh),
+    pytest.param("wellbore", marks=[needs_gmsh, pytest.mark.long]),
     *(
         pytest.param(name, marks=pytest.mark.long)
         for name in ("glass-slab", "ceramic-strip", "ceramic-quench")

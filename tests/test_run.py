@@ -79,7 +79,7 @@ def test_fields_are_read_by_pyvista_as_an_animation(serial: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_ranks_agree(serial: Path, ranks: int, tmp_path: Path) -> None:
     """A ready case as it stands: energies to 1e-6, sweeps within 1, the same cracks and fields."""
     done = launch(ranks, "run", CASES / "notched.toml", "--out", tmp_path / "run")
@@ -181,12 +181,9 @@ SMALL_BRICK = [
 
 @pytest.mark.slow
 @pytest.mark.mpi
+@pytest.mark.long
 @pytest.mark.parametrize(
-    ("cells", "displacement"),
-    [
-        ("hexahedron", "iterative"),
-        pytest.param("tetrahedron", "direct", marks=pytest.mark.long),
-    ],
+    ("cells", "displacement"), [("hexahedron", "iterative"), ("tetrahedron", "direct")]
 )
 def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_path: Path) -> None:
     """The same code in 3-D: cracks, measures, fields; one rank and two agree.

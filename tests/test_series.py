@@ -156,7 +156,7 @@ system.destroy()
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.mpi
 def test_readings_are_the_same_on_any_ranks() -> None:
     alone, *others = [

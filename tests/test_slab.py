@@ -20,8 +20,8 @@ SMALL = [
 ]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", ["AT1", pytest.param("AT2", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["AT1", "AT2"])
 def test_slab_cracks_and_cracks_stop(law: str, tmp_path: Path) -> None:
     from staffa.cases.catalog import text
 
