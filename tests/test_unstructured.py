@@ -1,5 +1,7 @@
 """Unstructured cells fill the body, favor no direction, and crack and cool as blocks do."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 from staffa.stack import MPI
@@ -275,3 +277,20 @@ except InputError as error:
 @pytest.mark.mpi
 def test_an_error_of_gmsh_is_raised_on_every_rank() -> None:
     assert printed_on(3, ONE_FAILS) == [["True"] * 3]
+
+
+def test_gmsh_leaves_the_signals_of_the_process_alone() -> None:
+    """Else a run on its mesh dies of SIGTERM where it should save and say how to go on."""
+    code = (
+        "import os, signal\n"
+        "from staffa.geometry.gmsh_model import opened\n"
+        "heard = []\n"
+        "for number in (signal.SIGTERM, signal.SIGINT):\n"
+        "    signal.signal(number, lambda n, frame: heard.append(n))\n"
+        "with opened('a mesh', 'do without'): os.kill(os.getpid(), signal.SIGTERM)\n"
+        "os.kill(os.getpid(), signal.SIGTERM)\n"
+        "os.kill(os.getpid(), signal.SIGINT)\n"
+        "print(*heard)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "15 15 2\n", done

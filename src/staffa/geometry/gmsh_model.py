@@ -1,7 +1,9 @@
 """How Gmsh is opened, with a model of its own or an error in one sentence, and how it meshes."""
 
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import current_thread, main_thread
 from typing import Any
 
 from staffa.errors import InputError
@@ -51,6 +53,7 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
         mine = not gmsh.isInitialized()
         if mine:
             gmsh.initialize(readConfigFiles=False, interruptible=False)
+            _take_back_signals()
     except ImportError as error:
         raise InputError(missing(what, way_out)) from error
     except (OSError, AttributeError) as error:  # its library, or one that this needs, is missing
@@ -65,6 +68,13 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
         yield gmsh
     finally:
         gmsh.finalize() if mine else gmsh.model.remove()
+
+
+def _take_back_signals() -> None:
+    """Gmsh takes SIGTERM and others from the process, which then could not be stopped in order."""
+    if current_thread() is main_thread():
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, signal.getsignal(number) or signal.SIG_DFL)
 
 
 def generate(gmsh: Any, dim: int) -> None:
