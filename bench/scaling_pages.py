@@ -194,7 +194,7 @@ def _check(name: str, run: dict, cost: Cost) -> str:
 
 def draw(results: dict) -> None:
     """Seconds of a sweep and memory against unknowns, with the laws."""
-    figure, (time, memory) = plt.subplots(1, 2, figsize=(10, 4))
+    figure, (time, memory) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     fitted = laws(results)
     for color, (cells, runs) in zip(("C0", "C1"), by_cells(results).items(), strict=False):
         for ranks, mark, dashes in ((1, "o", "-"), (2, "s", "--")):
