@@ -21,7 +21,7 @@ help:
 	@echo "make test    run every test but those of minutes, which make verify runs"
 	@echo "make check   format, lint, types and the fast tests, in a few minutes"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
-	@echo "make verify  long verifications against references, into docs/verification.md; takes an hour"
+	@echo "make verify  long verifications against references, into docs/verification.md; takes hours"
 	@echo "make format  rewrite the code in the house format"
 	@echo "make clean   delete .venv and caches, keep runs/"
 

@@ -3,8 +3,8 @@
     python bench/scaling.py [--largest UNKNOWNS] [--medium RUN] [--out FILE]
 
 Each run is written down when it is done, and none that is there is run again: stop it and start it
-as you like; delete FILE to measure anew. All of it takes about twenty minutes on a quiet machine
-of two cores, three quarters of them the largest size; `--largest 40000` is done in three.
+as you like; delete FILE to measure anew. On a quiet machine of two cores all but the largest size
+took seven minutes, and that took four for hexahedra alone.
 RUN: a finished run directory of a brick, for the number of sweeps in a step, and to hold its cost
 against the prediction. Part of `make bench`.
 """

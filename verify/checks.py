@@ -195,7 +195,7 @@ CHECKS = {
         text="The ready case `brick`, and the same twice as wide in both directions, several seeds "
         "each, as kept in `verify/columns.json`. Areas are means in which a cell at a roller "
         "counts half, and one in a corner a quarter; the diameter is that of the circle of this "
-        "area.",
+        "area. Against parallel cracks stands the spacing, area over length of the cracks.",
         measure=columns,
     ),
     "layers": Check(

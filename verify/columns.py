@@ -282,8 +282,8 @@ def members_of(kept: dict, size: str) -> list[dict]:
 
 def drawn(kept: dict) -> dict[str, Pattern]:
     """Cells around points that lie anywhere, cracked as by this ell and read off on this raster."""
-    ell = next(iter(kept.values()))["ell"]
-    pixel = next(iter(kept.values()))["cells"][0]["pixel"][0]
+    one = next(iter(kept.values()))
+    ell, pixel = one["ell"], one["cells"][0]["pixel"][0]
     found = {}
     for size in DRAWN_ACROSS:
         rng = np.random.default_rng(1)

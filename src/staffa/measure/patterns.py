@@ -70,6 +70,7 @@ def pattern(sections: Sequence[CellSection]) -> Pattern:
         for name in ("areas", "perimeters", "sides", "ends")
     )
     inside = ends == 0
+    six = int((sides[inside] == HEXAGON).sum())
     junctions = Counter[str]()
     for section in sections:
         junctions.update(section.junctions)
@@ -80,7 +81,7 @@ def pattern(sections: Sequence[CellSection]) -> Pattern:
         histogram=dict(sorted(Counter(sides[inside].astype(int).tolist()).items())),
         junctions={str(kind): junctions[kind] for kind in Junction},
         **_estimates(INTERIOR, _of_interior, areas[inside], sides[inside]),
-        hexagonality=_share(six := int((sides[inside] == HEXAGON).sum()), int(inside.sum()) - six),
+        hexagonality=_share(six, int(inside.sum()) - six),
         **_estimates(ALL, _of_all, areas, perimeters, 0.5**ends),
         t_share=_share(junctions[Junction.T], junctions[Junction.Y]),
     )
