@@ -430,7 +430,7 @@ tau = [0.2]
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_random_properties_make_an_ensemble_too(tmp_path: Path) -> None:
     """Their seeds stand within the line of a property, and go with that of [toughness]."""
     (tmp_path / "my.toml").write_text(RANDOM_ROCK)

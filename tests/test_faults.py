@@ -135,7 +135,7 @@ int clock_gettime(clockid_t id, struct timespec *now)
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_clock_that_is_set_back_changes_nothing(case: Path, monkeypatch) -> None:
     """Not the steps, nor their seconds, nor the wall time, nor when the run is saved."""
     folder = case.parent

@@ -133,6 +133,7 @@ for step in run(parse_case(CASE), Path(folder) / "run"):
 
 
 @pytest.mark.mpi
+@pytest.mark.long
 def test_a_run_with_all_of_it_on_ranks() -> None:
     """On 1, 2 and 3 ranks the same energies."""
     alone, *others = (np.array(printed_on(n, ON_RANKS), dtype=float) for n in (1, 2, 3))

@@ -467,7 +467,7 @@ for step in run(problem(parse_case({SLAB!r}, {LAYERED!r}))):
 
 
 @pytest.mark.mpi
-@pytest.mark.slow
+@pytest.mark.long
 def test_layered_rock_with_bedding_cracks_alike_on_two_ranks() -> None:
     one = energies(*LAYERED)
     two = np.array(printed_on(2, CRACKED_ON_RANKS), dtype=float)

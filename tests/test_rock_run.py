@@ -18,8 +18,8 @@ COARSE = {
 }  # fmt: skip
 
 
-@pytest.mark.mpi
-@pytest.mark.parametrize("name", ["layered", pytest.param("squeezed", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["layered", "squeezed"])
 def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
     settings = [f"--set={setting}" for setting in (*COARSE[name], "measures.depths=[]")]
     runs = []
@@ -35,7 +35,7 @@ def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
     assert runs[0].steps[-1].energies.surface > 0, "cooling must have broken something"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_energy_rises_while_many_cracks_open_and_close(tmp_path) -> None:
     case = staffa.parse_case(
         catalog.text("slab"),
