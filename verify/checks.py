@@ -4,6 +4,7 @@ from arrays import array, doubling
 from columns import columns
 from conduction import cracks, heat, slab
 from energies import energies
+from far_side import far_side
 from figures import Check
 from grain import grain
 from injection import injection
@@ -189,6 +190,13 @@ CHECKS = {
         "of sharp tips. As kept in `verify/grain.json`. That one seed gives one rock "
         "on 1, 2 and 3 ranks is tested (`tests/test_rock.py`).",
         measure=grain,
+    ),
+    "far-side": Check(
+        title="Deep rock holds what is cooled",
+        text="`verify/strip.toml`, a cut through the ready case `brick`, 20 times as long as it is "
+        "deep: its far side clamped, as the uncooled rock below holds it, or free. Free, the strip "
+        "is a bar between its ends, which one crack through it unloads.",
+        measure=far_side,
     ),
     "columns": Check(
         title="Columns",
