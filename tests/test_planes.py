@@ -141,9 +141,9 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
 
 
 FEW_COLUMNS = [
-    *("--set", "domain.size=[1.0, 1.0, 0.6]", "--set", "domain.h=0.1"),
-    *("--set", "time.tau=[0.2, 0.3, 0.5]", "--set", "output.at=[]"),
-    *("--set", "measures.depths=[0.1, 0.15, 0.2]", "--set", "temperature.severity=4.77"),
+    *("--set", "domain.size=[1.2, 1.2, 0.6]", "--set", "domain.h=0.1"),
+    *("--set", "time.tau=[0.3, 0.6]", "--set", "output.at=[]"),
+    *("--set", "measures.depths=[0.1, 0.2, 0.25]", "--set", "temperature.severity=4.77"),
 ]
 
 
