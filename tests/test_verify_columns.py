@@ -1,6 +1,7 @@
 """What `verify/columns.py` asks of cells cannot be met by none, by few, or by shrinking ones."""
 
 import importlib
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -75,3 +76,29 @@ def test_cells_that_differ_by_more_than_their_errors_are_not_alike(checks) -> No
     )
     figures = checks.alike(kept, {"single": one, "doubled": two})
     assert met(figures) == [True, True, False, True, True, True]
+
+
+def test_the_strip_is_cut_from_the_brick() -> None:
+    root = Path(__file__).parent.parent
+    brick, strip = (
+        tomllib.loads((root / name).read_text())
+        for name in ("src/staffa/cases/brick.toml", "verify/strip.toml")
+    )
+    for table in ("damage", "toughness", "temperature", "time"):
+        assert strip[table] == brick[table], table
+    assert strip["domain"]["h"] == brick["domain"]["h"]
+    assert strip["supports"].items() <= brick["supports"].items()
+
+
+def test_depths_that_cracks_are_still_reaching_are_left_out(checks) -> None:
+    numbers = {"single-1": ([10, 4], [9, 1]), "doubled-1": ([30, 16], [30, 9])}
+    kept = {
+        name: {
+            "number before": before,
+            "cells": [
+                {"depth": depth, "areas": [1.0] * n} for depth, n in zip(DEPTHS, now, strict=False)
+            ],
+        }
+        for name, (now, before) in numbers.items()
+    }
+    assert checks.settled(kept) == [DEPTHS[0]]

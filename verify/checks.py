@@ -194,8 +194,9 @@ CHECKS = {
     "far-side": Check(
         title="Deep rock holds what is cooled",
         text="`verify/strip.toml`, a cut through the ready case `brick`, 20 times as long as it is "
-        "deep: its far side clamped, as the uncooled rock below holds it, or free. Free, the strip "
-        "is a bar between its ends, which one crack through it unloads.",
+        "deep: its far side clamped, in place of deeper rock, or free. Free, the strip is a bar "
+        "between its ends, which one crack through it unloads. ell0 counts with the discrete "
+        "toughness. Cracks at the least depths are those of nucleation.",
         measure=far_side,
     ),
     "columns": Check(
