@@ -196,21 +196,22 @@ def cut(found: dict[float, Pattern]) -> dict[float, Pattern]:
 
 
 def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Figure]:
-    """Cell size at equal depth, and depth of penetration, of the block and its double."""
+    """Size of cells at equal depth, and depth of penetration, of the block and its double."""
     singles, doubles = (cut(patterns[size]) for size in SIZES)
     both = [depth for depth in singles if depth in doubles]
     yield enough("depths at which both sizes of the block are cut into cells", len(both), DEPTHS)
     for depth in both:
-        one, two = singles[depth].whole_area, doubles[depth].whole_area
-        assert one.value and one.error and two.value and two.error
-        error = hypot(one.error / one.value, two.error / two.value)
-        yield Figure(
-            what=f"mean area of cells at depth {depth:g}, doubled over single (error {error:.2f})",
-            source=f"the cells are as large, to 10 % or the standard error (no more than {LEAVE})",
-            reference=1.0,
-            measured=two.value / one.value,
-            tolerance=min(max(CHANGE, error), LEAVE),
-        )
+        for name, size in (("diameter", across), ("spacing", lambda cells: cells.spacing)):
+            one, two = size(singles[depth]), size(doubles[depth])
+            assert one.value and one.error and two.value and two.error
+            error = hypot(one.error / one.value, two.error / two.value)
+            yield Figure(
+                what=f"{name} of cells at depth {depth:g}, doubled over single (error {error:.2f})",
+                source=f"as large, to 10 % or the standard error (no more than {LEAVE})",
+                reference=1.0,
+                measured=two.value / one.value,
+                tolerance=min(max(CHANGE, error), LEAVE),
+            )
     surface = {
         size: np.mean([m["area"] / m["width"] ** 2 for m in members_of(kept, size)])
         for size in SIZES
