@@ -204,7 +204,8 @@ CHECKS = {
         text="The ready case `brick`, and the same twice as wide in both directions, several seeds "
         "each, as kept in `verify/columns.json`. Areas are means in which a cell at a roller "
         "counts half, and one in a corner a quarter; the diameter is that of the circle of this "
-        "area. Against parallel cracks stands the spacing, area over length of the cracks.",
+        "area, the spacing area over length of the cracks. Both are held against parallel cracks, "
+        "at the depths at which cracks have arrived.",
         measure=columns,
     ),
     "layers": Check(
