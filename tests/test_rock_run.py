@@ -18,6 +18,7 @@ COARSE = {
 }  # fmt: skip
 
 
+@pytest.mark.mpi
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["layered", "squeezed"])
 def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:

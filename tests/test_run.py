@@ -189,9 +189,8 @@ def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_p
     """The same code in 3-D: cracks, measures, fields; one rank and two agree.
 
     Multigrid makes other aggregates of another partition, so that Newton's moves, which are
-    truncated early, take another way: to the same state here on hexahedra, to a minimum 2e-4 apart
-    on tetrahedra, through a brutal step. The direct solver takes the same way on any number of
-    ranks.
+    truncated early, take another way: to the same state here, where no step is brutal. The direct
+    solver takes the same way on any number of ranks.
     """
     runs = []
     for ranks in (1, 2):

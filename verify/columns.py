@@ -34,7 +34,7 @@ CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
 SIZES = {"single": (2.5, (1, 2, 3, 4)), "doubled": (5.0, (1, 2, 3, 4))}  # width, seeds
 UNTIL = ("time.tau={start=0.12,stop=0.8,steps=18}", "output.at=[0.4,0.6,0.8]")
-LAST = 0.76  # tau of what is kept; at the next step a crack runs through to the far face
+LAST = 0.76  # tau of the cells that are kept; at the next step a crack runs through to the far face
 SETTLED = 0.95  # of the cells at a depth were there a step before: no cracks are arriving
 CHANGE = 0.1  # of size and depth that is none
 LEAVE = 0.25  # in place of it at most, where the standard error is larger
@@ -74,7 +74,6 @@ def digest(run: Run) -> dict:
     before, step = steps[-2:]
     assert step.measures is not None and before.measures is not None
     return {
-        "tau": step.tau,
         "nu": float(parse_case(run.case).material.nu),
         "ell0": run.manifest.scales["ell0"],
         "ell": run.manifest.ell,
@@ -126,7 +125,12 @@ def columns() -> Found:
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
     figures = [*alike(kept, there), *growing(there[""]), *spaced(there[""], ell0)]
     beside_p = beside(there[""], ell0, cells_ell0)
-    parts = [table(patterns[""], max(still), drawn(kept)), beside_p, members(kept), pictures]
+    parts = [
+        table(patterns[""], max(still, default=0.0), drawn(kept)),
+        beside_p,
+        members(kept),
+        pictures,
+    ]
     return Found(figures=figures, text="\n\n".join(parts))
 
 
