@@ -146,7 +146,7 @@ def test_a_clock_that_is_set_back_changes_nothing(case: Path, monkeypatch) -> No
     ended = []
     for name, library in (("right", ""), ("back", str(folder / "clock.so"))):
         monkeypatch.setenv("LD_PRELOAD", library)
-        done = launch("staffa", "run", case, "--out", folder / name, *SHORT, *limits)
+        done = launch("staffa", "run", case, "--quiet", "--out", folder / name, *SHORT, *limits)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
         ended.append(read_run(folder / name))
     code = "import time; before = time.time(); print(time.time() < before - 3000)"

@@ -69,7 +69,7 @@ def test_a_ready_case_runs_in_units_on_one_and_two_ranks(name: str, tmp_path) ->
 def test_cracks_that_heat_feels_from_a_case_file(cracks: str, tmp_path) -> None:
     out = tmp_path / "run"
     given = settings("granite-face", f"heat.cracks={cracks}", "solver.backtracking=true")
-    done = launch(1, "run", CASES / "granite-face.toml", "--out", out, *given)
+    done = launch(1, "run", CASES / "granite-face.toml", "--quiet", "--out", out, *given)
     assert done.returncode == 0, done.stderr
     run = read_run(out)
     assert all(step.audit.violations == () for step in run.steps)
