@@ -17,6 +17,7 @@ from cost import CONFIDENCE, Cost, Law, beside, held_out, law, predict
 
 from staffa.cases.numbers import numbers
 from staffa.cases.reading import read_case
+from staffa.evolution.schedule import schedule
 from staffa.grid import divisions
 
 HERE = Path(__file__).parent
@@ -52,6 +53,7 @@ def by_cells(results: dict) -> dict[str, list[dict]]:
 def large(results: dict) -> tuple[int, Cost]:
     """Displacement unknowns and expected cost of the case of the batch script."""
     case, medium = read_case(CASE), results["medium"]
+    derived = numbers(case)
     assert case.domain.size is not None and case.domain.h is not None
     counts = divisions(tuple(float(s) for s in case.domain.size), float(case.domain.h))
     unknowns = 3 * int(np.prod([n + 1 for n in counts]))
@@ -59,7 +61,7 @@ def large(results: dict) -> tuple[int, Cost]:
         laws(results)[case.domain.cells or ""],
         unknowns=unknowns,
         ranks=NODES * CORES,
-        steps=len(numbers(case).times),
+        steps=len(schedule(derived.times, derived.requested).times),
         sweeps=medium["sweeps"] / medium["steps"],
     )
     return unknowns, cost
