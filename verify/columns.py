@@ -32,7 +32,7 @@ from staffa.report.drawing import draw
 
 CASE = "src/staffa/cases/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
-SIZES = {"single": (2.5, (1, 2, 3, 4)), "doubled": (5.0, (1, 2, 3, 4))}  # width, seeds
+SIZES = {"single": (2.5, tuple(range(1, 9))), "doubled": (5.0, tuple(range(1, 7)))}  # width, seeds
 UNTIL = ("time.tau={start=0.12,stop=0.8,steps=18}", "output.at=[0.4,0.6,0.8]")
 LAST = 0.76  # tau of the cells that are kept; at the next step a crack runs through to the far face
 SETTLED = 0.95  # of the cells at a depth were there a step before: no cracks are arriving
@@ -227,9 +227,10 @@ def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Fig
         measured=float(surface["doubled"] / surface["single"]),
         tolerance=CHANGE,
     )
-    # The deepest tip below as much of a face: of all single blocks, and of each doubled one.
+    # The deepest tip below as much of a face: of each four single blocks, and of each doubled one.
     fronts = {s: np.array([m["fronts"] for m in members_of(kept, s)]) for s in SIZES}
-    deepest = {"single": fronts["single"].max(axis=0), "doubled": fronts["doubled"].mean(axis=0)}
+    fours = [fronts["single"][n : n + 4].max(axis=0) for n in range(0, len(fronts["single"]), 4)]
+    deepest = {"single": np.mean(fours, axis=0), "doubled": fronts["doubled"].mean(axis=0)}
     highest = np.maximum(fronts["single"].max(axis=0), fronts["doubled"].max(axis=0))
     last = int(np.flatnonzero(highest < INSIDE)[-1])  # before cracks feel the far side
     yield Figure(
