@@ -206,7 +206,7 @@ CHECKS = {
         "counts half, and one in a corner a quarter; the diameter is that of the circle of this "
         "area, the spacing area over length of the cracks. Both are held against parallel cracks, "
         "at the depths at which cracks have arrived. Halves and quarters added up, the single "
-        "block has room for two to three whole cells only, the doubled one for nine to fourteen: "
+        "block has room for two to three whole cells only, the doubled one for eight to fourteen: "
         "where the two differ, it is the narrow one whose walls count.",
         measure=columns,
     ),
