@@ -205,9 +205,9 @@ CHECKS = {
         "each, as kept in `verify/columns.json`. Areas are means in which a cell at a roller "
         "counts half, and one in a corner a quarter; the diameter is that of the circle of this "
         "area, the spacing area over length of the cracks. Both are held against parallel cracks, "
-        "at the depths at which cracks have arrived. Halves and quarters added up, the single "
-        "block has room for two to three whole cells only, the doubled one for eight to fourteen: "
-        "where the two differ, it is the narrow one whose walls count.",
+        "at the depths at which cracks have arrived. Halves and quarters added up, a single block "
+        "has one and a half to three whole cells there, a doubled one eight to fourteen: we take "
+        "it that walls count for more in the narrow one, and hold the other against theory.",
         measure=columns,
     ),
     "layers": Check(

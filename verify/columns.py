@@ -115,7 +115,7 @@ def columns() -> Found:
     still = settled(kept)
     patterns = {
         size: {depth: pattern(found) for depth, found in sections(kept, size).items()}
-        for size in ("", *SIZES)
+        for size in SIZES
     }
     there = {size: {d: found[d] for d in still} for size, found in patterns.items()}
     one = next(iter(kept.values()))
@@ -123,10 +123,11 @@ def columns() -> Found:
     cells_ell0 = ell0 * (1 + one["nu"]) / 2  # if both lateral stresses go: docs/columns.md
     draw_sizes(there, ell0, cells_ell0)
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
-    figures = [*alike(kept, there), *growing(there[""]), *spaced(there[""], ell0)]
-    beside_p = beside(there[""], ell0, cells_ell0)
+    wide = there["doubled"]  # in the others walls count for more
+    figures = [*alike(kept, there), *growing(wide), *spaced(wide, ell0)]
+    beside_p = beside(wide, ell0, cells_ell0)
     parts = [
-        table(patterns[""], max(still, default=0.0), drawn(kept)),
+        table(patterns["doubled"], max(still, default=0.0), drawn(kept)),
         beside_p,
         members(kept),
         pictures,
@@ -143,7 +144,7 @@ def settled(kept: dict) -> list[float]:
 
 
 def draw_sizes(patterns: dict[str, dict[float, Pattern]], ell0: float, cells_ell0: float) -> None:
-    """Spacing of all, and size of the cells of each size of the block, against depth."""
+    """Spacing, and size of the cells of each size of the block, against depth."""
     figure, axes = plt.subplots(figsize=(7, 4))
     depths = np.linspace(0.05, 0.65, 50)
     p = spacing_at(depths, ell0)
@@ -152,9 +153,9 @@ def draw_sizes(patterns: dict[str, dict[float, Pattern]], ell0: float, cells_ell
     axes.plot(depths, spacing_at(depths, cells_ell0), "C0:", label="p(a) if both stresses go")
     lines = [
         (
-            patterns[""],
+            patterns["doubled"],
             "ks-",
-            "spacing: area over length of the cracks",
+            "spacing, doubled: area over length of the cracks",
             lambda cells: cells.spacing,
         ),
         *(
@@ -313,7 +314,7 @@ def beside(both: dict[float, Pattern], ell0: float, cells_ell0: float) -> str:
         rows.append([f"{depth:g}", *sizes, *(f"{x:.3g}" for x in (p, 2 * p, less))])
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return (
-        "All members together, beside parallel cracks (ell0 with the discrete toughness of these "
+        "The doubled blocks, beside parallel cracks (ell0 with the discrete toughness of these "
         "cells). Two things bring columns closer than parallel cracks. They release both lateral "
         "stresses, for which the right column is the bound (docs/columns.md). And alternate "
         "minimization alone may pass the loss of stability at which every other crack should stop, "
@@ -354,7 +355,7 @@ def told(number: Estimate) -> str:
 
 
 def table(found: dict[float, Pattern], deepest: float, known: dict[str, Pattern]) -> str:
-    """All members together, by depth, beside patterns that are known."""
+    """The doubled blocks together, by depth, beside patterns that are known."""
     head = ("depth", "cells", "inside", "area", "sides", "variance", "area CV", "six-sided", "T")
     rows: list[Sequence[str]] = [head, ["---"] * len(head)]
     named = {f"{depth:g}": cells for depth, cells in found.items()} | known
@@ -369,8 +370,8 @@ def table(found: dict[float, Pattern], deepest: float, known: dict[str, Pattern]
     rows.append(["Giant's Causeway", "", "", "", "5.65", "", "", "", ""])
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return (
-        f"All members at tau = {LAST:g}, pooled by depth, beside patterns that are known. Cracks "
-        f"have arrived down to {deepest:g}, the deepest section to compare.\n\n{lines}"
+        f"The doubled blocks at tau = {LAST:g}, pooled by depth, beside patterns that are known. "
+        f"Cracks have arrived down to {deepest:g}, the deepest section to compare.\n\n{lines}"
     )
 
 

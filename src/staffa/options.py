@@ -12,9 +12,10 @@ from staffa.parallel import require_together
 # does half the work of LU: measured 1.5 times faster a solve on the slab at 25k unknowns.
 # The factorization preconditions CG: one iteration where it is new, a few where the stiffness has
 # changed a little since. MUMPS estimates its work space from the pattern; with its own margin it
-# ran out of it (INFOG(1) = -9) on a plate of 6600 unknowns on 3 ranks. Large fronts are compressed
-# by blocks of low rank (MUMPS users' guide, ICNTL 35 and 36), as closely as CG is tight: the
-# factorization of 460k unknowns in 2-D took 2.5 s in place of 4, one of 126k as long as before.
+# ran out of it (INFOG(1) = -9) on a plate of 6600 unknowns on 3 ranks. Large fronts are eliminated
+# by the blocks of its low-rank format, in which nothing is compressed (users' guide, ICNTL 35, 36,
+# CNTL 7 = 0): a sixth less time on 460k unknowns in 2-D, none on 126k. CNTL 7 = 1e-14 took another
+# sixth off, but counts in units of the stiffness, and with one of 1e-9 the solution was wrong.
 DIRECT = {
     "ksp_type": "cg",
     "ksp_rtol": "1e-10",
@@ -25,7 +26,6 @@ DIRECT = {
     "mat_mumps_icntl_14": "100",
     "mat_mumps_icntl_35": "2",
     "mat_mumps_icntl_36": "1",
-    "mat_mumps_cntl_7": "1e-10",
 }
 
 # Smoothed aggregation with the rigid-body modes as near-null space is the standard for elasticity
