@@ -123,7 +123,7 @@ def columns() -> Found:
     cells_ell0 = ell0 * (1 + one["nu"]) / 2  # if both lateral stresses go: docs/columns.md
     draw_sizes(there, ell0, cells_ell0)
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
-    wide = there["doubled"]  # in the others walls count for more
+    wide = there["doubled"]  # fewer of its cells are at walls
     figures = [*alike(kept, there), *growing(wide), *spaced(wide, ell0)]
     beside_p = beside(wide, ell0, cells_ell0)
     parts = [
