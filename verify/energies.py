@@ -79,10 +79,11 @@ def parted(run: Run, alone: Run, name: str, expected: bool) -> tuple[list[Figure
     first, tau = int(apart[0]), [step.tau or 0.0 for step in run.steps]
     figure = Figure(
         what=f"rise over that alone where it first differs, tau = {tau[first]:.3f}: {name}",
-        source="not above zero",
+        source="no rise",
         reference=0.0,
-        measured=max(0.0, float(change[first])),
+        measured=float(change[first]),
         tolerance=0.0,
+        bound="most",
     )
     returns = sum(step.returned is not None for step in (*run.steps, *run.superseded))
     escapes = sum(step.stability.escapes for step in run.steps if step.stability)

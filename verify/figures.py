@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A number beside what it should be; the tolerance is absolute, or a fraction of it."""
+    """A number beside what it should be; the tolerance is absolute, or a fraction of it.
+
+    bound: the reference is the least, or the most, that it should be.
+    """
 
     what: str
     source: str
@@ -14,12 +18,15 @@ class Figure:
     measured: float
     tolerance: float
     relative: bool = False
+    bound: Literal["least", "most"] | None = None
 
     @property
     def met(self) -> bool:
         """Whether it is within the tolerance."""
         scale = abs(self.reference) if self.relative else 1.0
-        return bool(abs(self.measured - self.reference) <= self.tolerance * scale)
+        over = self.measured - self.reference
+        off = {None: abs(over), "least": -over, "most": over}[self.bound]
+        return bool(off <= self.tolerance * scale)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,8 +39,12 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """A title, a text for the page, and what measures the figures."""
+    """A title, a text for the page, and what measures the figures.
+
+    kept: what of this folder holds its runs, too long to be made anew by each `make verify`.
+    """
 
     title: str
     text: str
     measure: Callable[[], "list[Figure] | Found"]
+    kept: str | None = None

@@ -13,11 +13,11 @@ SHARP = "sharp-crack finite elements"
 DOUBLING = {"fixed": (0.1022, 0.1406), "free": (0.1117, 0.1478)}
 
 
-def array_growth(section: str, generation: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """tau and length of the cracks of an even array of spacing 0.1285."""
+def array_growth(section: str) -> tuple[np.ndarray, np.ndarray]:
+    """tau and length of the cracks of an even array of spacing 0.1285, before any doubling."""
     with (DATA / "array_growth.csv").open() as file:
         rows = [r for r in csv.DictReader(file) if r["mech"] == section]
-    rows = [r for r in rows if int(r["generation"]) == generation]
+    rows = [r for r in rows if r["generation"] == "1"]
     tau, a = np.array([(float(r["tau_erfc_y_over_tau"]), float(r["a"])) for r in rows]).T
     order = np.argsort(tau)
     return tau[order], a[order]
