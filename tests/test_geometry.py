@@ -74,6 +74,30 @@ def test_a_shape_is_from_outside_what_is_said_of_it_before_it_is_meshed(name: st
 
 @needs_gmsh
 @pytest.mark.parametrize("name", SHAPES)
+def test_what_varies_is_looked_at_inside_of_the_body_and_of_each_region(name: str) -> None:
+    shape, h = SHAPES[name]
+    said, mesh = outline(shape, h), meshed(shape, h, name)
+    cells, dim = mesh.x[mesh.cells], mesh.dim
+    for region in (None, *said.regions):
+        own = cells if region is None else cells[mesh.regions[region]]
+        x = said.places.within(region)[:dim].T
+        assert len(x) >= 21**dim / 2
+        x = x[:: -(-len(x) // 500)]
+        edges = np.linalg.inv((own[:, 1:] - own[:, :1]).transpose(0, 2, 1))
+        part = np.einsum("cij,cxj->cxi", edges, x[None] - own[:, :1])
+        among = (part.min(axis=2) > -1e-9) & (part.sum(axis=2) < 1 + 1e-9)
+        outside = x[~among.any(axis=0)]
+        assert not len(outside), f"{region}: {outside[:3]}"
+    for face, rows in mesh.faces.items():
+        if (plane := said.faces[face]) is not None:
+            there, ends = said.places.on(face)[:dim].T, mesh.x[np.unique(rows)]
+            assert there[:, plane.axis] == pytest.approx(plane.position)
+            assert there.min(axis=0) == pytest.approx(ends.min(axis=0), abs=0.1)
+            assert there.max(axis=0) == pytest.approx(ends.max(axis=0), abs=0.1)
+
+
+@needs_gmsh
+@pytest.mark.parametrize("name", SHAPES)
 def test_a_shape_and_its_faces_are_as_large_as_they_must_be(name: str) -> None:
     """A circle of n edges is short by pi^2/(6 n^2), its area by four times that: n = 2 pi r/h."""
     shape, h = SHAPES[name]

@@ -10,6 +10,7 @@ import pytest
 import pyvista
 
 from bodies import RANKS, needs_gmsh, printed_on, run
+from meshes import plate, written
 from staffa.cases.attached import attached
 from staffa.cases.build import problem
 from staffa.cases.experiment import run as write_run
@@ -174,6 +175,7 @@ dT = 3.0
 t = [0.1]
 """
 BOTH = ("regions.sand={E=2.0}", "regions.shale={}")
+FLOOR = ('temperature.face="floor"', "regions.sand={}", "regions.shale={}")
 
 
 @needs_gmsh
@@ -191,8 +193,65 @@ def test_where_a_shape_has_no_rock_a_formula_need_not_be_a_number() -> None:
     text = LAYERS[LAYERS.index("[damage]") :]
     case = parse_case(text, settings)
     assert problem(case, comm=MPI.COMM_SELF).domain.dim == 2 and averages(pieces(case)[0]).E == 1.0
+    band = "where(abs(x - 0.31) < 0.02, -1, 1)"  # between the places that are looked at at first
     with pytest.raises(InputError, match=r"material.E = .*in the middle of every cell"):
-        problem(parse_case(text, (hole, 'material.E={formula="1.5 - x"}')))
+        problem(parse_case(text, (hole, f'material.E={{formula="{band}"}}')))
+
+
+@pytest.mark.parametrize(
+    ("body", "setting", "said"),
+    [
+        ("hole", 'material.E={formula="y - 5"}', r"material.E = .* it is .* larger than zero"),
+        ("hole", 'material.Gc={formula="0*x"}', r"material.Gc = .* it is 0 somewhere"),
+        ("hole", 'material.E={formula="where(x,1,2)"}', r"it cannot be computed"),
+        ("hole", 'material.E={formula="x<9"}', r"it is true or false and no number"),
+        ("hole", 'material.nu={formula="0.7+0*x"}', r"material.nu = .* between -1 and 0.5"),
+        ("layers", 'regions.sand.Gc={formula="0.2 - y"}', r"regions.sand.Gc = .* larger than zero"),
+        ("mesh", 'material.E={formula="x - 2"}', r"material.E = .* larger than zero"),
+        ("mesh", 'regions.shale.nu={formula="y - 1.5"}', r"regions.shale.nu = .* between -1 and"),
+    ],
+)
+@needs_gmsh
+def test_what_varies_on_a_shape_or_a_mesh_is_looked_at_first(tmp_path, body, setting, said) -> None:
+    written(tmp_path / "plate.msh", plate, h=0.3)
+    text = LAYERS if body == "layers" else LAYERS[LAYERS.index("[damage]") :]
+    hole = 'domain={shape={kind="plate with hole", size=[2.0,2.0], radius=0.3}, h=0.1}'
+    settings = {
+        "hole": (hole, "regions={}"),
+        "layers": BOTH,
+        "mesh": ('domain.mesh="plate.msh"', 'cracks=[{name="fault"}]', *FLOOR),
+    }
+    with pytest.raises(InputError, match=said):
+        parse_case(text, (*settings[body], setting), folder=tmp_path)
+
+
+@needs_gmsh
+def test_around_a_hole_a_formula_need_be_a_number_where_there_is_rock_only(tmp_path) -> None:
+    hole = 'domain={shape={kind="plate with hole", size=[2.0,2.0], radius=0.3}, h=0.1}'
+    away = "log((x-1)**2 + (y-1)**2)"
+    text = LAYERS[LAYERS.index("[damage]") :]
+    heat = ('temperature={profile="heat"}', f'heat={{initial={{formula="{away}"}},hole={{T=0.0}}}}')
+    assert parse_case(text, (hole, *heat)).heat is not None
+    assert parse_case(text, (hole, f'forces.prestress.xx={{formula="{away}"}}')).forces is not None
+    with pytest.raises(InputError, match="not finite at x = 1, y = 1; it must be so everywhere"):
+        parse_case(
+            text, ("domain={size=[2.0,2.0],h=0.1}", *heat[:1], heat[1].replace("hole", "top"))
+        )
+
+
+@needs_gmsh
+def test_a_face_may_be_called_like_a_key_of_its_table(tmp_path) -> None:
+    def named(gmsh) -> None:
+        plate(gmsh, fault=None)
+        groups = {gmsh.model.getPhysicalName(*g): g for g in gmsh.model.getPhysicalGroups(1)}
+        gmsh.model.removePhysicalName("west")
+        gmsh.model.setPhysicalName(*groups["west"], "crack_prestress")
+
+    written(tmp_path / "plate.msh", named, h=0.3)
+    text = LAYERS[LAYERS.index("[damage]") :]
+    load = 'forces.crack_prestress.pressure={formula="0.1*x*t"}'
+    case = parse_case(text, ('domain.mesh="plate.msh"', *FLOOR, load), folder=tmp_path)
+    assert case.forces is not None and case.forces.on("crack_prestress") is not None
 
 
 @pytest.mark.parametrize(

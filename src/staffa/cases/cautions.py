@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator
 from importlib.util import find_spec
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.force_cautions import force_cautions
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
-from staffa.cases.pieces import Piece, averages, has_directions, pieces
+from staffa.cases.pieces import Piece, averages, box_of, has_directions, pieces
 from staffa.cases.properties import varies
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules import is_moved, unit
@@ -213,11 +213,12 @@ def _of_shape(case: Case) -> Iterator[str]:
 
 
 def _of_regions(case: Case) -> Iterator[str]:
-    for piece in pieces(case)[1:]:
-        thinnest = min(b - a for a, b in zip(piece.lower, piece.upper, strict=True))
+    for name, region in case.regions.items():
+        box = box_of(case, region)
+        thinnest = min(b - a for a, b in zip(*box, strict=True)) if box else inf
         if thinnest < cell_edge(case) * (1 - 1e-9):
             yield (
-                f"{piece.where} is {_length(case, thinnest)} thin, less than a cell, and may hold "
+                f"regions.{name} is {_length(case, thinnest)} thin, less than a cell, and may hold "
                 f"none; make it thicker, or take a smaller domain.h"
             )
 

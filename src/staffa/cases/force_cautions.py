@@ -6,7 +6,6 @@ import numpy as np
 
 from staffa.cases.model import Case
 from staffa.cases.properties import point_property
-from staffa.cases.rules.heat import places
 from staffa.cases.split import presses, takes_principal_strains
 from staffa.physics.elasticity import values
 
@@ -51,7 +50,7 @@ def _of_free_faces(case: Case, sigma_c: float) -> Iterator[str]:
         value = getattr(case.forces.prestress, across)
         if value is None:
             continue
-        there = values(point_property(value, case.dim), places(case, name))
+        there = values(point_property(value, case.dim), case.outline.places.on(name))
         if np.abs(there).max() > FREE * sigma_c:
             yield (
                 f"forces.prestress.{across}: {name} is free, so that this stress relaxes there "

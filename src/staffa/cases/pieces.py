@@ -1,7 +1,8 @@
 """The pieces of a body, each of one rock: the body itself and its regions; no finite elements."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,9 @@ from staffa.cases.anisotropy import elasticity, tensor
 from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
 from staffa.cases.properties import average
-from staffa.cases.rock_keys import MaterialKeys, RockKeys, is_isotropic, rock_of
+from staffa.cases.rock_keys import MaterialKeys, RegionKeys, RockKeys, is_isotropic, rock_of
+from staffa.geometry.places import Bounds, Grid
 from staffa.physics.elasticity import isotropic_average
-
-LOOKED_AT = 21  # places along each axis at which a property is looked at before there is a mesh
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,28 +35,19 @@ class Piece:
     """The body or a region of it.
 
     where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
-    the body's; lower, upper: corners of the box around it (m); is_box: whether it fills that box.
+    the body's; places: where its values are looked at before there is a mesh, shape (3, n).
     """
 
     where: str
     keys: MaterialKeys
     dim: int
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    is_box: bool
+    places: Callable[[], np.ndarray]
 
     @property
     def name(self) -> str:
         """As a sentence calls it: "material", or "region 'clay'"."""
         _, _, region = self.where.partition(".")
         return f"region '{region}'" if region else self.where
-
-    def places(self) -> np.ndarray:
-        """Middles of a grid over its box, shape (3, n)."""
-        steps = (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
-        along = [low + steps * (up - low) for low, up in zip(self.lower, self.upper, strict=True)]
-        grid = np.array([x.ravel() for x in np.meshgrid(*along)])
-        return np.vstack([grid, np.zeros((3 - self.dim, grid.shape[1]))])
 
     def average(self, value: Any) -> float:
         """The mean of one of its properties."""
@@ -76,23 +67,26 @@ class Piece:
 
 def pieces(case: Case) -> tuple[Piece, ...]:
     """The body first, then its regions."""
-    body = Piece(
-        where="material",
-        keys=case.material,
-        dim=case.dim,
-        lower=case.outline.lower,
-        upper=case.outline.upper,
-        is_box=case.domain.is_block,
-    )
-    found = [body]
+    places = case.outline.places
+    found = [Piece(where="material", keys=case.material, dim=case.dim, places=places.within)]
     for name, region in case.regions.items():
-        lower, upper = body.lower, body.upper
-        if region.lower is not None and region.upper is not None:
-            lower = tuple(max(a, float(b)) for a, b in zip(lower, region.lower, strict=True))
-            upper = tuple(min(a, float(b)) for a, b in zip(upper, region.upper, strict=True))
+        box = box_of(case, region)
+        where = partial(places.within, name)
+        if box is not None:
+            where = partial(Grid(boxes=((name, box),), flat={}).within, name)
         keys = rock_of(case.material, region)
-        found.append(replace(body, where=f"regions.{name}", keys=keys, lower=lower, upper=upper))
+        found.append(Piece(where=f"regions.{name}", keys=keys, dim=case.dim, places=where))
     return tuple(found)
+
+
+def box_of(case: Case, region: RegionKeys) -> Bounds | None:
+    """Corners of the part of the body in the box of a region (m), None of one without a box."""
+    if region.lower is None or region.upper is None:
+        return None
+    body = case.outline
+    lower = tuple(max(a, float(b)) for a, b in zip(body.lower, region.lower, strict=True))
+    upper = tuple(min(a, float(b)) for a, b in zip(body.upper, region.upper, strict=True))
+    return lower, upper
 
 
 def averages(piece: Piece) -> Averages:

@@ -27,16 +27,11 @@ def in_space(value: Any, dim: int) -> PointFunction:
 
 
 def average(value: Any, dim: int, places: Callable[[], np.ndarray]) -> float:
-    """The one number that stands for a property: its mean, where that is not known over places,
-    some of which may lie outside of it."""
+    """The one number that stands for a property: its mean, where that is not known over places."""
     if isinstance(value, RandomField):
         return float(value.mean)
     found = point_property(value, dim)
-    if not callable(found):
-        return found
-    with np.errstate(all="ignore"):
-        there = found(places())
-    return float(np.mean(there[np.isfinite(there)]))
+    return float(np.mean(found(places()))) if callable(found) else found
 
 
 def product_of(one: Property, other: Property) -> Property:

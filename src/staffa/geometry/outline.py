@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
+from staffa.geometry.places import Grid, Places
 from staffa.grid import SIDES, cells_and_vertices, edge
 
 
@@ -23,7 +24,8 @@ class Outline:
     lower, upper: corners of the box around it (m). h: the cells' edge (m; see `grid.edge`). faces:
     the named parts of its surface, each with its plane if it is one across an axis. touching: the
     pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
-    cracks that are there from the start. n_cells, n_vertices: about.
+    cracks that are there from the start. n_cells, n_vertices: about. places: where to look at what
+    varies.
     """
 
     lower: tuple[float, ...]
@@ -35,6 +37,7 @@ class Outline:
     cracks: tuple[str, ...] = ()
     n_cells: int
     n_vertices: int
+    places: Places = field(compare=False, repr=False)
     sides: Mapping[str, str | None] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,15 +83,22 @@ def of_block(size: tuple[float, ...], h: float, cells: str) -> Outline:
     """A rectangle or a box with its lower corner at the origin."""
     n_cells, n_vertices = cells_and_vertices(size, h, cells)
     lower = (0.0,) * len(size)
+    faces = flat_sides(lower, size)
     return Outline(
         lower=lower,
         upper=size,
         h=edge(size, h, cells),
-        faces=flat_sides(lower, size),
+        faces=faces,
         touching=box_edges(len(size)),
         n_cells=n_cells,
         n_vertices=n_vertices,
+        places=Grid(boxes=(("", (lower, size)),), flat=flat(faces)),
     )
+
+
+def flat(faces: Mapping[str, Plane | None]) -> dict[str, tuple[int, float]]:
+    """Axis and position of the faces that are flat."""
+    return {name: (plane.axis, plane.position) for name, plane in faces.items() if plane}
 
 
 def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, Plane]:

@@ -10,13 +10,14 @@ import numpy as np
 from staffa.errors import StaffaError
 from staffa.geometry.gmsh_model import generate, opened
 from staffa.geometry.msh import collected
-from staffa.geometry.outline import Outline, box_edges, flat_sides, pairs
+from staffa.geometry.outline import Outline, box_edges, flat, flat_sides, pairs
+from staffa.geometry.places import Bounds, Grid
 from staffa.geometry.simplices import Simplices
 from staffa.grid import simplices
 
 ROCK = "rock"  # the region of a body that has but one
+ROUND_OFF = 1e-9
 FLAT = 1e-3  # in cells: Gmsh's boxes around parts are wider by 1e-7
-Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 class Shape(Protocol):
@@ -31,8 +32,12 @@ class Shape(Protocol):
     def touching(self) -> frozenset[frozenset[str]]:
         """The pairs of faces that share an edge or a corner."""
 
-    def regions(self) -> tuple[str, ...]:
-        """Its parts."""
+    def boxes(self) -> tuple[tuple[str, Bounds], ...]:
+        """The boxes that it is made of, or cut out of: the region of each, and its corners."""
+
+    def contains(self, x: np.ndarray, h: float) -> np.ndarray:
+        """Which points of these boxes, shape (3, n), are in it, and in cells of edge h too, which
+        cut round faces short."""
 
     def content(self) -> tuple[float, float, float]:
         """Area, perimeter and 0; or volume, surface and length of all edges."""
@@ -48,17 +53,19 @@ def outline(shape: Shape, h: float) -> Outline:
     """What is known of a shape from outside, meshed with cells of mean edge h."""
     lower, upper = shape.bounds()
     sides = flat_sides(lower, upper)
+    faces = {name: sides[side] if side else None for name, side in shape.faces().items()}
     content, surface, edges = shape.scaled(1 / h).content()
     n_cells, n_vertices = simplices(content, surface, edges, len(lower))
     return Outline(
         lower=lower,
         upper=upper,
         h=h,
-        faces={name: sides[side] if side else None for name, side in shape.faces().items()},
+        faces=faces,
         touching=shape.touching(),
-        regions=shape.regions(),
+        regions=tuple(dict.fromkeys(region for region, _ in shape.boxes())),
         n_cells=n_cells,
         n_vertices=n_vertices,
+        places=Grid(boxes=shape.boxes(), flat=flat(faces), contains=shape.contains, h=h),
     )
 
 
@@ -153,9 +160,14 @@ class Bored:
         ends = ["bottom", "top"] if dim == 3 else []
         return box_edges(dim) | pairs((self._round, end) for end in ends)
 
-    def regions(self) -> tuple[str, ...]:
+    def boxes(self) -> tuple[tuple[str, Bounds], ...]:
         """One."""
-        return (ROCK,)
+        return ((ROCK, self.bounds()),)
+
+    def contains(self, x: np.ndarray, h: float) -> np.ndarray:
+        """What is not in the hole."""
+        away = np.hypot(x[0] - self.center[0], x[1] - self.center[1])
+        return away >= (1 - ROUND_OFF) * self.radius + _sagitta(h, self.radius)
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -205,9 +217,13 @@ class Round:
         """The side ends at bottom and top."""
         return pairs(("side", end) for end in self.faces() if end != "side")
 
-    def regions(self) -> tuple[str, ...]:
+    def boxes(self) -> tuple[tuple[str, Bounds], ...]:
         """One."""
-        return (ROCK,)
+        return ((ROCK, self.bounds()),)
+
+    def contains(self, x: np.ndarray, h: float) -> np.ndarray:
+        """What is within the radius."""
+        return np.hypot(x[0], x[1]) <= (1 + ROUND_OFF) * self.radius - _sagitta(h, self.radius)
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -253,9 +269,18 @@ class Layered:
         """As on a block."""
         return box_edges(len(self._size))
 
-    def regions(self) -> tuple[str, ...]:
-        """As they come, from the bottom up."""
-        return tuple(dict.fromkeys(name for name, _ in self.layers))
+    def boxes(self) -> tuple[tuple[str, Bounds], ...]:
+        """The layers, from the bottom up."""
+        ends = np.cumsum([0.0, *(thickness for _, thickness in self.layers)]).tolist()
+        zero = (0.0,) * len(self.base)
+        return tuple(
+            (name, ((*zero, low), (*self.base, high)))
+            for (name, _), low, high in zip(self.layers, ends[:-1], ends[1:], strict=True)
+        )
+
+    def contains(self, x: np.ndarray, h: float) -> np.ndarray:
+        """All."""
+        return np.ones(x.shape[1], dtype=bool)
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -281,10 +306,15 @@ class Layered:
             drawn.append((dim, tag))
             below += thickness
         pieces = occ.fragment(drawn[:1], drawn[1:])[1] if len(drawn) > 1 else [drawn]
-        found: dict[str, list[int]] = {name: [] for name in self.regions()}
+        found: dict[str, list[int]] = {name: [] for name, _ in self.layers}
         for (name, _), piece in zip(self.layers, pieces, strict=True):
             found[name] += [tag for _, tag in piece]
         return found
+
+
+def _sagitta(h: float, radius: float) -> float:
+    """How far the middle of an edge on a circle is from it, with room for edges that are longer."""
+    return min(h**2 / (2 * radius), radius / 4)
 
 
 def _times(numbers: Iterable[float], factor: float) -> tuple[float, ...]:

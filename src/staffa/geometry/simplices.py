@@ -9,6 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.geometry.outline import Outline, Plane, pairs
+from staffa.geometry.places import OfMesh, some
 
 # Parts of a body are flat, or at one place, up to this fraction of its extent.
 ROUND_OFF = 1e-9
@@ -62,6 +63,7 @@ def parts(mesh: Simplices) -> int:
 def outline(mesh: Simplices) -> Outline:
     """What is known of the body from outside, and the mean edge of its cells."""
     lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
+    middles = mesh.x[mesh.cells].mean(axis=1)
     return Outline(
         lower=tuple(lower.tolist()),
         upper=tuple(upper.tolist()),
@@ -72,6 +74,12 @@ def outline(mesh: Simplices) -> Outline:
         cracks=tuple(mesh.cracks),
         n_cells=len(mesh.cells),
         n_vertices=len(mesh.x),
+        places=OfMesh(
+            cells=some(middles),
+            regions={name: some(middles[cells]) for name, cells in mesh.regions.items()},
+            vertices=some(mesh.x),
+            faces={name: some(mesh.x[np.unique(rows)]) for name, rows in mesh.faces.items()},
+        ),
     )
 
 

@@ -13,7 +13,7 @@ from staffa.cases.heat_keys import InTime
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
-from staffa.cases.rules.heat import TRIED, places
+from staffa.cases.rules.heat import TRIED
 from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.sentences import shown
 from staffa.cases.split import default_split, is_anisotropic, presses
@@ -174,12 +174,14 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
     for where, value, side in _values(case.forces):
         if not isinstance(value, Formula):
             continue
-        still = any(name in where for name in IN_SPACE)
-        known = ("t",) if "crack_" in where else names(case.dim, time=not still)
+        still = side is None and where.split(".")[1] in IN_SPACE
+        in_cracks = side is None and where.startswith("forces.crack_")
+        known = ("t",) if in_cracks else names(case.dim, time=not still)
         try:
             function = formula(value.formula, known)
+            there = case.outline.places.on(side)
             for t in times:
-                found = trial(function, known, places(case, side), t)
+                found = trial(function, known, there, t)
                 if where == "forces.crack_volume" and found.min() < 0:
                     raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:

@@ -18,7 +18,7 @@ from staffa.cases.writing import inline
 from staffa.errors import InputError
 
 START = ("initial", "stress_free")
-TRIED = 21  # places along each axis, and times, at which a formula is tried
+TRIED = 21  # times at which a formula is tried
 
 
 def heat_has_its_profile(case: Case) -> None:
@@ -182,7 +182,8 @@ def formulas_give_numbers(case: Case) -> None:
         known = names(case.dim, time=not at_start)
         try:
             function = formula(value.formula, known)
-            found = [trial(function, known, places(case, side), t) for t in sorted(times)]
+            there = case.outline.places.on(side)
+            found = [trial(function, known, there, t) for t in sorted(times)]
             coldest = float(np.min(found))
             if (where.endswith(".T") or at_start) and coldest < 0 and not is_scaled(case):
                 raise InputError(
@@ -194,14 +195,3 @@ def formulas_give_numbers(case: Case) -> None:
                 )
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
-
-
-def places(case: Case, side: str | None) -> np.ndarray:
-    """Places in the box around the body, or on a flat side of it, ends included; shape (3, n)."""
-    body = case.outline
-    along = [np.linspace(*ends, TRIED) for ends in zip(body.lower, body.upper, strict=True)]
-    plane = body.faces[side] if side is not None else None
-    if plane is not None:
-        along[plane.axis] = np.array([plane.position])
-    places = np.array([x.ravel() for x in np.meshgrid(*along)])
-    return np.vstack([places, np.zeros((3 - case.dim, places.shape[1]))])

@@ -90,8 +90,8 @@ def properties_have_values(case: Case) -> None:
     """What varies has numbers that a rock can have, wherever it is tried."""
     for piece in pieces(case):
         for name, where, value in piece.properties():
-            if not piece.is_box or not varies(value) or isinstance(value, RandomField):
-                continue  # else its values are looked at with the mesh
+            if not varies(value) or isinstance(value, RandomField):
+                continue  # a random field's values are looked at with the mesh
             found = _tried_values(where, value, piece)
             if name not in RATIOS and found.min() <= 0:
                 raise InputError(
@@ -101,7 +101,7 @@ def properties_have_values(case: Case) -> None:
 
 
 def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
-    """Its values over the box of its piece, if they are finite numbers."""
+    """Its values where its piece is looked at, if they are finite numbers."""
     places = piece.places()
     if isinstance(value, Formula):
         try:
@@ -131,8 +131,6 @@ def elasticity_is_definite(case: Case) -> None:
             _can_be_compressed(piece, where)
             continue
         varying = any(varies(value) for _, _, value in piece.properties())
-        if varying and not piece.is_box:
-            continue
         try:
             places = piece.places() if varying else np.zeros((3, 1))
             checked(elasticity(keys, _tried(piece)).stiffness(places))
@@ -151,8 +149,6 @@ def _can_be_compressed(piece: Piece, where: str) -> None:
     """where: the kind of body in which nu must be less than 0.5, if it must."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
-    if callable(nu) and not piece.is_box:
-        return
     largest = float(np.max(nu(piece.places()))) if callable(nu) else nu
     least = float(np.min(nu(piece.places()))) if callable(nu) else nu
     said = f"{piece.where}.nu = {shown(given)}"

@@ -1,0 +1,93 @@
+"""Places in a body at which what varies is looked at before there is a mesh."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+ALONG = 21  # places along each axis
+MOST = 5000  # vertices or cells of a mesh that are looked at, in each of its parts
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+Contains = Callable[[np.ndarray, float], np.ndarray]
+
+
+class Places(Protocol):
+    """Where to look; what is given to these and comes from them has shape (3, n) (m)."""
+
+    def within(self, region: str | None = None) -> np.ndarray:
+        """Places inside of the body, or of one of its regions; at least one."""
+
+    def on(self, face: str | None = None) -> np.ndarray:
+        """Places all over the body, its surface included, or on a face of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Of a body that is made of boxes, or of what a shape leaves of them.
+
+    boxes: region, lower and upper corner of each. flat: axis and position of the faces that are
+    flat. contains: which points, shape (3, n), the shape holds, and cells of edge h do too, which
+    cut its round faces short; None for all. h: that edge (m).
+    """
+
+    boxes: tuple[tuple[str, Bounds], ...]
+    flat: Mapping[str, tuple[int, float]]
+    contains: Contains | None = None
+    h: float = 0.0
+
+    def within(self, region: str | None = None) -> np.ndarray:
+        """As the protocol has it: middles of a grid in each box."""
+        found = [_middles(*box) for name, box in self.boxes if region in (None, name)]
+        return self._kept(np.hstack(found), self.h)
+
+    def on(self, face: str | None = None) -> np.ndarray:
+        """As the protocol has it: a grid in each box, ends included; on a round face all of it."""
+        plane = self.flat.get(face) if face is not None else None
+        return self._kept(np.hstack([_ends(*box, plane) for _, box in self.boxes]), 0.0)
+
+    def _kept(self, x: np.ndarray, h: float) -> np.ndarray:
+        return x if self.contains is None else x[:, self.contains(x, h)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfMesh:
+    """Of a mesh: middles of cells and those of each region, vertices and those of each face."""
+
+    cells: np.ndarray
+    regions: Mapping[str, np.ndarray]
+    vertices: np.ndarray
+    faces: Mapping[str, np.ndarray]
+
+    def within(self, region: str | None = None) -> np.ndarray:
+        """As the protocol has it."""
+        return self.regions[region] if region else self.cells
+
+    def on(self, face: str | None = None) -> np.ndarray:
+        """As the protocol has it."""
+        return self.faces[face] if face else self.vertices
+
+
+def some(x: np.ndarray) -> np.ndarray:
+    """At most so many of the points, shape (n, dim), and as such of space: shape (3, n)."""
+    few = x[:: max(1, -(-len(x) // MOST))].T
+    return np.vstack([few, np.zeros((3 - len(few), few.shape[1]))])
+
+
+def _middles(lower: tuple[float, ...], upper: tuple[float, ...]) -> np.ndarray:
+    steps = (np.arange(ALONG) + 0.5) / ALONG
+    return _grid([low + steps * (up - low) for low, up in zip(lower, upper, strict=True)])
+
+
+def _ends(
+    lower: tuple[float, ...], upper: tuple[float, ...], plane: tuple[int, float] | None
+) -> np.ndarray:
+    along = [np.linspace(*ends, ALONG) for ends in zip(lower, upper, strict=True)]
+    if plane is not None:
+        along[plane[0]] = np.array([plane[1]])
+    return _grid(along)
+
+
+def _grid(along: list[np.ndarray]) -> np.ndarray:
+    grid = np.array([x.ravel() for x in np.meshgrid(*along)])
+    return np.vstack([grid, np.zeros((3 - len(along), grid.shape[1]))])
