@@ -17,6 +17,7 @@ from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.fields import owned
+from staffa.loads.forces import Forces, Traction
 from staffa.physics.damage import AT1, AT2, is_quadratic
 from staffa.records import Effort, Step, Stop
 from staffa.supports import SideSupport, at_rest
@@ -193,6 +194,22 @@ def test_a_displacement_that_is_not_a_number_is_not_tried_again() -> None:
         for step in march(problem, system):
             steps.append(step)
     assert [step.status for step in steps] == ["converged", "failed"]
+    system.destroy()
+
+
+def test_a_pressure_that_is_not_a_number_leaves_the_state_before_it() -> None:
+    push = Traction(
+        side="top", pressure=lambda x, t: np.full(x.shape[1], np.nan if t > 0.004 else 0.0)
+    )
+    system = build(problem := cooled(forces=Forces(sides=(push,))))
+    steps, state = [], []
+    with pytest.raises(SolveError, match="force that is not finite"):
+        for step in march(problem, system):
+            steps.append(step)
+            state.append(system.state.T.x.array.copy())
+    assert [step.status for step in steps] == ["converged", "failed"]
+    assert np.array_equal(*state) and np.isfinite(steps[1].energies.total)
+    assert steps[1].energies.total == pytest.approx(steps[0].energies.total, rel=1e-12)
     system.destroy()
 
 

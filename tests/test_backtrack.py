@@ -8,7 +8,8 @@ import pytest
 
 from bodies import body, printed_on, rock, run
 from staffa.errors import SolveError
-from staffa.evolution import backtrack
+from staffa.evolution import backtrack, second_order
+from staffa.evolution import march as loop
 from staffa.evolution.advance import advance_to
 from staffa.evolution.backtrack import History, better_earlier
 from staffa.evolution.march import march
@@ -151,19 +152,32 @@ def test_what_the_crack_set_alone_bounds_may_heal_at_the_time_returned_to() -> N
     assert all(step.audit.violations == () for step in steps)
 
 
-def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch) -> None:
-    def fails(*arguments, **more):
-        raise SolveError("out of luck")
+@pytest.mark.parametrize("where", ["go_back", "examine"])
+def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch, where: str) -> None:
+    """The run goes on as it would without it."""
+    if where == "go_back":
 
-    monkeypatch.setattr(backtrack, "settle", fails)
-    system, found = build(bar()), []
-    with pytest.raises(SolveError, match="out of luck"):
-        for step in march(bar(), system):
-            found.append((step, system.state.alpha.x.array.max()))
-    system.destroy()
-    (last, broken), (failed, saved) = found[-2:]
-    assert last.status == "converged" and failed.status == "failed"
-    assert failed.index < last.index and saved == broken
+        def fails(*arguments, **more):
+            raise SolveError("out of luck")
+
+        monkeypatch.setattr(backtrack, "settle", fails)
+    else:
+        real = second_order.examine
+
+        def fails(problem, system, loads, advance, watch):
+            if advance.returned:
+                raise SolveError("out of luck")
+            return real(problem, system, loads, advance, watch)
+
+        monkeypatch.setattr(loop, "examine", fails)
+    found = run(bar())
+    expected = run(replace(bar(), backtracking=None))
+    rejected = [step for step in found if step.status == "rejected"]
+    assert rejected and all("out of luck" in step.reason for step in rejected)
+    stands = kept(found)
+    assert [step.index for step in stands] == [step.index for step in expected]
+    energies = [step.energies.total for step in expected]
+    assert [step.energies.total for step in stands] == pytest.approx(energies, rel=1e-10)
 
 
 ON_RANKS = """

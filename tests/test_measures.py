@@ -1,5 +1,7 @@
 """Cracks drawn by hand are counted, located and measured as they were drawn."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,26 @@ def test_drawn_cracks(cells: str, layer: float) -> None:
         assert found.length_geometry == pytest.approx(
             length + 4 * np.pi / 8 * ELL, rel=of_variation
         )
+
+
+@pytest.mark.parametrize("slant", [20, 45])
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+def test_a_slanted_crack_crosses_each_depth_once(cells: str, slant: float) -> None:
+    """Also a line through the middles of cells, where the two diagonals of a square say two."""
+    problem = body((1.0, 0.5), H, cells=cells, material=rock(ell=ELL))
+    system = build(problem)
+    x, angle = vertices(system.spaces.alpha), np.radians(slant)
+    for shift in np.linspace(0, 1, 7) * H:  # where the crack lies in the cells
+        away = (x[:, 0] - 0.3 - shift) * np.cos(angle) - x[:, 1] * np.sin(angle)
+        profile = np.maximum(1 - np.abs(away) / (2 * ELL), 0) ** 2
+        within = np.abs(away) < 0.51 * H / max(np.cos(angle), np.sin(angle))
+        system.state.alpha.x.array[:] = np.where(within, 1.0, profile)
+        depths = tuple(0.05 + np.arange(0, 0.1, 0.005))
+        found = measures(
+            problem.domain, system.state, system.energy, replace(gauge(H), depths=depths)
+        )
+        assert [s.cracks for s in found.sections] == [1] * len(depths), shift
+    system.destroy()
 
 
 def test_section_counts_runs() -> None:

@@ -12,6 +12,7 @@ import scipy.linalg
 from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.errors import SolveError
 from staffa.evolution import second_order
+from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
 from staffa.evolution.settle import raise_bounds
@@ -181,6 +182,16 @@ def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
     assert left.stability.stability is None or left.stability.stability > -1e-3
     assert left.energies.total < 0.7 * damaged.energies.total
     assert left.audit.violations == (), left.audit.violations
+
+
+def test_a_run_can_be_stopped_at_each_sweep_after_a_state_was_left() -> None:
+    problem, seen = perfect_bar(SecondOrder(follow=True)), []
+    system = build(problem)
+    watch = Observers(watch=lambda moment, sweep: seen.append(moment.index))
+    steps = list(march(problem, system, watch))
+    system.destroy()
+    assert steps[1].stability.escapes > 0
+    assert [seen.count(step.index) for step in steps] == [step.sweeps for step in steps]
 
 
 def test_a_short_bar_softens_alike_all_over_and_is_stable() -> None:

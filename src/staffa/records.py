@@ -286,7 +286,8 @@ class Step:
 
     status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
     the last one before that, without audit and measures), or "rejected" (the step was too long, and
-    is taken again: it stands for no state of the run). fields: the file of its fields, if kept.
+    is taken again, or a return to it failed: it stands for no state of the run). fields: the file
+    of its fields, if kept.
     reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
     (m) and alpha at the points of the manifest's probes, one after the other.
     """

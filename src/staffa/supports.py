@@ -12,7 +12,7 @@ from dolfinx.mesh import exterior_facet_indices
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import Spaces, vertices
-from staffa.parallel import best_candidate, sum_over_ranks
+from staffa.parallel import best_candidate, on_root, sum_over_ranks
 
 # A displacement component (m): of points x, shape (3, n), and time t -> shape (n,), or one value.
 Displacement = Callable[[np.ndarray, float], np.ndarray | float]
@@ -179,9 +179,10 @@ def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) 
     comm, dim = domain.comm, domain.dim
     modes = rigid_modes(domain, spaces)
     n_owned = spaces.u.dofmap.index_map.size_local * dim
-    gram = comm.allreduce(modes[held].T @ modes[held])
+    gram = sum_over_ranks(comm, modes[held].T @ modes[held])
     count = max(1.0, sum_over_ranks(comm, len(held)))
-    strength, directions = np.linalg.eigh(gram / count)
+    # Of one rank: where several motions are free, which ones span them is the processor's choice.
+    strength, directions = on_root(comm, lambda: np.linalg.eigh(gram / count))
     free = modes @ directions[:, strength < 1e-9]  # what no support resists, to round-off
 
     if anchor or domain.boundaries:

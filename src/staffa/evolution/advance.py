@@ -122,6 +122,7 @@ def advance_to(
     try:
         return _advance(problem, system, start, end, watch)
     except LoadError:
+        restore(system, kept)
         raise
     except SolveError as error:
         failure = error

@@ -57,8 +57,9 @@ def march(
 ) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
-    With backtracking a step may come again (see `records.Step.returned`), and where steps follow
-    the cracks one may be rejected before it comes (status "rejected").
+    With backtracking a step may come again (see `records.Step.returned`); a return that fails is
+    on record (status "rejected"), and left. Where steps follow the cracks one may be rejected
+    before it comes.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def march(
     ------
     SolveError
         A step did not converge, or a solver failed in it; it has been saved and yielded before,
-        with its status and the reason.
+        with its status and the reason. Where the loop stood before it was kept.
     LoadError
         What acts before the first step cracks the rock by itself.
     StoppedError
@@ -76,7 +77,7 @@ def march(
     """
     observers = observers or Observers()
     if standing is None:
-        come_to_rest(problem, system)
+        come_to_rest(problem, system, lambda sweep: observers.pause())
         history = History(system.state) if problem.backtracking else None
         loop = Loop(walk=Walk(problem.schedule), history=history)
     else:
@@ -105,8 +106,8 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             observers.pause()
             if history and better:
                 advance = go_back(problem, system, history, better, watch)
+                advance, stability = examine(problem, system, end, advance, watch)
                 history.drop(index)
-                advance, stability = examine(problem, system, end, advance)
                 ran, rejected = 0.0, False
             else:
                 tried = _try(problem, system, start, end, walk, watch)
@@ -116,14 +117,22 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             raise
         except SolveError as error:
             require_together(problem.domain.comm, error)
+            if history and better:
+                restore(system, standing.kept)
+                history.returns[index], loop.better = standing.returns.get(index, 0), None
+                yield _not_returned(system, moment, loop.index - 1, error)
+                continue
+            observers.keep(standing, True)
             yield _failed(system, moment, observers, str(error))
             raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
         seconds = perf_counter() - began
         if rejected:
             yield _rejected(problem, moment, advance, ran, seconds)
             continue
-        yield _accepted(system, moment, observers, advance, stability, seconds)
         outcome = advance.outcome
+        if not outcome.converged:
+            observers.keep(standing, True)
+        yield _accepted(system, moment, observers, advance, stability, seconds)
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
         if better:
@@ -133,7 +142,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         start, loop.index, loop.better = end, index + 1, None
         if history:
             history.keep(end, advance, system.state)
-            loop.better = _look_back(problem, system, history, index)
+            loop.better = _look_back(problem, system, observers, loop, history)
 
 
 def _watch(observers: Observers, moment: Moment, sweep: Sweep) -> None:
@@ -156,13 +165,13 @@ def _try(
     """
     if problem.schedule.pace is None:
         advance = advance_to(problem, system, start, end, watch)
-        return *examine(problem, system, end, advance), 0.0, False
+        return *examine(problem, system, end, advance, watch), 0.0, False
     before = snapshot(system)
     advance, stability = advance_to(problem, system, start, end, watch), None
     ran = _ran(problem, system, before)
     rejected = walk.goes_too_far(ran)
     if not rejected:
-        advance, stability = examine(problem, system, end, advance)
+        advance, stability = examine(problem, system, end, advance, watch)
         if stability and stability.escapes:
             ran = _ran(problem, system, before)
             rejected = walk.goes_too_far(ran)
@@ -176,11 +185,16 @@ def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> fl
     return crack_advance(system.state, before[1], threshold=problem.measuring.threshold)
 
 
-def _look_back(problem: Problem, system: System, history: History, index: int) -> Better | None:
+def _look_back(
+    problem: Problem, system: System, observers: Observers, loop: Loop, history: History
+) -> Better | None:
     try:
         return better_earlier(problem, system, history)
     except SolveError as error:
-        raise SolveError(f"step {index} is saved, but looking back failed: {error}") from error
+        observers.keep(loop.standing(system), True)
+        raise SolveError(
+            f"step {loop.index - 1} is saved, but looking back failed: {error}"
+        ) from error
 
 
 def _moment(problem: Problem, index: int, time: float) -> Moment:
@@ -244,6 +258,17 @@ def _rejected(
         reason=reason if outcome.converged else f"{outcome.reason}; {reason}",
         effort=outcome.effort,
         seconds=seconds,
+    )
+
+
+def _not_returned(system: System, moment: Moment, last: int, error: SolveError) -> Step:
+    """The record of a return to an earlier step that failed; the state is the last step's again."""
+    return Step(
+        **vars(moment),
+        energies=system.energy.energies(),
+        sweeps=0,
+        status=REJECTED,
+        reason=f"the return to it failed ({error}), and step {last} stands",
     )
 
 

@@ -1,5 +1,7 @@
 """Before time starts: prestress, weight and loads of t = 0 in equilibrium, without a new crack."""
 
+from collections.abc import Callable
+
 from staffa.stack import MPI  # noqa: F401
 
 import numpy as np
@@ -11,7 +13,7 @@ from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
 from staffa.fields import vertices
 from staffa.measure.advance import crack_advance
-from staffa.minimize.alternate import equilibrium
+from staffa.minimize.alternate import Sweep, equilibrium
 from staffa.parallel import best_candidate
 from staffa.physics.damage import damage_at_strength
 
@@ -26,7 +28,9 @@ def unmoved(system: System) -> Loads:
     return Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
 
 
-def come_to_rest(problem: Problem, system: System) -> None:
+def come_to_rest(
+    problem: Problem, system: System, watch: Callable[[Sweep], None] = lambda sweep: None
+) -> None:
     """Put on the forces of t = 0, and minimize. Collective.
 
     Raises
@@ -41,7 +45,7 @@ def come_to_rest(problem: Problem, system: System) -> None:
     if problem.forces.at_rest:
         return
     before = snapshot(system)[1]
-    outcome, _ = settle(problem, system, start)
+    outcome, _ = settle(problem, system, start, watch)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
     system.energy.count_from_here()

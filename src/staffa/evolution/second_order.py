@@ -1,6 +1,6 @@
 """After a step: whether its state is stable and unique, and the way out of it where it is not."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector, write_vector
-from staffa.minimize.alternate import equilibrium
+from staffa.minimize.alternate import Sweep, equilibrium
 from staffa.minimize.newton import search
 from staffa.minimize.stability import Mode, SecondVariation
 from staffa.records import Stability
@@ -25,7 +25,11 @@ MOST = 10
 
 
 def examine(
-    problem: Problem, system: System, loads: Loads, advance: Advance
+    problem: Problem,
+    system: System,
+    loads: Loads,
+    advance: Advance,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
 ) -> tuple[Advance, Stability | None]:
     """Find the second order of a converged state, and leave it where that is asked for. Collective.
 
@@ -43,7 +47,7 @@ def examine(
         )
     kept, found = snapshot(system), None
     try:
-        for state in _escapes(problem, rule, system, loads, advance):
+        for state in _escapes(problem, rule, system, loads, advance, watch):
             (advance, found), kept = state, snapshot(system)
     except SolveError as error:
         restore(system, kept)
@@ -53,7 +57,12 @@ def examine(
 
 
 def _escapes(
-    problem: Problem, rule: SecondOrder, system: System, loads: Loads, advance: Advance
+    problem: Problem,
+    rule: SecondOrder,
+    system: System,
+    loads: Loads,
+    advance: Advance,
+    watch: Callable[[Sweep], None],
 ) -> Iterator[tuple[Advance, Stability]]:
     """The converged state and its second order, and those of the states that it is left for."""
     for escapes in range(MOST + 1):
@@ -73,7 +82,7 @@ def _escapes(
             restore(system, kept)
             return
         equilibrium(system.alternation, loads.values)
-        outcome, healing = descend(problem, system, loads)
+        outcome, healing = descend(problem, system, loads, watch)
         gained = advance.outcome.energies.total - outcome.energies.total
         advance = replace(
             advance,
@@ -81,7 +90,7 @@ def _escapes(
             healing=max(advance.healing, healing),
             released=advance.released + gained,
         )
-        advance = agree(problem, system, loads, advance)
+        advance = agree(problem, system, loads, advance, watch)
         if not advance.outcome.converged:
             yield advance, found
             return

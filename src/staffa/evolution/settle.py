@@ -57,7 +57,7 @@ def settle(
         system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
         equilibrium(parts, loads.values)
     elif guess and system.coarser and _moves(problem, system):
-        guessed = _first_guess(system, system.coarser, loads)
+        guessed = _first_guess(system, system.coarser, loads, watch)
     outcome, healing = descend(problem, system, loads, watch)
     return replace(outcome, effort=guessed + outcome.effort), healing
 
@@ -93,13 +93,18 @@ def _moves(problem: Problem, system: System) -> bool:
     return bool(force > problem.solvers.stop.residual)
 
 
-def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
+def _first_guess(
+    system: System,
+    coarser: Coarser,
+    loads: Loads,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
+) -> Effort:
     """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), Effort()
     try:
-        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time)
+        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time, watch)
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
@@ -114,7 +119,11 @@ def _first_guess(system: System, coarser: Coarser, loads: Loads) -> Effort:
 
 
 def _coarse_gain(
-    coarser: Coarser, alpha: np.ndarray, T: np.ndarray, time: float
+    coarser: Coarser,
+    alpha: np.ndarray,
+    T: np.ndarray,
+    time: float,
+    watch: Callable[[Sweep], None] = lambda sweep: None,
 ) -> tuple[np.ndarray, Effort]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
@@ -134,7 +143,7 @@ def _coarse_gain(
     system.alternation.elastic.forget()  # nor is the last guess's factorization, in a resumed run
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)
-    outcome, _ = settle(problem, system, loads, guess=True)
+    outcome, _ = settle(problem, system, loads, watch, guess=True)
     below = outcome.effort
     return coarser.up(state.alpha.x.array - start), Effort(
         coarse_sweeps=below.coarse_sweeps + outcome.sweeps, fallbacks=below.fallbacks

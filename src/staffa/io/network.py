@@ -19,11 +19,12 @@ def write_vtp(
     at_points: Mapping[str, np.ndarray],
     on_cells: Mapping[str, np.ndarray],
 ) -> None:
-    """Write polylines, or the triangles of a surface, aside; then put the file in place.
+    """Write polylines, or the triangles of a surface, so that they are there whole or not at all.
 
     cells: the numbers of the points of each. at_points, on_cells: values by their names.
     """
     import pyvista
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
     mesh = pyvista.PolyData()
     if len(cells):
@@ -33,9 +34,12 @@ def write_vtp(
         mesh.point_data[name] = values
     for name, values in on_cells.items():
         mesh.cell_data[name] = values
-    aside = path.with_name(path.stem + ".part.vtp")  # the ending tells the writer the format
-    mesh.save(aside)
-    aside.replace(path)
+    writer = vtkXMLPolyDataWriter()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()  # as text, in base64
+    writer.WriteToOutputStringOn()  # VTK ends the process on a full disk
+    writer.Write()
+    write_aside(path, writer.GetOutputString())
 
 
 def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:

@@ -1,6 +1,7 @@
 """From a state to its cracks: how many cross each height, how deep each runs, how long they are."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -70,6 +71,10 @@ def fluid(energy: Energy) -> Fluid | None:
 AROUND = {(2, 4): [0, 1, 3, 2], (3, 8): [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
+# Edges of a triangle, and of a quadrilateral, whose fields are straight along these alone.
+EDGES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 3), (3, 2), (2, 0)]}
+
+
 def crack_volume(domain: Domain, state: State) -> float:
     """int alpha^4 div u: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
     cells, dim = _cells(domain, state), domain.dim
@@ -87,7 +92,8 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Sectio
     side = gauge.face.depth(x.T) - depth
     cells = _cells(domain, state)
     across = (side[cells] <= 0).any(axis=1) & (side[cells] > 0).any(axis=1)
-    edges = _pairs(cells[across])
+    ends = cells[across][:, EDGES[cells.shape[1]]].reshape(-1, 2)
+    edges = np.concatenate([ends, ends[:, ::-1]])
     i, j = edges[(side[edges[:, 0]] <= 0) & (side[edges[:, 1]] > 0)].T
     weight = (side[i] / (side[i] - side[j]))[:, None]
     values = np.column_stack([x[:, 1 - gauge.face.axis], state.alpha.x.array])
@@ -148,7 +154,5 @@ def _cells(domain: Domain, state: State) -> np.ndarray:
 
 
 def _pairs(cells: np.ndarray) -> np.ndarray:
-    """All ordered pairs of vertices of each cell, shape (n, 2)."""
-    width = cells.shape[1]
-    pairs = [(i, j) for i in range(width) for j in range(width) if i != j]
-    return np.concatenate([cells[:, pair] for pair in pairs])
+    """All pairs of vertices of each cell, shape (n, 2)."""
+    return np.concatenate([cells[:, pair] for pair in combinations(range(cells.shape[1]), 2)])

@@ -128,7 +128,7 @@ def unbalanced(
 class TaoSolver:
     """TAO's projected Newton with a line search, or any TAO solver that knows bounds.
 
-    tolerance: largest force on an entry at the end, over the smallest unit.
+    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
     """
 
     def __init__(
@@ -179,7 +179,7 @@ class TaoSolver:
 class SnesSolver:
     """SNES for variational inequalities: the active set of Benson and Munson.
 
-    tolerance: largest force on an entry at the end, over the smallest unit.
+    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
     """
 
     def __init__(

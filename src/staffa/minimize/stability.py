@@ -94,14 +94,6 @@ class SecondVariation:
         diagonal.destroy()
         return found
 
-    def negative_below(self, shift: float) -> int:
-        """Number of values of Q/(b.M b) below a shift: negative pivots of A - shift M."""
-        factored = _Factored(self, shift)
-        try:
-            return factored.negative
-        finally:
-            factored.destroy()
-
     def on_the_space(self) -> Mode:
         """The smallest eigenvalue, and its mode.
 

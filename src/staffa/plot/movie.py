@@ -1,5 +1,6 @@
 """The cracks growing, as an animated picture: in 3-D in perspective, in 2-D the damage."""
 
+import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from staffa.errors import StaffaError
-from staffa.io.run_directory import Run
+from staffa.io.run_directory import Run, write_aside
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.frames import read_frames
 from staffa.plot.labels import moment
@@ -50,21 +51,20 @@ def write_movie(
     # The last has all of the colors; palettes of their own would leave the scale of others few.
     palette = drawn[-1].quantize(dither=Image.Dither.NONE)
     pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in drawn]
-    aside = path.with_name(path.name + ".part")
-    while not _fits(aside, pictures):
+    while len(movie := _gif(pictures)) > LARGEST and len(pictures) > 1:
         pictures = pictures[::-2][::-1]  # every other one, the last among them
-    aside.replace(path)
+    write_aside(path, movie)
 
 
-def _fits(path: Path, pictures: Sequence[Image.Image]) -> bool:
-    """Write them, and see whether that is small enough or cannot be less."""
+def _gif(pictures: Sequence[Image.Image]) -> bytes:
     first, *others = pictures
     stay = [*[SECONDS] * len(others), REST]
+    written = io.BytesIO()
     first.save(
-        path, format="GIF", save_all=True, append_images=others,
+        written, format="GIF", save_all=True, append_images=others,
         duration=[round(1000 * seconds) for seconds in stay], loop=0,
     )  # fmt: skip
-    return not others or path.stat().st_size <= LARGEST
+    return written.getvalue()
 
 
 def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:

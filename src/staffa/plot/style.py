@@ -1,5 +1,6 @@
 """How the pictures look, and how one gets to disk."""
 
+import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
+
+from staffa.io.run_directory import write_aside
 
 WIDTH = 7.0  # inches: with DPI 1400 pixels, twice the width of a README's column
 DPI = 200
@@ -64,9 +67,9 @@ def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = No
 
 def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
     """Draw and write a PNG so that it is there whole or not at all."""
-    aside = path.with_name(path.name + ".part")
+    picture = io.BytesIO()
     with matplotlib.rc_context(RC):
         figure = draw()
         FigureCanvasAgg(figure)
-        figure.savefig(aside, format="png", dpi=DPI)
-    aside.replace(path)
+        figure.savefig(picture, format="png", dpi=DPI)
+    write_aside(path, picture.getvalue())
