@@ -5,10 +5,14 @@ import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from staffa.cases.catalog import ready_case
+from staffa.cases.reading import parse_case
+from staffa.cases.writing import to_toml
 from staffa.errors import StaffaError
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run, write_aside
 from staffa.io.vtkhdf import Grid
@@ -249,6 +253,14 @@ def test_only_keys_that_differ_are_listed_with_their_defaults(pair) -> None:
         ("toughness.amplitude", "0.0", "0.1"),
         ("toughness.correlation_length", ABSENT, "0.08"),  # 2 ell, where there is a field
     )
+
+
+def test_faces_that_a_shape_names_are_compared_too() -> None:
+    case = ready_case("wellbore")
+    other = parse_case(to_toml(case), ['heat.hole.T="60 °C"'])
+    sides = [SimpleNamespace(case=c, name=name) for c, name in ((case, "a"), (other, "b"))]
+    found = case_differences(SimpleNamespace(sides=sides, names=("a", "b")))
+    assert [row[0] for row in found.rows] == ["heat.hole"]
 
 
 def test_the_same_number_in_another_unit_is_no_difference(pair) -> None:

@@ -7,11 +7,14 @@ from math import sqrt
 from pathlib import Path
 from statistics import mean, stdev
 
+from staffa.stack import MPI
+
 import pytest
 
-from staffa.cases.ensemble import member, seeds_from
+from staffa.cases.build import problem
+from staffa.cases.ensemble import member, run_ensemble, seeds_from
 from staffa.cases.reading import parse_case
-from staffa.errors import SolveError
+from staffa.errors import InputError, SolveError
 from staffa.grid import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.run_directory import CASE, STEPS, read_run, write_aside
@@ -126,6 +129,17 @@ def coarse(monkeypatch):
     monkeypatch.setattr("staffa.plot.style.DPI", 40)
 
 
+def test_members_may_be_solved_and_kept_in_other_ways_and_differ_in_nothing_else(tmp_path) -> None:
+    drawn_ensemble(tmp_path)
+    file = tmp_path / "seed-1" / CASE
+    text = file.read_text()
+    file.write_text(text + "[solver]\nsweeps = 9\n")
+    assert len(read_ensemble(tmp_path).runs) == 3
+    file.write_text(text + "[time]\ntau = [0.1]\n")
+    with pytest.raises(InputError, match="seed-0 and seed-1 in it are runs of cases that differ"):
+        read_ensemble(tmp_path)
+
+
 @pytest.mark.usefixtures("coarse")
 def test_lengths_are_over_the_depth_of_the_body_and_areas_over_its_square(tmp_path) -> None:
     plane = sheets(drawn_ensemble(tmp_path / "plane", L=2.0))[1]
@@ -136,7 +150,7 @@ def test_lengths_are_over_the_depth_of_the_body_and_areas_over_its_square(tmp_pa
     assert end.names == ("front", "area") and end.rows[0][-1] == pytest.approx(length / 4)
     drawn = draw_ensemble(solid)
     assert [p.name for p in drawn.pictures] == ["growth.png"]
-    assert "measures.depths" in drawn.skipped[0]
+    assert not any("measures.depths" in said for said in drawn.skipped)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -355,6 +369,23 @@ def test_a_member_that_fails_loses_none_of_the_others(
     for seed in "35":  # a1 and tau1 are seed 4's alone
         assert rows[seed] == [v for v in whole[seed] if v is not None]
     assert "not converged at step 0" in (tmp_path / "e" / "ensemble.csv").read_text()
+
+
+def test_a_seed_whose_rock_cannot_be_stops_none_of_the_others(tmp_path: Path, monkeypatch) -> None:
+    case = parse_case(SMALL, ["material.nu={mean=0.25,variation=0.22,length=0.06}"])
+    ran = []
+
+    def run_member(case, place, **more) -> None:
+        problem(case, comm=MPI.COMM_SELF)
+        ran.append(case.toughness.seed)
+
+    monkeypatch.setattr("staffa.cases.ensemble.run", run_member)
+    failures = run_ensemble(case, range(5, 8), tmp_path)
+    assert failures and ran and sorted([*failures, *ran]) == [5, 6, 7]
+    assert all("in the middle of every cell" in said for said in failures.values())
+    only = next(iter(failures))
+    with pytest.raises(InputError, match="in the middle of every cell"):
+        run_ensemble(case, range(only, only + 1), tmp_path)
 
 
 @pytest.mark.slow

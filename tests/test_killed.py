@@ -9,7 +9,9 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from restarting import SMALL, assert_same, assert_steps, launch, small, started, whole_run
 from staffa.cases.experiment import Watcher, run
@@ -17,7 +19,9 @@ from staffa.cases.resume import resume
 from staffa.cli.stopping import Stopping
 from staffa.errors import StaffaError, StoppedError
 from staffa.io.lock import Lock
+from staffa.io.network import write_vtp
 from staffa.io.run_directory import STEPS, Run, read_run
+from staffa.plot.style import write_picture
 
 # Energies after a kill: on one rank the same to the last bit, far more than 1e-8 asks for.
 EXACT = 0.0
@@ -268,6 +272,23 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     remount(disk, "rw")
     resume(disk / "run")
     assert_same(read_run(disk / "run"), expected, EXACT)
+
+
+def test_a_network_and_a_picture_on_a_full_disk_are_errors_and_leave_nothing(disk: Path) -> None:
+    x = np.random.default_rng(0).random((20_000, 3))
+    lines = [np.arange(20_000)]
+    with pytest.raises(OSError, match="No space left"):
+        write_vtp(disk / "a.vtp", x, lines, surface=False, at_points={}, on_cells={})
+
+    def noise() -> Figure:
+        figure = Figure(figsize=(4, 4))
+        figure.figimage(x[:, :1].reshape(100, 200))
+        return figure
+
+    (disk / "full").write_bytes(bytes(140 * 1024))
+    with pytest.raises(OSError, match="No space left"):
+        write_picture(disk / "a.png", noise)
+    assert [path.name for path in disk.iterdir()] == ["full"]
 
 
 def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) -> None:

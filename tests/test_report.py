@@ -1,9 +1,11 @@
 """Drawn runs, whole and odd ones: their pictures, their table, and their page."""
 
 import csv
+import json
 import subprocess
 import sys
 from dataclasses import replace
+from errno import EACCES
 from io import StringIO
 from pathlib import Path
 
@@ -12,9 +14,10 @@ import pytest
 from matplotlib.image import imread
 from scipy.special import erfc
 
-from staffa.errors import StaffaError
+from staffa.errors import InputError, StaffaError
 from staffa.grid import SIDES
 from staffa.io.run_directory import (
+    MANIFEST,
     STEPS,
     Run,
     append_step,
@@ -362,6 +365,29 @@ def test_a_crackless_run_is_drawn(tmp_path):
 
 
 @pytest.mark.usefixtures("coarse")
+def test_what_a_later_version_adds_to_a_format_is_left(tmp_path):
+    run = drawn_run(tmp_path, SLAB, n=3)
+    record = json.loads((tmp_path / MANIFEST).read_text())
+    (tmp_path / MANIFEST).write_text(json.dumps(record | {"weather": "fair"}))
+    lines = [json.loads(line) for line in (tmp_path / STEPS).read_text().splitlines()]
+    for line in lines:
+        line["weather"] = line["energies"]["weather"] = line["measures"]["weather"] = "fair"
+        line["measures"]["tips"] = [tip | {"weather": "fair"} for tip in line["measures"]["tips"]]
+    (tmp_path / STEPS).write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    assert read_run(tmp_path) == run
+
+
+def test_what_cannot_be_read_is_named(tmp_path, monkeypatch):
+    drawn_run(tmp_path, SLAB, n=3)
+
+    def denied(self, *arguments, **more):
+        raise PermissionError(EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_text", denied)
+    with pytest.raises(InputError, match=r"manifest\.json cannot be read \(Permission denied\)"):
+        read_run(tmp_path)
+
+
 def test_lost_and_damaged_fields_are_left_out_with_a_reason(tmp_path):
     run = drawn_run(tmp_path / "run")
     (run.path / fields_name(24)).write_bytes(b"no HDF5")

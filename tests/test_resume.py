@@ -4,6 +4,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from restarting import (
@@ -20,7 +21,7 @@ from staffa.cases.catalog import ready_case
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import parse_case
 from staffa.cases.resume import resume, take
-from staffa.errors import InputError
+from staffa.errors import InputError, SolveError
 from staffa.io.run_directory import read_run
 from test_force_case import CASE as FORCED
 from test_heat_run import settings as heat_settings
@@ -141,6 +142,48 @@ def test_a_rare_checkpoint_repeats_steps_and_gives_the_same(tmp_path: Path) -> N
         lambda: run(case, tmp_path / "asked", watcher=Watcher(stop=stop))
     )
     assert [p.name for p in (tmp_path / "asked" / "checkpoint").glob("*.json")] == ["000001.json"]
+
+
+def test_a_step_that_fails_costs_none_before_it(tmp_path: Path) -> None:
+    """Though no checkpoint was due since the run began."""
+    rare = "output.checkpoint={steps=100,minutes=1000}"
+    times = "time.tau=[0.1,0.2,0.3]"
+    with pytest.raises(SolveError, match="step 2"):
+        run(small(rare, times, "output.at=[]"), tmp_path / "run", temperature=Broken())
+    before = read_run(tmp_path / "run").steps
+    assert [step.status for step in before] == ["converged", "converged", "failed"]
+    taken = take(tmp_path / "run")
+    assert [step.energies for step in taken.steps] == [step.energies for step in before[:2]]
+
+
+class Broken:
+    """A cooled face, whose temperature is no number from some time on."""
+
+    def temperature(self, x, t):
+        """NaN at last."""
+        return np.full(x.shape[1], np.nan if t > 0.003 else -3.0 * t)
+
+
+@pytest.mark.parametrize("damaged", ["pages", "parts"])
+def test_a_finished_run_stays_as_it_is_whatever_became_of_its_checkpoints(
+    tmp_path: Path, damaged: str
+) -> None:
+    run(small("time.tau=[0.1,0.2]", "output.at=[]"), tmp_path / "run")
+    for file in (tmp_path / "run" / "checkpoint").iterdir():
+        if file.suffix == {"pages": ".json", "parts": ".h5"}[damaged]:
+            file.write_text("half")
+    before = {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}
+    assert len(resume(tmp_path / "run")) == 2
+    assert before == {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}
+
+
+def test_a_run_that_adapts_cannot_end_before_it_is(tmp_path: Path) -> None:
+    case = parse_case(BAR, [ADAPTIVE])
+    run(case, tmp_path / "run")
+    shorter = ADAPTIVE.replace("stop=1.0", "stop=0.3")
+    with pytest.raises(InputError, match="the run has gone to t = 1"):
+        resume(tmp_path / "run", settings=[shorter])
+    assert read_run(tmp_path / "run").finished
 
 
 @pytest.mark.slow

@@ -1,7 +1,8 @@
 """What a run hands from floor to floor and keeps on disk: frozen results, and their JSON form."""
 
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 # What is left of a large number taken from another, over it, is no size to judge by.
@@ -319,27 +320,29 @@ class Step:
     @staticmethod
     def from_record(record: dict[str, Any]) -> "Step":
         """The step that `to_record` wrote."""
-        known = dict(record)
-        energies = {k: v for k, v in known.pop("energies").items() if k != "total"}
-        audit = known.pop("audit")
-        measures = known.pop("measures")
-        returned, stability = known.pop("returned", None), known.pop("stability", None)
-        heat = known.pop("heat", None)
-        held = known.pop("reactions", {})
+        parts: dict[str, Callable[[Any], Any]] = {
+            "energies": partial(made, Energies),
+            "effort": partial(made, Effort),
+            "audit": _audit,
+            "measures": _measures,
+            "returned": partial(made, Return),
+            "stability": partial(made, Stability),
+            "heat": partial(made, Heat),
+            "reactions": lambda held: {side: tuple(force) for side, force in held.items()},
+            "probed": lambda rows: tuple(map(tuple, rows)),
+        }
         # Runs of version 0.1.0 counted nothing else.
-        effort = known.pop("effort", None) or {"fallbacks": known.pop("fallbacks", 0)}
-        return Step(
-            energies=Energies(**energies),
-            effort=Effort(**effort),
-            audit=None if audit is None else _audit(audit),
-            measures=None if measures is None else _measures(measures),
-            returned=None if returned is None else Return(**returned),
-            stability=None if stability is None else Stability(**stability),
-            heat=None if heat is None else Heat(**heat),
-            reactions={side: tuple(force) for side, force in held.items()},
-            probed=tuple(tuple(row) for row in known.pop("probed", ())),
-            **known,
-        )
+        known = {"effort": {"fallbacks": record.get("fallbacks", 0)}, **record}
+        for name, part in parts.items():
+            if known.get(name) is not None:
+                known[name] = part(known[name])
+        return made(Step, known)
+
+
+def made[R](kind: type[R], record: Mapping[str, Any]) -> R:
+    """A record of this kind, from names and values; those that a later version added are left."""
+    names = (field.name for field in fields(kind))  # type: ignore[arg-type]
+    return kind(**{name: record[name] for name in names if name in record})
 
 
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
@@ -355,24 +358,24 @@ def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
 
 
 def _audit(record: dict[str, Any]) -> Audit:
-    return Audit(**dict(record, violations=tuple(record["violations"])))
+    return made(Audit, dict(record, violations=tuple(record["violations"])))
 
 
 def _measures(record: dict[str, Any]) -> Measures:
     sections = (dict(s, positions=tuple(s["positions"])) for s in record["sections"])
     tips = (dict(t, position=tuple(t["position"])) for t in record["tips"])
     return Measures(
-        sections=tuple(Section(**s) for s in sections),
-        tips=tuple(Tip(**t) for t in tips),
+        sections=tuple(made(Section, s) for s in sections),
+        tips=tuple(made(Tip, t) for t in tips),
         front=record["front"],
         length_surface=record["length_surface"],
         length_geometry=record["length_geometry"],
         volume=record.get("volume", 0.0),
-        fluid=Fluid(**record["fluid"]) if record.get("fluid") else None,
+        fluid=made(Fluid, record["fluid"]) if record.get("fluid") else None,
         cells=tuple(map(_cells, record.get("cells", ()))),
     )
 
 
 def _cells(record: dict[str, Any]) -> CellSection:
     lists = {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
-    return CellSection(**(record | lists))
+    return made(CellSection, record | lists)

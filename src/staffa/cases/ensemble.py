@@ -10,10 +10,11 @@ from staffa.stack import MPI
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
 from staffa.cases.property_keys import RandomField
+from staffa.cases.reading import read_case
 from staffa.cases.resume import resume
 from staffa.cases.rock_keys import RockKeys
 from staffa.cases.writing import to_toml
-from staffa.errors import InputError, SolveError
+from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
 from staffa.io.ensemble_directory import member_path, members
 from staffa.parallel import on_root
@@ -95,8 +96,7 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
             if seed in seeds:
                 run_directory.require_free(place)
             continue
-        text = (place / run_directory.CASE).read_text(encoding="utf-8", errors="replace")
-        if text != to_toml(member(case, seed)):
+        if not _is_of(member(case, seed), place):
             raise InputError(
                 f"--out {directory} holds a run of another case, {place.name}; choose another "
                 f"folder, or move that run elsewhere"
@@ -104,6 +104,14 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
         if seed in seeds:
             begun[seed] = _is_finished(place)
     return begun
+
+
+def _is_of(case: Case, place: Path) -> bool:
+    """Whether a run is of this case, what was not said in it being as it is by default now."""
+    try:
+        return to_toml(read_case(place / run_directory.CASE)) == to_toml(case)
+    except StaffaError:
+        return False
 
 
 def _is_finished(place: Path) -> bool:
@@ -137,12 +145,14 @@ def run_ensemble(
     Raises
     ------
     InputError
-        The directory cannot take these members; nothing has been run. See `begun_members`.
+        The directory cannot take these members, see `begun_members`, or none of them can be run;
+        nothing has been.
     StoppedError
         A watcher asked to stop; members that are finished stay so, and others go on next time.
     """
     begun = on_root(comm, lambda: begun_members(case, seeds, directory))
     failures: dict[int, str] = {}  # not the errors: they hold on to meshes
+    refused: list[InputError] = []
     for seed in seeds:
         if begun.get(seed):
             taken(seed)
@@ -154,6 +164,10 @@ def run_ensemble(
                     resume(place, comm=comm, watcher=watcher)
                 else:
                     run(member(case, seed), place, comm=comm, watcher=watcher)
-        except SolveError as error:
+        except (SolveError, InputError) as error:
             failures[seed] = str(error)
+            if isinstance(error, InputError):  # a seed whose rock cannot be
+                refused.append(error.with_traceback(None))
+    if len(refused) == len(seeds):
+        raise refused[0]
     return failures

@@ -89,6 +89,7 @@ def run(
     with built(setup) as system:
         manifest = on_root(comm, lambda: describe(case, setup, system, factor))
         files = on_root(comm, lambda: attached(case))
+        looks = Probes(setup.domain, manifest.probes)
         with writing(comm, directory, new=True) as said_by_lock:
             text = to_toml(case)
             with on_disk(directory, begun=False):
@@ -98,7 +99,7 @@ def run(
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
-            return march_on(case, setup, system, manifest, watcher, keeper)
+            return march_on(case, setup, system, manifest, watcher, keeper, looks)
 
 
 @contextmanager
@@ -166,12 +167,13 @@ def march_on(
     manifest: Manifest,
     watcher: Watcher,
     keeper: Keeper,
+    looks: Probes,
     standing: Standing | None = None,
     steps: tuple[Step, ...] = (),
 ) -> tuple[Step, ...]:
     """March from where a run stands, after these steps, to its end; the steps that stand.
     Collective."""
-    observers = _observers(case, setup, system, manifest, watcher, keeper, steps)
+    observers = _observers(case, setup, system, manifest, watcher, keeper, looks, steps)
     begun_with = len(steps)
     try:
         for step in march(setup, system, observers, standing):
@@ -208,10 +210,11 @@ def _observers(
     manifest: Manifest,
     watcher: Watcher,
     keeper: Keeper,
+    looks: Probes,
     steps: tuple[Step, ...],
 ) -> Observers:
     comm, plan, directory = setup.domain.comm, setup.schedule, keeper.directory
-    writer, looks = FieldWriter(comm, system.spaces), Probes(setup.domain, manifest.probes)
+    writer = FieldWriter(comm, system.spaces)
     written = [(step.fields, step.time) for step in steps if step.fields]
     gauge = Gauge(
         face=setup.face,

@@ -25,6 +25,7 @@ from staffa.io import checkpoint, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest
+from staffa.measure.probes import Probes
 from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
@@ -91,6 +92,7 @@ def resume(
         with built(setup) as system:
             journal = run_directory.Journal(directory, taken.lines)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            looks = Probes(setup.domain, manifest.probes)
             standing = keeper.take_up(taken.page) if taken.page else None
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
@@ -98,7 +100,9 @@ def resume(
             for sentence in filter(None, (said_by_lock, *taken.said)):
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
-            return march_on(case, setup, system, manifest, watcher, keeper, standing, taken.steps)
+            return march_on(
+                case, setup, system, manifest, watcher, keeper, looks, standing, taken.steps
+            )
 
 
 def _require_run(directory: Path) -> None:
@@ -177,9 +181,7 @@ def take(directory: Path) -> Taken:
 
 
 def _steps_alone(directory: Path) -> tuple[Step, ...]:
-    """Those of a run that has no checkpoint at all: of an earlier staffa, or to save room."""
-    if checkpoint.numbers(directory / checkpoint.FOLDER):
-        return ()
+    """Those of a run without a checkpoint that can be used: one that is finished needs none."""
     with suppress(StaffaError):
         return run_directory.read_run(directory).steps
     return ()
@@ -279,7 +281,9 @@ def schedule_ahead(
     asked = [t for t in plan.times if t <= now + near]
     visited = [step.time for step in steps]
     stand = set(_matched(asked, visited, near)) == {True}
-    if not manifest.adaptive:
+    if manifest.adaptive:
+        stand = stand and plan.times[-1] >= now - near
+    else:
         stand = stand and len(asked) == len(visited)
     if not stand:
         raise InputError(

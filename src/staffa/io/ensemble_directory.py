@@ -1,14 +1,17 @@
 """The layout of an ensemble on disk: a run directory for each seed; no finite elements."""
 
 import re
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from staffa.errors import InputError
 from staffa.io.run_directory import MANIFEST, Run, read_run
 
 RESULTS = "ensemble.csv"
 MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
+OWN = ("output", "solver")  # tables that `staffa resume` may change in one member
 SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random property
 
 
@@ -57,7 +60,7 @@ def read_ensemble(path: Path) -> Ensemble:
     Raises
     ------
     InputError
-        Their cases differ in more than their seeds.
+        Their cases differ in more than their seeds, [output] and [solver].
     StaffaError
         A file of one is damaged.
     """
@@ -65,9 +68,15 @@ def read_ensemble(path: Path) -> Ensemble:
     runs = {seed: read_run(place) for seed, place in begun.items()}
     found = Ensemble(path=path, runs=runs)
     for run in runs.values():
-        if SEED.sub("", run.case) != SEED.sub("", found.first.case):
+        if _fixed(run) != _fixed(found.first):
             raise InputError(
                 f"{path} is no ensemble: {found.first.path.name} and {run.path.name} in it are "
                 f"runs of cases that differ in more than their seeds; move one of them elsewhere"
             )
     return found
+
+
+def _fixed(run: Run) -> dict[str, Any]:
+    """What the cases of all members have in common."""
+    tables = tomllib.loads(SEED.sub("seed = 0", run.case))
+    return {name: table for name, table in tables.items() if name not in OWN}

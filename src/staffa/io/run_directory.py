@@ -10,7 +10,7 @@ from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
 from staffa.manifest import Manifest, Probe
-from staffa.records import REJECTED, Step, kept
+from staffa.records import REJECTED, Step, kept, made
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -130,7 +130,7 @@ def append_step(path: Path, step: Step) -> None:
 def journal_lines(path: Path) -> list[str]:
     """The whole lines of the file of steps, whatever they hold."""
     file = path / STEPS
-    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    text = _text(file, "replace") if file.is_file() else ""
     return text.split("\n")[:-1]
 
 
@@ -232,7 +232,7 @@ def read_manifest(path: Path) -> Manifest:
     """What a run is; errors as of `read_run`."""
     file = path / MANIFEST
     try:
-        record = json.loads(file.read_text(encoding="utf-8"))
+        record = json.loads(_text(file))
     except ValueError as error:
         raise StaffaError(f"{file} is damaged: {error}") from None
     if not isinstance(record, dict):
@@ -251,7 +251,7 @@ def read_manifest(path: Path) -> Manifest:
             Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
             for probe in record.get("probes", ())
         )
-        return Manifest(**record)
+        return made(Manifest, record)
     except (KeyError, TypeError):
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None
 
@@ -260,9 +260,16 @@ def read_case_text(path: Path) -> str:
     """The case of a run, as TOML; errors as of `read_run`."""
     file = path / CASE
     try:
-        return file.read_text(encoding="utf-8")
-    except (FileNotFoundError, UnicodeDecodeError):
-        raise StaffaError(f"{file} is damaged, or not there") from None
+        return _text(file)
+    except UnicodeDecodeError:
+        raise StaffaError(f"{file} is damaged") from None
+
+
+def _text(file: Path, errors: str = "strict") -> str:
+    try:
+        return file.read_text(encoding="utf-8", errors=errors)
+    except OSError as error:
+        raise InputError(f"{file} cannot be read ({error.strerror})") from None
 
 
 def _read_steps(path: Path) -> tuple[Step, ...]:

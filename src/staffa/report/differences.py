@@ -64,8 +64,7 @@ def _keys(case: Case) -> Iterator[tuple[str, Any]]:
         if not isinstance(table, BaseModel):
             yield section, table
             continue
-        for key in type(table).model_fields:
-            yield f"{section}.{key}", getattr(table, key)
+        yield from ((f"{section}.{key}", value) for key, value in table)  # names of faces too
 
 
 def _files(case: Case) -> Iterator[tuple[str, Any]]:

@@ -148,7 +148,7 @@ def _ensemble_figures(
     skipped = []
     if first and first.sections:
         figures["counts"] = partial(counts_figure, manifest, members)
-    else:
+    elif len(manifest.size) == 2:
         skipped.append("counts: the case gives no measures.depths to count cracks at")
     figures["growth"] = partial(growth_figure, manifest, members)
     return figures | _sizes(list(ensemble.finished.values())), skipped
