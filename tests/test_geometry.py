@@ -874,3 +874,16 @@ def test_depth_is_counted_from_where_the_body_begins(folder: Path) -> None:
     assert len(there.tips) == len(here.tips) and there.sections[0].cracks > 0
     shift = np.array([tip.position for tip in there.tips]) - [tip.position for tip in here.tips]
     assert shift == pytest.approx(np.broadcast_to(meshes.CORNER, shift.shape))
+
+
+@needs_gmsh
+def test_a_probe_in_a_hole_is_refused_and_nothing_written(tmp_path: Path) -> None:
+    """Its point by the shape; a line across the hole by the mesh, before the run begins."""
+    body = 'domain={shape={kind="plate with hole", size=[2.0,2.0], radius=0.3}, h=0.2}'
+    text = "[damage]\nell = 0.5\n[temperature]\ndT = 1.0\n[time]\nt = [0.1]\n"
+    with pytest.raises(InputError, match=r"point = \[1.0, 1.0\] lies where the shape has no rock"):
+        parse_case(text, [body, 'output.probes=[{name="a",point=[1.0,1.0]}]'])
+    line = 'output.probes=[{name="a",start=[0.0,1.0],end=[2.0,1.0],points=5}]'
+    with pytest.raises(InputError, match="in no cell of the mesh; move it into the body"):
+        run(parse_case(text, [body, line]), tmp_path / "run")
+    assert not (tmp_path / "run").exists()

@@ -1,5 +1,7 @@
 """Rules on probes: their points are in the body, and their names tell them apart."""
 
+import numpy as np
+
 from staffa.cases.model import Case
 from staffa.cases.probe_keys import Line
 from staffa.cases.rules.body import is_inside
@@ -15,6 +17,7 @@ def probes_are_inside(case: Case) -> None:
         points = {"point": probe.point} if not isinstance(probe, Line) else _ends(probe)
         for key, point in points.items():
             is_inside(case, f"{where}, {key} = {inline(point)}", point)
+            _is_in_rock(case, f"{where}, {key} = {inline(point)}", point)
         if isinstance(probe, Line) and probe.start == probe.end:
             raise InputError(
                 f"{where}: start and end are both {inline(probe.start)}; move one, or give a point"
@@ -25,6 +28,14 @@ def probes_are_inside(case: Case) -> None:
                 f"another, since probes.csv tells them apart by it"
             )
         names.add(probe.name)
+
+
+def _is_in_rock(case: Case, said: str, point: tuple[float, ...]) -> None:
+    """Not in the hole of a shape, nor beyond its round side."""
+    keys = case.domain.shape
+    x = np.array([[float(c)] for c in point])
+    if keys is not None and not keys.shape().contains(x, 0.0)[0]:
+        raise InputError(f"{said} lies where the shape has no rock; move it into the body")
 
 
 def _ends(probe: Line) -> dict[str, tuple[float, ...]]:
