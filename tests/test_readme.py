@@ -7,6 +7,8 @@ import pytest
 import typer
 
 from staffa.cases import catalog
+from staffa.cases.preview import preview
+from staffa.cases.reading import parse_case
 from staffa.cli.commands import app
 
 ROOT = Path(__file__).parent.parent
@@ -39,6 +41,42 @@ def test_every_link_and_picture_is_there(document: Path) -> None:
         name for name in pointers(document) if not (document.parent / name.split("#")[0]).exists()
     ]
     assert not missing, f"{document.name} points to {missing}"
+
+
+def block(page: str) -> str:
+    """The first case, or part of one, that a page shows."""
+    found = re.search(r"```toml\n(.*?)```", (ROOT / "docs" / page).read_text(), flags=re.DOTALL)
+    assert found
+    return found.group(1)
+
+
+def test_nothing_is_off_with_the_first_case_and_its_numbers_are_those_of_check() -> None:
+    found = preview(parse_case(block("first-case.md")))
+    facts = {name: value for name, value, _ in found.facts}
+    page = (ROOT / "docs" / "first-case.md").read_text(encoding="utf-8")
+    assert found.warnings == ()
+    assert float(facts["sigma_c"].split()[0]) == pytest.approx(10e6, rel=1e-2)
+    assert "here 4 mm" in page and facts["ell0"] == "0.00411 m"
+    assert "17 cm after six hours" in page and facts["sqrt(kappa t), last step"] == "0.174 m"
+
+
+REST = """
+[domain]
+size = ["20 m", "10 m"]
+h = "0.1 m"
+[damage]
+ell = "0.3 m"
+[temperature]
+dT = "100 K"
+[time]
+t = ["1 hour"]
+"""
+ROCK = 'E = "60 GPa"\nnu = 0.2\nGc = "60 J/m^2"\nexpansion = "8e-6 1/K"\nkappa = "1e-6 m^2/s"\n'
+
+
+def test_the_stress_of_the_page_on_forces_is_held() -> None:
+    text = block("forces.md").replace("[material]\n", f"[material]\n{ROCK}") + REST
+    assert not [said for said in preview(parse_case(text)).warnings if "relaxes" in said]
 
 
 def test_the_readme_has_links() -> None:

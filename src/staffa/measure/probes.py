@@ -64,7 +64,7 @@ class Probes:
     def __call__(self, state: State) -> tuple[tuple[float, ...], ...]:
         """T (K), the components of u (m), and alpha at each point, probe after probe. Collective.
 
-        T is the change from the body's first temperature.
+        T is the change from the temperature without thermal strain.
         """
         dim = state.u.function_space.mesh.geometry.dim
         values = np.zeros((len(self.points), dim + 2))

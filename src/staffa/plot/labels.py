@@ -29,10 +29,18 @@ def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
 
 def moment(manifest: Manifest, step: Step) -> str:
     """The time of a step in words, for a title."""
-    seconds = f"t = {step.time:.4g}" + ("" if manifest.scaled else " s")
+    when = f"t = {step.time:.4g}" if manifest.scaled else f"t = {duration(step.time)}"
     if step.tau is None:
-        return seconds
-    return f"τ = {step.tau:.3g}" + ("" if manifest.scaled else f"   ({seconds})")
+        return when
+    return f"τ = {step.tau:.3g}" + ("" if manifest.scaled else f"   ({when})")
+
+
+def duration(seconds: float) -> str:
+    """A time in the largest unit of which it is one or more."""
+    for unit, size in (("d", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
 
 
 def with_unit(name: str, manifest: Manifest, unit: str) -> str:
