@@ -18,10 +18,10 @@ from staffa.cases.sentences import shown
 from staffa.cases.split import energy_split
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
-from staffa.evolution.problem import Material, PointFunction, Property, nowhere
+from staffa.evolution.problem import Material, nowhere
 from staffa.parallel import any_over_ranks
 from staffa.physics.damage import DamageLaw
-from staffa.physics.elasticity import Isotropic, checked, values
+from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
 
 

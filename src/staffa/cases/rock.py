@@ -6,7 +6,8 @@ from staffa.cases.boxes import product
 from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.random_field import random_factor
 from staffa.cut import FlatCrack
-from staffa.evolution.problem import PointFunction, ones
+from staffa.evolution.problem import ones
+from staffa.physics.elasticity import PointFunction
 
 
 def toughness_factor(case: Case) -> PointFunction:

@@ -14,7 +14,7 @@ from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.loads.forces import Forces
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
-from staffa.physics.elasticity import Elasticity
+from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.split import NO_SPLIT, EnergySplit
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
@@ -23,11 +23,6 @@ from staffa.supports import Section, SideSupport
 RESOLVED = 3.0
 
 GUESSES = ("coarser", "none")
-
-# Values at points: shape (3, n) -> (n,).
-PointFunction = Callable[[np.ndarray], np.ndarray]
-# A number of the rock: one for all of it, or one at each point.
-Property = float | PointFunction
 
 
 def ones(x: np.ndarray) -> np.ndarray:

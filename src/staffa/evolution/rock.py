@@ -10,11 +10,11 @@ from dolfinx import fem
 from staffa.domain import Domain, middles
 from staffa.energy import Energy, Rock
 from staffa.errors import InputError
-from staffa.evolution.problem import Material, Problem, Property
+from staffa.evolution.problem import Material, Problem
 from staffa.external import External
 from staffa.fields import Spaces, State
 from staffa.loads.forces import Forces
-from staffa.physics.elasticity import Isotropic
+from staffa.physics.elasticity import Isotropic, Property, values
 from staffa.strain import AnisotropicRock, Coefficient, IsotropicRock, reduced
 
 Values = Callable[[Material, np.ndarray], np.ndarray]
@@ -65,16 +65,11 @@ class Places:
         others = [get(rock) for _, rock in self._regions]
         if not callable(everywhere) and all(other == everywhere for other in others):
             return fem.Constant(self.domain.mesh, float(everywhere))
-        return self.field(self.values(lambda m, x: at_points(get(m), x)), name)
+        return self.field(self.values(lambda m, x: values(get(m), x)), name)
 
     def any(self, of: Callable[[Material], bool]) -> bool:
         """Whether something is true of some rock."""
         return any(of(rock) for rock in (self.material, *(rock for _, rock in self._regions)))
-
-
-def at_points(value: Property, x: np.ndarray) -> np.ndarray:
-    """A property at points, shape (3, n) -> (n,)."""
-    return np.broadcast_to(value(x) if callable(value) else value, x.shape[1:])
 
 
 def rock(places: Places, forces: Forces | None = None) -> Rock:
@@ -125,7 +120,7 @@ def _expansion(places: Places) -> Coefficient:
     def tensor(material: Material, x: np.ndarray) -> np.ndarray:
         if isinstance(material.expansion, np.ndarray):
             return np.broadcast_to(material.expansion, (x.shape[1], 3, 3))
-        return at_points(material.expansion, x)[:, None, None] * np.eye(3)
+        return values(material.expansion, x)[:, None, None] * np.eye(3)
 
     if places.any(lambda m: isinstance(m.expansion, np.ndarray)):
         return places.field(places.values(tensor), "expansion")
