@@ -174,6 +174,7 @@ def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch, where: s
     expected = run(replace(bar(), backtracking=None))
     rejected = [step for step in found if step.status == "rejected"]
     assert rejected and all("out of luck" in step.reason for step in rejected)
+    assert len({step.index for step in rejected}) == len(rejected), "none is tried again"
     stands = kept(found)
     assert [step.index for step in stands] == [step.index for step in expected]
     energies = [step.energies.total for step in expected]

@@ -12,8 +12,9 @@ from staffa.stack import MPI
 import pytest
 
 from staffa.cases.build import problem
-from staffa.cases.ensemble import member, run_ensemble, seeds_from
+from staffa.cases.ensemble import begun_members, member, run_ensemble, seeds_from
 from staffa.cases.reading import parse_case
+from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError
 from staffa.grid import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
@@ -278,6 +279,21 @@ def test_a_member_is_an_ordinary_run(real: Path, tmp_path: Path) -> None:
     assert "finished, 3 of 3 steps" in staffa(real, "show", "e/seed-4").stdout
     shown = staffa(real, "show", "e").stdout
     assert "3 of 3 finished; seeds 3, 4, 5" in shown and "│ mean" in shown
+
+
+def test_a_member_solved_in_another_way_is_of_the_ensemble_and_one_of_other_rock_is_not(
+    tmp_path: Path,
+) -> None:
+    case = parse_case(SMALL)
+    drawn_ensemble(tmp_path)
+    for seed, setting in enumerate(("solver.sweeps=9", "output.at=[0.2]", "title='other'")):
+        text = to_toml(parse_case(SMALL, [f"toughness.seed={seed}", setting]))
+        (tmp_path / f"seed-{seed}" / CASE).write_text(text)
+    (tmp_path / "seed-2" / CASE).rename(tmp_path / "aside")
+    assert set(begun_members(case, range(2), tmp_path)) == {0, 1}
+    (tmp_path / "aside").rename(tmp_path / "seed-2" / CASE)
+    with pytest.raises(InputError, match="holds a run of another case, seed-2"):
+        begun_members(case, range(3), tmp_path)
 
 
 @pytest.mark.slow

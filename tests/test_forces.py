@@ -7,9 +7,10 @@ import pytest
 
 from bodies import body, printed_on, rock
 from staffa.cut import FlatCrack
-from staffa.errors import LoadError
-from staffa.evolution.march import march
+from staffa.errors import LoadError, StoppedError
+from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
+from staffa.evolution.rest import come_to_rest
 from staffa.evolution.system import System, build
 from staffa.fields import owned
 from staffa.loads.forces import Forces, Traction
@@ -227,6 +228,23 @@ def test_stress_that_cracks_the_rock_by_itself() -> None:
     system = build(problem)
     with pytest.raises(LoadError, match="cracks the rock by itself, most at"):
         next(march(problem, system))
+    system.destroy()
+
+
+def test_a_run_can_be_stopped_on_the_way_to_rest() -> None:
+    problem = body(
+        (1.0, 0.5), 0.1, sides=(LEFT, RIGHT), material=rock(ell=0.3),
+        forces=Forces(prestress=lambda x: np.full((6, len(x[0])), 0.1) * PULLED[:, None]),
+    )  # fmt: skip
+
+    def stop() -> None:
+        raise StoppedError("enough")
+
+    system = build(problem)
+    with pytest.raises(StoppedError):
+        come_to_rest(problem, system, lambda sweep: stop())
+    with pytest.raises(StoppedError):
+        list(march(problem, system, Observers(pause=stop)))
     system.destroy()
 
 

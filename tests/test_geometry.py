@@ -28,6 +28,7 @@ from staffa.evolution.system import build
 from staffa.fields import corners, linear_spaces, vertices
 from staffa.geometry.layer import broken_layer
 from staffa.geometry.msh import read_msh
+from staffa.geometry.places import some
 from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, outline
 from staffa.geometry.simplices import outline as found_outline
 from staffa.jit import form
@@ -80,7 +81,7 @@ def test_what_varies_is_looked_at_inside_of_the_body_and_of_each_region(name: st
     cells, dim = mesh.x[mesh.cells], mesh.dim
     for region in (None, *said.regions):
         own = cells if region is None else cells[mesh.regions[region]]
-        x = said.places.within(region)[:dim].T
+        x = said.places.within(region).x[:dim].T
         assert len(x) >= 21**dim / 2
         x = x[:: -(-len(x) // 500)]
         edges = np.linalg.inv((own[:, 1:] - own[:, :1]).transpose(0, 2, 1))
@@ -94,6 +95,31 @@ def test_what_varies_is_looked_at_inside_of_the_body_and_of_each_region(name: st
             assert there[:, plane.axis] == pytest.approx(plane.position)
             assert there.min(axis=0) == pytest.approx(ends.min(axis=0), abs=0.1)
             assert there.max(axis=0) == pytest.approx(ends.max(axis=0), abs=0.1)
+
+
+@needs_gmsh
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_mean_is_over_the_body_however_fine_its_parts_are(name: str) -> None:
+    """Of 1 + 9 z, and of x y: those of the mesh by its cells' sizes, to what 21 places tell."""
+    shape, h = SHAPES[name]
+    mesh = meshed(shape, h, name)
+    cells = mesh.x[mesh.cells]
+    size, middle = np.abs(np.linalg.det(cells[:, 1:] - cells[:, :1])), cells.mean(axis=1)
+    for places in (outline(shape, h).places, found_outline(mesh).places):
+        for region in (None, *mesh.regions):
+            own = slice(None) if region is None else mesh.regions[region]
+            sample = places.within(region)
+            for of in (lambda x: 1 + 9 * x[mesh.dim - 1], lambda x: 2 + x[0] * x[1]):
+                expected = np.average(of(middle[own].T), weights=size[own])
+                assert sample.mean(of(sample.x)) == pytest.approx(expected, rel=0.02), region
+
+
+def test_means_over_uneven_layers_and_regular_meshes_are_right() -> None:
+    thin = outline(Layered(base=(1.0,), layers=(("sand", 0.9), ("shale", 0.1))), 0.05).places
+    sample = thin.within()
+    assert sample.mean(1 + 9 * sample.x[1]) == pytest.approx(5.5, rel=1e-3)
+    x = np.stack(np.meshgrid(np.arange(100.0), np.arange(600.0), indexing="ij"), axis=-1)
+    assert len(np.unique(x.reshape(-1, 2)[some(60_000)][:, 1])) > 500
 
 
 @needs_gmsh

@@ -2,6 +2,8 @@
 
 import shutil
 import sys
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,8 @@ from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import parse_case
 from staffa.cases.resume import resume, take
 from staffa.errors import InputError, SolveError
+from staffa.evolution import march as loop
+from staffa.evolution.advance import Advance
 from staffa.io.run_directory import read_run
 from test_force_case import CASE as FORCED
 from test_heat_run import settings as heat_settings
@@ -156,6 +160,45 @@ def test_a_step_that_fails_costs_none_before_it(tmp_path: Path) -> None:
     assert [step.energies for step in taken.steps] == [step.energies for step in before[:2]]
 
 
+@pytest.mark.parametrize("fault", ["return", "look back"])
+def test_backtracking_that_fails_costs_no_step_and_is_the_same_when_resumed(
+    tmp_path: Path, monkeypatch, fault: str
+) -> None:
+    """A return that runs out of sweeps is left; a look back that fails is made up for."""
+    rare = "output.checkpoint={steps=100,minutes=1000}"
+    case = parse_case(BAR, [PAST, "solver.backtracking=true", rare])
+    real = {"return": loop.go_back, "look back": loop.better_earlier}[fault]
+    if fault == "return":
+
+        def runs_out(*arguments) -> Advance:
+            found = real(*arguments)
+            return replace(found, outcome=replace(found.outcome, converged=False, reason="is out"))
+
+        monkeypatch.setattr(loop, "go_back", runs_out)
+        run(case, tmp_path / "run")
+        found = read_run(tmp_path / "run")
+        assert found.finished and len(found.steps) == 9 and not found.superseded
+        tried = [step.index for step in found.rejected]
+        assert tried and len(tried) == len(set(tried)), "a return that failed is not tried again"
+        assert all("failed (is out)" in s.reason and s.returned for s in found.rejected)
+        return
+    expected = whole_run(case, tmp_path / "whole")
+    calls = count()
+
+    def fails(*arguments):
+        if next(calls) == 5:
+            raise SolveError("out of luck")
+        return real(*arguments)
+
+    monkeypatch.setattr(loop, "better_earlier", fails)
+    with pytest.raises(SolveError, match="step 5 is saved, but looking back failed: out of luck"):
+        run(case, tmp_path / "run")
+    seen: list[int] = []
+    resume(tmp_path / "run", watcher=Watcher(stepped=lambda step: seen.append(step.index)))
+    assert_same(read_run(tmp_path / "run"), expected)
+    assert 5 not in seen[:1]
+
+
 class Broken:
     """A cooled face, whose temperature is no number from some time on."""
 
@@ -164,14 +207,14 @@ class Broken:
         return np.full(x.shape[1], np.nan if t > 0.003 else -3.0 * t)
 
 
-@pytest.mark.parametrize("damaged", ["pages", "parts"])
+@pytest.mark.parametrize("damaged", ["pages", "parts", "latest page"])
 def test_a_finished_run_stays_as_it_is_whatever_became_of_its_checkpoints(
     tmp_path: Path, damaged: str
 ) -> None:
     run(small("time.tau=[0.1,0.2]", "output.at=[]"), tmp_path / "run")
-    for file in (tmp_path / "run" / "checkpoint").iterdir():
-        if file.suffix == {"pages": ".json", "parts": ".h5"}[damaged]:
-            file.write_text("half")
+    pattern = {"pages": "*.json", "parts": "*.h5", "latest page": "000002.json"}[damaged]
+    for file in (tmp_path / "run" / "checkpoint").glob(pattern):
+        file.write_text("half")
     before = {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}
     assert len(resume(tmp_path / "run")) == 2
     assert before == {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}

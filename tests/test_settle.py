@@ -9,10 +9,10 @@ import pytest
 
 from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.domain import block
-from staffa.errors import InputError, SolveError, StaffaError
+from staffa.errors import InputError, SolveError, StaffaError, StoppedError
 from staffa.evolution import settle as module
 from staffa.evolution.loading import change_loads
-from staffa.evolution.march import march
+from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers, coarser
 from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
@@ -161,6 +161,24 @@ def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
         vector.set(np.inf)
     found, _ = module._coarse_gain(below, alpha, T, 0.002)
     assert np.abs(expected).max() > 0.1 and found == pytest.approx(expected, abs=1e-4)
+    system.destroy()
+
+
+def test_a_run_can_be_stopped_within_a_guess() -> None:
+    """What is done on the coarser mesh is no sweep of the step."""
+    problem, seen = plate(dT=9.0, h=0.016), []
+
+    def stop() -> None:
+        if len(seen) == 0 and len(asked) == 3:
+            raise StoppedError("enough")
+        asked.append(1)
+
+    asked: list[int] = []
+    system = build(problem)
+    looks = Observers(watch=lambda moment, sweep: seen.append(sweep), pause=stop)
+    with pytest.raises(StoppedError):
+        list(march(problem, system, looks))
+    assert not seen and len(asked) == 3
     system.destroy()
 
 

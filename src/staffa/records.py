@@ -283,7 +283,7 @@ class Step:
     """One load state, as recorded in `steps.jsonl`.
 
     returned: how backtracking came to this step again, which supersedes all recorded before it that
-    have its index or a later one (see `kept`).
+    have its index or a later one (see `kept`); of a rejected one, how it would have.
 
     status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
     the last one before that, without audit and measures), or "rejected" (the step was too long, and

@@ -16,7 +16,7 @@ from staffa.cases.rock_keys import RockKeys
 from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
-from staffa.io.ensemble_directory import member_path, members
+from staffa.io.ensemble_directory import OWN, member_path, members
 from staffa.parallel import on_root
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
@@ -107,11 +107,17 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
 
 
 def _is_of(case: Case, place: Path) -> bool:
-    """Whether a run is of this case, what was not said in it being as it is by default now."""
+    """Whether a run is of this case but for what `staffa resume` may change in one member, and what
+    was not said in it as it is by default now."""
+    file = place / run_directory.CASE
+    if file.read_text(encoding="utf-8", errors="replace") == to_toml(case):
+        return True
     try:
-        return to_toml(read_case(place / run_directory.CASE)) == to_toml(case)
+        found = read_case(file)
     except StaffaError:
         return False
+    own = {name: getattr(case, name) for name in OWN}
+    return to_toml(found.model_copy(update=own)) == to_toml(case)
 
 
 def _is_finished(place: Path) -> bool:

@@ -12,7 +12,7 @@ from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
 from staffa.cases.properties import average
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys, RockKeys, is_isotropic, rock_of
-from staffa.geometry.places import Bounds, Grid
+from staffa.geometry.places import Bounds, Grid, Sample
 from staffa.physics.elasticity import isotropic_average
 
 
@@ -35,13 +35,13 @@ class Piece:
     """The body or a region of it.
 
     where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
-    the body's; places: where its values are looked at before there is a mesh, shape (3, n).
+    the body's; places: where its values are looked at before there is a mesh.
     """
 
     where: str
     keys: MaterialKeys
     dim: int
-    places: Callable[[], np.ndarray]
+    places: Callable[[], Sample]
 
     @property
     def name(self) -> str:

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from staffa.cases.kinds import Section
 from staffa.cases.property_keys import RandomField
+from staffa.geometry.places import Sample
 from staffa.physics.elasticity import PointFunction, Property, values
 
 
@@ -26,12 +25,15 @@ def in_space(value: Any, dim: int) -> PointFunction:
     return partial(values, point_property(value, dim))
 
 
-def average(value: Any, dim: int, places: Callable[[], np.ndarray]) -> float:
+def average(value: Any, dim: int, places: Callable[[], Sample]) -> float:
     """The one number that stands for a property: its mean, where that is not known over places."""
     if isinstance(value, RandomField):
         return float(value.mean)
     found = point_property(value, dim)
-    return float(np.mean(found(places()))) if callable(found) else found
+    if not callable(found):
+        return found
+    there = places()
+    return there.mean(found(there.x))
 
 
 def product_of(one: Property, other: Property) -> Property:

@@ -77,11 +77,12 @@ def resume(
     with writing(comm, directory) as said_by_lock:
         old, case = on_root(comm, lambda: cases_of(directory, settings))
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
+        steps = on_root(comm, lambda: _steps(directory))
+        finished = _is_finished(steps, manifest)
+        if finished and not settings:
+            return steps
         taken = on_root(comm, lambda: take(directory))
-        steps = taken.steps or on_root(comm, lambda: _steps_alone(directory))
-        if _is_finished(steps, manifest):
-            if not settings:
-                return steps
+        if finished:
             _require_checkpoint(directory, taken, settings)
         _may_change(case, manifest, taken)
         on_root(comm, lambda: _is_unchanged(old, manifest, directory))
@@ -180,8 +181,8 @@ def take(directory: Path) -> Taken:
     return Taken(page=None, lines=(), steps=(), said=tuple(said))
 
 
-def _steps_alone(directory: Path) -> tuple[Step, ...]:
-    """Those of a run without a checkpoint that can be used: one that is finished needs none."""
+def _steps(directory: Path) -> tuple[Step, ...]:
+    """Those of a run, whatever became of its checkpoints: one that is finished needs none."""
     with suppress(StaffaError):
         return run_directory.read_run(directory).steps
     return ()

@@ -1,6 +1,5 @@
 """From the loads of one time to those of the next, and what is tried when a solver fails."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from staffa.evolution.settle import Loads, descend, raise_bounds, settle
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
-from staffa.minimize.alternate import Sweep
+from staffa.minimize.alternate import Watch
 from staffa.parallel import max_over_ranks
 from staffa.records import Effort, Heat, Outcome, Return
 
@@ -104,7 +103,7 @@ def advance_to(
     system: System,
     start: Loads,
     end: Loads,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
     cuts: int = CUTS,
 ) -> Advance:
     """Put on the loads and minimize; if a solver fails, without proposals, then in two half steps.
@@ -150,9 +149,7 @@ def advance_to(
     return whole.after(tried)
 
 
-def _advance(
-    problem: Problem, system: System, start: Loads, end: Loads, watch: Callable[[Sweep], None]
-) -> Advance:
+def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: Watch) -> Advance:
     feels = system.cooling.feels_cracks
     origin = Origin(time=start.time, T=system.state.T.x.array.copy()) if feels else None
     loading = change_loads(problem, system, start, end)
@@ -181,7 +178,7 @@ def agree(
     system: System,
     end: Loads,
     advance: Advance,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> Advance:
     """Where cracks change the flow of heat: repeat the step's heat with the cracks that it led to,
     and minimize again, until the temperature no longer changes. Collective.

@@ -14,7 +14,6 @@ limited.
 """
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
@@ -28,7 +27,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
 from staffa.fields import State
-from staffa.minimize.alternate import Sweep, equilibrium
+from staffa.minimize.alternate import Watch, equilibrium
 from staffa.records import Heat, Return
 
 # Returns to a time where cracks change the flow of heat, so that nothing tells that they end.
@@ -57,7 +56,8 @@ class History:
     """The steps kept so far; their damage and temperature lie on disk, each rank's own part, ghosts
     included.
 
-    returns: how often each step, by its index, was returned to. states: the numbers of the states
+    returns: how often each step, by its index, was returned to. failed: steps that could not be
+    returned to, and are not tried again. states: the numbers of the states
     on disk, that before the first step and one a step; no number is given twice.
     """
 
@@ -65,6 +65,7 @@ class History:
         """state: the one before the first step; without it, `remember` what was kept before."""
         self.steps: list[Past] = []
         self.returns: Counter[int] = Counter()
+        self.failed: set[int] = set()
         self.states: list[int] = []
         self._given = count()
         self._folder = TemporaryDirectory(prefix="staffa-")
@@ -101,6 +102,7 @@ class History:
     def drop(self, index: int) -> None:
         """Forget a step and all later ones."""
         del self.steps[index:]
+        self.failed = {number for number in self.failed if number < index}
         for number in self.states[index + 1 :]:
             self._file(number).unlink()
         del self.states[index + 1 :]
@@ -146,7 +148,8 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
     try:
         for index, past in enumerate(history.steps[:-1]):
             enough = past.total - backtracking.tolerance * past.scale
-            if surface >= enough or (limited and history.returns[index] >= MOST_RETURNS):
+            ended = limited and history.returns[index] >= MOST_RETURNS
+            if surface >= enough or ended or index in history.failed:
                 continue
             system.state.T.x.array[:] = _temperature(system, history, index)[0]
             system.energy.external.at(past.loads.time)
@@ -174,7 +177,7 @@ def go_back(
     system: System,
     history: History,
     better: Better,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> Advance:
     """Minimize at the earlier time from the damage at hand, within that time's bounds. Collective.
 

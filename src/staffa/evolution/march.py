@@ -19,9 +19,9 @@ from staffa.evolution.standing import Loop, Standing
 from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
 from staffa.measure.reactions import reactions
-from staffa.minimize.alternate import Sweep
+from staffa.minimize.alternate import Sweep, Watch
 from staffa.parallel import require_together
-from staffa.records import REJECTED, Audit, Measures, Moment, Stability, Step
+from staffa.records import REJECTED, Audit, Measures, Moment, Return, Stability, Step
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -73,7 +73,8 @@ def march(
     LoadError
         What acts before the first step cracks the rock by itself.
     StoppedError
-        `observers.pause` raised it; where the loop stood before the step at hand was kept.
+        `observers.pause` raised it; where the loop stood before the step at hand was kept, if the
+        state of rest was found.
     """
     observers = observers or Observers()
     if standing is None:
@@ -93,6 +94,8 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
     walk, history = loop.walk, loop.history
     start = loop.start(system)
     while True:
+        if history and loop.due:
+            _look_back(problem, system, observers, loop, history)
         time, standing = loop.next_time(), loop.standing(system)
         observers.keep(standing, time is None)
         if time is None:
@@ -107,8 +110,9 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             if history and better:
                 advance = go_back(problem, system, history, better, watch)
                 advance, stability = examine(problem, system, end, advance, watch)
-                history.drop(index)
                 ran, rejected = 0.0, False
+                if not advance.outcome.converged:
+                    raise SolveError(advance.outcome.reason)
             else:
                 tried = _try(problem, system, start, end, walk, watch)
                 advance, stability, ran, rejected = tried
@@ -119,8 +123,10 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             require_together(problem.domain.comm, error)
             if history and better:
                 restore(system, standing.kept)
+                history.failed.add(index)
                 history.returns[index], loop.better = standing.returns.get(index, 0), None
-                yield _not_returned(system, moment, loop.index - 1, error)
+                seconds = perf_counter() - began
+                yield _not_returned(system, moment, history, better, error, seconds)
                 continue
             observers.keep(standing, True)
             yield _failed(system, moment, observers, str(error))
@@ -141,12 +147,14 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             walk.onward(time, ran)
         start, loop.index, loop.better = end, index + 1, None
         if history:
+            history.drop(index)
             history.keep(end, advance, system.state)
-            loop.better = _look_back(problem, system, observers, loop, history)
+            loop.due = True
 
 
-def _watch(observers: Observers, moment: Moment, sweep: Sweep) -> None:
-    observers.watch(moment, sweep)
+def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
+    if sweep is not None:
+        observers.watch(moment, sweep)
     observers.pause()
 
 
@@ -156,7 +164,7 @@ def _try(
     start: Loads,
     end: Loads,
     walk: Walk,
-    watch: Callable[[Sweep], None],
+    watch: Watch,
 ) -> tuple[Advance, Stability | None, float, bool]:
     """Take a step: what it was, its second order, how far cracks ran, and whether they ran too far.
 
@@ -187,14 +195,17 @@ def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> fl
 
 def _look_back(
     problem: Problem, system: System, observers: Observers, loop: Loop, history: History
-) -> Better | None:
+) -> None:
+    """Whether, and where, to go back; where that fails, the run goes on with another try."""
     try:
-        return better_earlier(problem, system, history)
+        loop.better = better_earlier(problem, system, history)
     except SolveError as error:
+        require_together(problem.domain.comm, error)
         observers.keep(loop.standing(system), True)
         raise SolveError(
             f"step {loop.index - 1} is saved, but looking back failed: {error}"
         ) from error
+    loop.due = False
 
 
 def _moment(problem: Problem, index: int, time: float) -> Moment:
@@ -261,14 +272,29 @@ def _rejected(
     )
 
 
-def _not_returned(system: System, moment: Moment, last: int, error: SolveError) -> Step:
+def _not_returned(
+    system: System,
+    moment: Moment,
+    history: History,
+    better: Better,
+    error: SolveError,
+    seconds: float,
+) -> Step:
     """The record of a return to an earlier step that failed; the state is the last step's again."""
+    last = len(history.steps) - 1
     return Step(
         **vars(moment),
         energies=system.energy.energies(),
         sweeps=0,
         status=REJECTED,
         reason=f"the return to it failed ({error}), and step {last} stands",
+        seconds=seconds,
+        returned=Return(
+            index=last,
+            time=history.steps[-1].loads.time,
+            before=history.steps[better.index].total,
+            found=better.found,
+        ),
     )
 
 

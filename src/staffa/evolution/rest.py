@@ -1,7 +1,5 @@
 """Before time starts: prestress, weight and loads of t = 0 in equilibrium, without a new crack."""
 
-from collections.abc import Callable
-
 from staffa.stack import MPI  # noqa: F401
 
 import numpy as np
@@ -13,7 +11,7 @@ from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
 from staffa.fields import vertices
 from staffa.measure.advance import crack_advance
-from staffa.minimize.alternate import Sweep, equilibrium
+from staffa.minimize.alternate import Watch, equilibrium
 from staffa.parallel import best_candidate
 from staffa.physics.damage import damage_at_strength
 
@@ -28,9 +26,7 @@ def unmoved(system: System) -> Loads:
     return Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
 
 
-def come_to_rest(
-    problem: Problem, system: System, watch: Callable[[Sweep], None] = lambda sweep: None
-) -> None:
+def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: None) -> None:
     """Put on the forces of t = 0, and minimize. Collective.
 
     Raises

@@ -1,6 +1,6 @@
 """After a step: whether its state is stable and unique, and the way out of it where it is not."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector, write_vector
-from staffa.minimize.alternate import Sweep, equilibrium
+from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.newton import search
 from staffa.minimize.stability import Mode, SecondVariation
 from staffa.records import Stability
@@ -29,7 +29,7 @@ def examine(
     system: System,
     loads: Loads,
     advance: Advance,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> tuple[Advance, Stability | None]:
     """Find the second order of a converged state, and leave it where that is asked for. Collective.
 
@@ -62,7 +62,7 @@ def _escapes(
     system: System,
     loads: Loads,
     advance: Advance,
-    watch: Callable[[Sweep], None],
+    watch: Watch,
 ) -> Iterator[tuple[Advance, Stability]]:
     """The converged state and its second order, and those of the states that it is left for."""
     for escapes in range(MOST + 1):

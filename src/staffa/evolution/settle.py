@@ -1,6 +1,5 @@
 """From frozen cracks to a minimum at the same loads, by way of a coarser mesh where that pays."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +8,7 @@ from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
 from staffa.fields import corners, owned, read_vector, write_vector
-from staffa.minimize.alternate import Sweep, alternate, equilibrium
+from staffa.minimize.alternate import Watch, alternate, equilibrium
 from staffa.minimize.bounded import unbalanced
 from staffa.parallel import max_over_ranks
 from staffa.records import Effort, Outcome
@@ -40,7 +39,7 @@ def settle(
     problem: Problem,
     system: System,
     loads: Loads,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
     *,
     guess: bool = False,
     damage: np.ndarray | None = None,
@@ -66,7 +65,7 @@ def descend(
     problem: Problem,
     system: System,
     loads: Loads,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> tuple[Outcome, float]:
     """Minimize from the state at hand, in equilibrium, within the bounds at hand. Collective."""
     parts, state, bounds = system.alternation, system.state, system.bounds
@@ -97,7 +96,7 @@ def _first_guess(
     system: System,
     coarser: Coarser,
     loads: Loads,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> Effort:
     """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
@@ -123,7 +122,7 @@ def _coarse_gain(
     alpha: np.ndarray,
     T: np.ndarray,
     time: float,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> tuple[np.ndarray, Effort]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
@@ -143,7 +142,7 @@ def _coarse_gain(
     system.alternation.elastic.forget()  # nor is the last guess's factorization, in a resumed run
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)
-    outcome, _ = settle(problem, system, loads, watch, guess=True)
+    outcome, _ = settle(problem, system, loads, lambda sweep: watch(None), guess=True)
     below = outcome.effort
     return coarser.up(state.alpha.x.array - start), Effort(
         coarse_sweeps=below.coarse_sweeps + outcome.sweeps, fallbacks=below.fallbacks

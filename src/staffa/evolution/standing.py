@@ -47,6 +47,8 @@ class Standing:
     better: Better | None = None
     past: tuple[Past, ...] = ()
     returns: Mapping[int, int]
+    failed: tuple[int, ...] = ()
+    due: bool = False
     states: tuple[int, ...] = ()
     history: History | None = None
 
@@ -61,6 +63,8 @@ class Standing:
             "better": None if self.better is None else asdict(self.better),
             "past": [_numbers_of(past) for past in self.past],
             "returns": {str(index): times for index, times in self.returns.items()},
+            "failed": list(self.failed),
+            "due": self.due,
         }
 
     def fields(self) -> dict[str, np.ndarray]:
@@ -85,6 +89,7 @@ class Standing:
             history=history,
             index=self.index,
             better=self.better if problem.backtracking else None,
+            due=self.due and history is not None,
         )
 
 
@@ -104,6 +109,7 @@ def standing(
     if past_fields is not None:
         history = History()
         history.steps, history.returns = list(past), returns
+        history.failed = set(numbers.get("failed", ()))
         for state in past_fields:
             history.remember(state["alpha"], state["T"])
     return Standing(
@@ -116,6 +122,8 @@ def standing(
         better=None if numbers["better"] is None else Better(**numbers["better"]),
         past=past,
         returns=returns,
+        failed=tuple(numbers.get("failed", ())),
+        due=numbers.get("due", False),
         states=tuple(history.states) if history else (),
         history=history,
     )
@@ -138,13 +146,15 @@ def _past(record: Mapping[str, Any], system: System) -> Past:
 class Loop:
     """The loop itself: what of it changes from step to step besides the state.
 
-    index: of the next step, unless `better` is an earlier one to go back to.
+    index: of the next step, unless `better` is an earlier one to go back to. due: whether the last
+    step is still to be looked back from.
     """
 
     walk: Walk
     history: History | None
     index: int = 0
     better: Better | None = None
+    due: bool = False
 
     @property
     def next_index(self) -> int:
@@ -178,6 +188,8 @@ class Loop:
             better=self.better,
             past=tuple(history.steps) if history else (),
             returns=dict(history.returns) if history else {},
+            failed=tuple(sorted(history.failed)) if history else (),
+            due=self.due,
             states=tuple(history.states) if history else (),
             history=history,
         )

@@ -12,14 +12,27 @@ Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 Contains = Callable[[np.ndarray, float], np.ndarray]
 
 
-class Places(Protocol):
-    """Where to look; what is given to these and comes from them has shape (3, n) (m)."""
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """Places x, shape (3, n) (m), and how much of the body each stands for, shape (n,); None if all
+    stand for as much."""
 
-    def within(self, region: str | None = None) -> np.ndarray:
+    x: np.ndarray
+    weight: np.ndarray | None = None
+
+    def mean(self, values: np.ndarray) -> float:
+        """Of values at the places, over the body."""
+        return float(np.average(values, weights=self.weight))
+
+
+class Places(Protocol):
+    """Where to look."""
+
+    def within(self, region: str | None = None) -> Sample:
         """Places inside of the body, or of one of its regions; at least one."""
 
     def on(self, face: str | None = None) -> np.ndarray:
-        """Places all over the body, its surface included, or on a face of it."""
+        """Places all over the body, its surface included, or on a face of it; shape (3, n)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +49,16 @@ class Grid:
     contains: Contains | None = None
     h: float = 0.0
 
-    def within(self, region: str | None = None) -> np.ndarray:
+    def within(self, region: str | None = None) -> Sample:
         """As the protocol has it: middles of a grid in each box."""
-        found = [_middles(*box) for name, box in self.boxes if region in (None, name)]
-        return self._kept(np.hstack(found), self.h)
+        boxes = [box for name, box in self.boxes if region in (None, name)]
+        found = [self._kept(_middles(*box), self.h) for box in boxes]
+        if len(boxes) == 1:
+            return Sample(found[0])
+        # Each grid has as many places, whatever the size of its box.
+        sizes = [float(np.prod(np.subtract(upper, lower))) for lower, upper in boxes]
+        weight = np.repeat(sizes, [x.shape[1] for x in found])
+        return Sample(np.hstack(found), weight)
 
     def on(self, face: str | None = None) -> np.ndarray:
         """As the protocol has it: a grid in each box, ends included; on a round face all of it."""
@@ -54,12 +73,12 @@ class Grid:
 class OfMesh:
     """Of a mesh: middles of cells and those of each region, vertices and those of each face."""
 
-    cells: np.ndarray
-    regions: Mapping[str, np.ndarray]
+    cells: Sample
+    regions: Mapping[str, Sample]
     vertices: np.ndarray
     faces: Mapping[str, np.ndarray]
 
-    def within(self, region: str | None = None) -> np.ndarray:
+    def within(self, region: str | None = None) -> Sample:
         """As the protocol has it."""
         return self.regions[region] if region else self.cells
 
@@ -68,10 +87,16 @@ class OfMesh:
         return self.faces[face] if face else self.vertices
 
 
-def some(x: np.ndarray) -> np.ndarray:
-    """At most so many of the points, shape (n, dim), and as such of space: shape (3, n)."""
-    few = x[:: max(1, -(-len(x) // MOST))].T
-    return np.vstack([few, np.zeros((3 - len(few), few.shape[1]))])
+def some(n: int) -> np.ndarray:
+    """The numbers of at most so many of n things, by chance, the same each time."""
+    if n <= MOST:
+        return np.arange(n)
+    return np.sort(np.random.default_rng(0).choice(n, MOST, replace=False))
+
+
+def in_space(x: np.ndarray) -> np.ndarray:
+    """Points of 2-D or 3-D, shape (n, dim), as points of space: shape (3, n)."""
+    return np.vstack([x.T, np.zeros((3 - x.shape[1], len(x)))])
 
 
 def _middles(lower: tuple[float, ...], upper: tuple[float, ...]) -> np.ndarray:
@@ -89,5 +114,4 @@ def _ends(
 
 
 def _grid(along: list[np.ndarray]) -> np.ndarray:
-    grid = np.array([x.ravel() for x in np.meshgrid(*along)])
-    return np.vstack([grid, np.zeros((3 - len(along), grid.shape[1]))])
+    return in_space(np.array([x.ravel() for x in np.meshgrid(*along)]).T)

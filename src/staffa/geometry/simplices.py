@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.geometry.outline import Outline, Plane, pairs
-from staffa.geometry.places import OfMesh, some
+from staffa.geometry.places import OfMesh, Sample, in_space, some
 
 # Parts of a body are flat, or at one place, up to this fraction of its extent.
 ROUND_OFF = 1e-9
@@ -63,7 +63,6 @@ def parts(mesh: Simplices) -> int:
 def outline(mesh: Simplices) -> Outline:
     """What is known of the body from outside, and the mean edge of its cells."""
     lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
-    middles = mesh.x[mesh.cells].mean(axis=1)
     return Outline(
         lower=tuple(lower.tolist()),
         upper=tuple(upper.tolist()),
@@ -75,12 +74,25 @@ def outline(mesh: Simplices) -> Outline:
         n_cells=len(mesh.cells),
         n_vertices=len(mesh.x),
         places=OfMesh(
-            cells=some(middles),
-            regions={name: some(middles[cells]) for name, cells in mesh.regions.items()},
-            vertices=some(mesh.x),
-            faces={name: some(mesh.x[np.unique(rows)]) for name, rows in mesh.faces.items()},
+            cells=_sample(mesh.x, mesh.cells),
+            regions={name: _sample(mesh.x, mesh.cells[c]) for name, c in mesh.regions.items()},
+            vertices=in_space(mesh.x[some(len(mesh.x))]),
+            faces={name: _corners(mesh.x, rows) for name, rows in mesh.faces.items()},
         ),
     )
+
+
+def _sample(x: np.ndarray, cells: np.ndarray) -> Sample:
+    """Middles of some cells, and their sizes."""
+    corners = x[cells[some(len(cells))]]
+    sizes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+    return Sample(in_space(corners.mean(axis=1)), sizes)
+
+
+def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some of the corners of facets."""
+    corners = np.unique(rows)
+    return in_space(x[corners[some(len(corners))]])
 
 
 def _mean_edge(mesh: Simplices) -> float:

@@ -30,6 +30,10 @@ class Sweep:
     residual: float
 
 
+# Called after each sweep; with None after one of another problem, where a stop is all that counts.
+Watch = Callable[[Sweep | None], None]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Alternation:
     """The two halves of the problem, and the energy they share.
@@ -62,7 +66,7 @@ def alternate(
     lower: PETSc.Vec,
     upper: PETSc.Vec,
     stop: Stop,
-    watch: Callable[[Sweep], None] = lambda sweep: None,
+    watch: Watch = lambda sweep: None,
 ) -> Outcome:
     """Minimize over the damage and the displacement in turn, from a state in `equilibrium`.
 

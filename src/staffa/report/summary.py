@@ -68,11 +68,15 @@ def _progress(run: Run) -> Iterator[Fact]:
     most = max(steps, key=lambda step: step.sweeps)
     spent = f"{sum(step.sweeps for step in every)}, at most {most.sweeps} in a step ({most.index})"
     yield Fact(name="sweeps", text=spent)
-    if run.rejected:
-        text = f"{len(run.rejected)}, in which cracks ran too far, and were taken again shorter"
+    left = sum(step.returned is not None for step in run.rejected)
+    if shorter := len(run.rejected) - left:
+        text = f"{shorter}, in which cracks ran too far, and were taken again shorter"
         yield Fact(name="rejected steps", text=text)
+    if left:
+        text = f"{left}, that a solver failed in: the run went on without them"
+        yield Fact(name="returns that failed", text=text)
     yield Fact(name="computing", text=f"{sum(step.seconds for step in every):.0f} s")
-    returns = sum(step.returned is not None for step in every)
+    returns = sum(step.returned is not None for step in (*steps, *run.superseded))
     if returns:
         text = f"went back {returns} times, {len(run.superseded)} steps superseded"
         ended = [s for s in every if s.returned and s.returned.number == s.returned.limit]

@@ -102,7 +102,7 @@ def properties_have_values(case: Case) -> None:
 
 def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
     """Its values where its piece is looked at, if they are finite numbers."""
-    places = piece.places()
+    places = piece.places().x
     if isinstance(value, Formula):
         try:
             known = names(piece.dim, time=False)
@@ -132,7 +132,7 @@ def elasticity_is_definite(case: Case) -> None:
             continue
         varying = any(varies(value) for _, _, value in piece.properties())
         try:
-            places = piece.places() if varying else np.zeros((3, 1))
+            places = piece.places().x if varying else np.zeros((3, 1))
             checked(elasticity(keys, _tried(piece)).stiffness(places))
         except InputError as error:
             raise InputError(f"{piece.where}: {error}") from None
@@ -149,8 +149,8 @@ def _can_be_compressed(piece: Piece, where: str) -> None:
     """where: the kind of body in which nu must be less than 0.5, if it must."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
-    largest = float(np.max(nu(piece.places()))) if callable(nu) else nu
-    least = float(np.min(nu(piece.places()))) if callable(nu) else nu
+    largest = float(np.max(nu(piece.places().x))) if callable(nu) else nu
+    least = float(np.min(nu(piece.places().x))) if callable(nu) else nu
     said = f"{piece.where}.nu = {shown(given)}"
     if not -1 < least <= largest <= 0.5:
         beyond = least if least <= -1 else largest
