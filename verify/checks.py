@@ -147,8 +147,9 @@ CHECKS = {
         text="Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1: cracks "
         "that are deeper at the next step, their mean spacing and depth (of sharp tips). They are "
         "as long as those of an even array until four of them stop at tau = 0.17. From then on "
-        "they are shorter, by 10 % at first and by 5 % at tau = 0.29: the array is not even, as "
-        "the cracks that stopped still shield the others and do not count in the spacing.",
+        "they are shorter, by 10 % at first and by 5 % at tau = 0.29: at first as long as in an "
+        "even array of all eleven, later between that and one of those that grow, since the cracks "
+        "that stopped still shield the others and do not count in the spacing.",
         measure=growth,
         kept="slabs",
     ),

@@ -10,6 +10,7 @@ verify/slabs. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
 
 import json
 import sys
+from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -195,6 +196,14 @@ def draw(found: dict) -> None:
     allowed = np.maximum(found["ell"], WITHIN * equal)
     label = "the same, give or take the larger of ell and 3 %"
     axes.fill_between(tau, equal - allowed, equal + allowed, color="C0", alpha=0.15, label=label)
+    # What the cracks that stopped at last still do: as if they had gone on, most of their time.
+    before = [g for g in on if g["tau"] < found["arrests"][-1][2]]
+    number, _ = Counter(g["cracks"] for g in before).most_common(1)[0]
+    spacing = next(g["spacing"] for g in before if g["cracks"] == number)
+    later = [t for t in tau if t >= before[-1]["tau"]]
+    none = [length_at("free", spacing, t) for t in later]
+    label = f"sharp, even array of the {number} that grew before the last arrest"
+    axes.plot(later, none, "C0--", linewidth=1, label=label)
     axes.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, 0.5))
     axes.legend(frameon=False, fontsize=9)
     figure.savefig(PICTURE, dpi=120, bbox_inches="tight")
