@@ -236,7 +236,7 @@ def expected(path: Path) -> list[float | None]:
     L, last = 0.8, run.steps[-1].measures
     reach = run.manifest.tip_reach
     assert reach is not None and reach > 0.75 * 0.06
-    found = arrests(run.steps, axis=face_axis("bottom", 2), ell=0.06, reach=reach)
+    found = arrests(run.steps, axis=face_axis("bottom", 2), ell=0.06, sharp=run.manifest.sharp)
     begin = found.nucleation
     row = [begin.spacing / L, begin.depth / L, begin.tau]
     row += [number for g in found.generations for number in (g.depth / L, g.tau)]

@@ -28,6 +28,7 @@ from staffa.io.run_directory import (
 )
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.manifest import Manifest
+from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
 from staffa.plot.curves import energies_figure
@@ -508,6 +509,11 @@ def test_no_sharp_tip_lies_beyond_the_body():
     manifest = drawn_manifest(SLAB, tip_reach=0.03)
     found = [manifest.sharp(depth) for depth in (0.0, 0.5, 0.98, 1.0)]
     assert found == pytest.approx([0.0, 0.53, 1.0, 1.0])
+    steps = [drawn_step(index, SLAB, None) for index in range(N)]
+    deepest = max(track.final for track in tracks(steps, axis=1, sharp=lambda depth: depth + 9.0))
+    assert deepest > 9 and max(
+        track.final for track in tracks(steps, axis=1, sharp=replace(manifest, tip_reach=9.0).sharp)
+    ) == pytest.approx(1.0)
 
 
 def test_tips_are_written_crack_by_crack_and_step_by_step(tmp_path, coarse):

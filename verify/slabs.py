@@ -79,10 +79,9 @@ def run_member(name: str) -> dict:
 def digest(name: str, run: Run) -> dict:
     """What is kept of a run."""
     m, steps = run.manifest, run.steps
-    beyond = reach(m.law, threshold=0.8, ell=m.ell, h=m.h)
-    assert beyond is not None and run.finished
-    found = arrests(steps, axis=1, ell=m.ell, reach=beyond)
-    followed = tracks(steps, axis=1, reach=beyond)
+    assert m.tip_reach is not None and run.finished
+    found = arrests(steps, axis=1, ell=m.ell, sharp=m.sharp)
+    followed = tracks(steps, axis=1, sharp=m.sharp)
     start = found.nucleation
     assert start is not None
     last = steps[-1].measures

@@ -86,7 +86,7 @@ def violations(run: Run) -> list[str]:
 def ends(run: Run) -> list[tuple[int, float, float | None]]:
     """Arrests: how many cracks, their depth, tau."""
     m = run.manifest
-    found = arrests(run.steps, axis=1, ell=m.ell, reach=m.tip_reach or 0.0)
+    found = arrests(run.steps, axis=1, ell=m.ell, sharp=m.sharp)
     return [(g.cracks, round(g.depth, 4), g.tau) for g in found.generations]
 
 

@@ -1,6 +1,6 @@
 """From the tips of all steps to generations: when cracks nucleated, which stopped, and when."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
@@ -78,7 +78,9 @@ class Arrests:
     depth: float | None
 
 
-def arrests(steps: Sequence[Step], *, axis: int, ell: float, reach: float = 0.0) -> Arrests:
+def arrests(
+    steps: Sequence[Step], *, axis: int, ell: float, sharp: Callable[[float], float] = float
+) -> Arrests:
     """Sort the cracks of the last step into generations.
 
     A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
@@ -93,11 +95,11 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, reach: float = 0.0)
     Parameters
     ----------
     axis : the one along which depth is measured. ell : regularization length (m).
-    reach : how much deeper than the recorded tips the sharp ones are (m; see `measure.tip`).
+    sharp : depth (m) of the sharp tip of a crack whose recorded tip is so deep (`Manifest.sharp`).
     """
     seen = [step for step in steps if step.measures is not None]
-    rest = sorted(tracks(seen, axis=axis, reach=reach), key=lambda track: track.final)
-    nucleation = _nucleation(seen, rest, reach)
+    rest = sorted(tracks(seen, axis=axis, sharp=sharp), key=lambda track: track.final)
+    nucleation = _nucleation(seen, rest, sharp)
     found: list[Generation] = []
     while len(rest) > 1:
         members = rest[: _doubling(rest, ell)]
@@ -115,12 +117,14 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, reach: float = 0.0)
     )
 
 
-def tracks(steps: Sequence[Step], *, axis: int, reach: float = 0.0) -> tuple[Track, ...]:
+def tracks(
+    steps: Sequence[Step], *, axis: int, sharp: Callable[[float], float] = float
+) -> tuple[Track, ...]:
     """The cracks of the last step that was measured, each followed back from step to step.
 
     A crack's tip one step earlier is the nearest one along the face, if it is nearer than half
     the distance to the neighboring crack; no tip is then taken twice, and a crack may curve.
-    `reach` (m) is added to the depths, as `arrests` does.
+    Depths are those of sharp tips, as in `arrests`.
     """
     measured = [index for index, step in enumerate(steps) if step.measures is not None]
     tips = _tips(steps[measured[-1]]) if measured else ()
@@ -139,7 +143,7 @@ def tracks(steps: Sequence[Step], *, axis: int, reach: float = 0.0) -> tuple[Tra
         Track(
             place=_along(tip, axis),
             path=tuple(None if seen is None else seen.position for seen in history),
-            depths=tuple(None if seen is None else seen.depth + reach for seen in history),
+            depths=tuple(None if seen is None else sharp(seen.depth) for seen in history),
         )
         for tip, history in zip(tips, followed, strict=True)
     )
@@ -205,14 +209,16 @@ def _generation(
     )
 
 
-def _nucleation(steps: Sequence[Step], cracks: Sequence[Track], reach: float) -> Nucleation | None:
+def _nucleation(
+    steps: Sequence[Step], cracks: Sequence[Track], sharp: Callable[[float], float]
+) -> Nucleation | None:
     enough = max(2, len(cracks) / 2)
     for step in steps:
         if len(_tips(step)) >= enough:
             return Nucleation(
                 cracks=len(_tips(step)),
                 spacing=_spacing(cracks),
-                depth=median(tip.depth for tip in _tips(step)) + reach,
+                depth=median(sharp(tip.depth) for tip in _tips(step)),
                 tau=step.tau,
                 time=step.time,
             )

@@ -50,9 +50,8 @@ def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     _draw_lengths(rows[0], manifest, at, measured)
     if manifest.cooled_side:
         axis = face_axis(manifest.cooled_side, len(manifest.size))
-        reach = manifest.tip_reach or 0.0
-        followed = tracks(seen, axis=axis, reach=reach)
-        found = arrests(seen, axis=axis, ell=manifest.ell, reach=reach)
+        followed = tracks(seen, axis=axis, sharp=manifest.sharp)
+        found = arrests(seen, axis=axis, ell=manifest.ell, sharp=manifest.sharp)
         _draw_depths(rows[1], manifest, at, followed, found)
     if counted:
         _draw_counts(rows[-1], manifest, at, measured)

@@ -50,8 +50,7 @@ def run_arrests(run: Run) -> Arrests | None:
     if manifest.cooled_side is None:
         return None
     axis = face_axis(manifest.cooled_side, len(manifest.size))
-    reach = manifest.tip_reach or 0.0
-    return arrests(run.steps, axis=axis, ell=manifest.ell, reach=reach)
+    return arrests(run.steps, axis=axis, ell=manifest.ell, sharp=manifest.sharp)
 
 
 DEFINITIONS = (

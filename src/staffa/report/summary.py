@@ -6,6 +6,7 @@ from functools import reduce
 
 from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
+from staffa.plot.labels import duration
 from staffa.records import Effort, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
@@ -86,7 +87,7 @@ def _progress(run: Run) -> Iterator[Fact]:
 
 
 def _time(manifest: Manifest, step: Step) -> str:
-    text = f"t = {step.time:.4g}" + ("" if manifest.scaled else " s")
+    text = f"t = {step.time:.4g}" if manifest.scaled else f"t = {duration(step.time)}"
     return text if step.tau is None else f"tau = {step.tau:.4g}, {text}"
 
 

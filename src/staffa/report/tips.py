@@ -19,7 +19,7 @@ def tips_table(run: Run) -> str | None:
     if manifest.cooled_side is None:
         return None
     axis = face_axis(manifest.cooled_side, len(manifest.size))
-    followed = tracks(run.steps, axis=axis, reach=manifest.tip_reach or 0.0)
+    followed = tracks(run.steps, axis=axis, sharp=manifest.sharp)
     if not followed:
         return None
     text = io.StringIO()
