@@ -140,8 +140,8 @@ def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monke
             raise SolveError("no")
         return real(problem, system, *rest)
 
-    def noting(system, coarser, loads):
-        found = first(system, coarser, loads)
+    def noting(*arguments):
+        found = first(*arguments)
         guessed.append(found)
         return found
 
