@@ -199,6 +199,67 @@ def test_backtracking_that_fails_costs_no_step_and_is_the_same_when_resumed(
     assert 5 not in seen[:1]
 
 
+@pytest.mark.parametrize("cut", ["killed", "stopped", "look back"])
+def test_backtracking_at_the_last_time_is_not_over_with_its_line(
+    tmp_path: Path, monkeypatch, cut: str
+) -> None:
+    """The last step is better at an earlier time: a run that is cut before it was there goes on."""
+    case = parse_case(BAR, ["time.t={start=0.2,stop=0.8,steps=7}", "solver.backtracking=true"])
+    expected = whole_run(case, tmp_path / "whole")
+    assert expected.superseded and expected.superseded[-1].index == 6
+
+    class KilledError(Exception):
+        pass
+
+    def kill(step) -> None:
+        if step.index == 6:
+            raise KilledError
+
+    def fails(*arguments):
+        raise SolveError("out of luck")
+
+    real = loop.better_earlier
+    if cut == "look back":
+        after = count()
+        monkeypatch.setattr(
+            loop, "better_earlier", lambda *a: fails() if next(after) == 6 else real(*a)
+        )
+        with pytest.raises(SolveError, match="looking back failed"):
+            run(case, tmp_path / "run")
+    elif cut == "killed":
+        with pytest.raises(KilledError):
+            run(case, tmp_path / "run", watcher=Watcher(stepped=kill))
+    else:
+        last = []
+        stop = Watcher(
+            stepped=lambda step: last.append(step.index),
+            stop=lambda: "enough" if 6 in last else None,
+        )
+        assert "step 6 is finished" in stopped(lambda: run(case, tmp_path / "run", watcher=stop))
+    assert read_run(tmp_path / "run").finished and not read_run(tmp_path / "run").superseded
+    resume(tmp_path / "run")
+    assert_same(read_run(tmp_path / "run"), expected)
+    assert resume(tmp_path / "run") == read_run(tmp_path / "run").steps
+
+
+def test_what_failed_is_tried_again_with_other_solvers(tmp_path: Path, monkeypatch) -> None:
+    case = parse_case(BAR, [PAST, "solver.backtracking=true"])
+
+    def fails(*arguments):
+        raise SolveError("out of luck")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(loop, "go_back", fails)
+        run(case, tmp_path / "run")
+    begun = read_run(tmp_path / "run")
+    assert begun.rejected and not begun.superseded
+    resume(
+        tmp_path / "run",
+        settings=["solver.sweeps=9000", PAST.replace("1.0", "1.1").replace("9", "10")],
+    )
+    assert read_run(tmp_path / "run").superseded
+
+
 class Broken:
     """A cooled face, whose temperature is no number from some time on."""
 

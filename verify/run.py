@@ -41,20 +41,27 @@ def record(found: Found) -> dict:
 def committed() -> dict:
     """The results that are committed; those at hand where there is no git."""
     show = ["git", "show", "HEAD:./results.json"]
-    done = subprocess.run(show, cwd=HERE, capture_output=True, text=True)
-    if done.returncode:
+    try:
+        done = subprocess.run(show, cwd=HERE, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
         return json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     return json.loads(done.stdout)
 
 
-def misses(results: dict) -> Counter[tuple[str, str]]:
-    """How many figures of each kind are missed: they are alike but for numbers in their names."""
-    return Counter(
-        (name, re.sub(r"[\d.]+", "#", f["what"]))
-        for name, found in results.items()
-        for f in found["figures"]
-        if not f["met"]
-    )
+def worse(before: dict, now: dict) -> list[str]:
+    """Figures that were met and are missed; of names that are new, how many more of a kind are
+    missed than were: they are alike but for the numbers in them."""
+    old, new = ({(n, f["what"]): f["met"] for n in now for f in r.get(n, {}).get("figures", ())}
+                for r in (before, now))  # fmt: skip
+    lost = [
+        f"{name}: {what}" for (name, what), met in new.items() if not met and old.get((name, what))
+    ]
+    fresh, gone = (
+        Counter(f"{n}: {re.sub(r'[0-9.]+', '#', what)}" for (n, what), met in one.items()
+                if not met and (n, what) not in other)
+        for one, other in ((new, old), (old, new))
+    )  # fmt: skip
+    return [*lost, *(fresh - gone)]
 
 
 def days(kept: object) -> set[str]:
@@ -127,7 +134,7 @@ def main(names: list[str]) -> int:
         print(f"no check is called {', '.join(unknown)}; there are {', '.join(CHECKS)}")
         return 2
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
-    before, now = misses(committed()), Counter[tuple[str, str]]()
+    before = committed()
     for name in names or CHECKS:
         found = CHECKS[name].measure()
         if not isinstance(found, Found):
@@ -137,11 +144,10 @@ def main(names: list[str]) -> int:
         PAGE.write_text(page(results))
         for figure in found.figures:
             print(f"{name}: {figure}", flush=True)
-        now += misses({name: results[name]})
-    worse = now - before
-    for (name, what), number in worse.items():
-        print(f"{number} more missed than is committed: {name}: {what}")
-    return 1 if worse else 0
+    found = worse(before, {name: results[name] for name in names or CHECKS})
+    for figure in found:
+        print(f"missed, which was not: {figure}")
+    return 1 if found else 0
 
 
 if __name__ == "__main__":

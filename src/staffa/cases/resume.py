@@ -79,10 +79,12 @@ def resume(
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
         steps = on_root(comm, lambda: _steps(directory))
         finished = _is_finished(steps, manifest)
-        if finished and not settings:
+        if finished and not settings and not case.solver.backtracking:
             return steps
         taken = on_root(comm, lambda: take(directory))
-        if finished:
+        if finished and not settings and on_root(comm, lambda: _stands(directory, taken)):
+            return steps
+        if finished and settings:
             _require_checkpoint(directory, taken, settings)
         _may_change(case, manifest, taken)
         on_root(comm, lambda: _is_unchanged(old, manifest, directory))
@@ -95,6 +97,8 @@ def resume(
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             looks = Probes(setup.domain, manifest.probes)
             standing = keeper.take_up(taken.page) if taken.page else None
+            if standing and settings:
+                standing = standing.anew()
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
             watcher.started(manifest)
@@ -186,6 +190,16 @@ def _steps(directory: Path) -> tuple[Step, ...]:
     with suppress(StaffaError):
         return run_directory.read_run(directory).steps
     return ()
+
+
+def _stands(directory: Path, taken: Taken) -> bool:
+    """Whether a run with backtracking that is at its last time was also looked back from; without
+    a checkpoint that is not known, and it stays as it is."""
+    if taken.page is None:
+        return True
+    standing, lines = taken.page["standing"], run_directory.journal_lines(directory)
+    ended = standing["better"] is None and not standing.get("due")
+    return bool(taken.page["lines"] == len(lines) and ended)
 
 
 def _require_checkpoint(directory: Path, taken: Taken, settings: Sequence[str]) -> None:

@@ -21,7 +21,17 @@ from staffa.measure.advance import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep, Watch
 from staffa.parallel import require_together
-from staffa.records import REJECTED, Audit, Measures, Moment, Return, Stability, Step
+from staffa.records import (
+    REJECTED,
+    Audit,
+    Effort,
+    Measures,
+    Moment,
+    Outcome,
+    Return,
+    Stability,
+    Step,
+)
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 RISE_ALLOWED = 1e-7
@@ -105,12 +115,13 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
         watch = partial(_watch, observers, moment)
+        spent: Outcome | None = None
         try:
             observers.pause()
             if history and better:
                 advance = go_back(problem, system, history, better, watch)
                 advance, stability = examine(problem, system, end, advance, watch)
-                ran, rejected = 0.0, False
+                ran, rejected, spent = 0.0, False, advance.outcome
                 if not advance.outcome.converged:
                     raise SolveError(advance.outcome.reason)
             else:
@@ -124,9 +135,10 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             if history and better:
                 restore(system, standing.kept)
                 history.failed.add(index)
-                history.returns[index], loop.better = standing.returns.get(index, 0), None
+                history.returns[index] = standing.returns.get(index, 0)
+                loop.better, loop.due = None, True  # another step may be better too
                 seconds = perf_counter() - began
-                yield _not_returned(system, moment, history, better, error, seconds)
+                yield _not_returned(system, moment, history, better, error, spent, seconds)
                 continue
             observers.keep(standing, True)
             yield _failed(system, moment, observers, str(error))
@@ -141,8 +153,9 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         yield _accepted(system, moment, observers, advance, stability, seconds)
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
-        if better:
+        if better and history:
             walk.back(time)
+            history.failed.clear()  # the damage is another
         else:
             walk.onward(time, ran)
         start, loop.index, loop.better = end, index + 1, None
@@ -278,14 +291,19 @@ def _not_returned(
     history: History,
     better: Better,
     error: SolveError,
+    spent: Outcome | None,
     seconds: float,
 ) -> Step:
-    """The record of a return to an earlier step that failed; the state is the last step's again."""
+    """The record of a return to an earlier step that failed; the state is the last step's again.
+
+    spent: what it did, if it came to its end.
+    """
     last = len(history.steps) - 1
     return Step(
         **vars(moment),
         energies=system.energy.energies(),
-        sweeps=0,
+        sweeps=spent.sweeps if spent else 0,
+        effort=spent.effort if spent else Effort(),
         status=REJECTED,
         reason=f"the return to it failed ({error}), and step {last} stands",
         seconds=seconds,

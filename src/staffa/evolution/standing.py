@@ -77,6 +77,13 @@ class Standing:
         assert self.history is not None
         return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
 
+    def anew(self) -> "Standing":
+        """The same, for solvers that may do what others could not: returns that failed are tried
+        again."""
+        if self.history:
+            self.history.failed.clear()
+        return replace(self, failed=())
+
     def taken_up(self, problem: Problem, system: System) -> "Loop":
         """Make the system what it was; the loop goes on from there. Collective."""
         restore(system, self.kept)

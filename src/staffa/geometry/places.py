@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 ALONG = 21  # places along each axis
-MOST = 5000  # vertices or cells of a mesh that are looked at, in each of its parts
+MOST = 5000  # vertices of a mesh, or of a face of it, that are looked at
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 Contains = Callable[[np.ndarray, float], np.ndarray]
 
@@ -71,7 +71,7 @@ class Grid:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMesh:
-    """Of a mesh: middles of cells and those of each region, vertices and those of each face."""
+    """Of a mesh: middles of some cells and of each region's, vertices and those of each face."""
 
     cells: Sample
     regions: Mapping[str, Sample]

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.geometry.outline import Outline, Plane, pairs
-from staffa.geometry.places import OfMesh, Sample, in_space, some
+from staffa.geometry.places import ALONG, OfMesh, Sample, in_space, some
 
 # Parts of a body are flat, or at one place, up to this fraction of its extent.
 ROUND_OFF = 1e-9
@@ -83,10 +83,19 @@ def outline(mesh: Simplices) -> Outline:
 
 
 def _sample(x: np.ndarray, cells: np.ndarray) -> Sample:
-    """Middles of some cells, and their sizes."""
-    corners = x[cells[some(len(cells))]]
-    sizes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
-    return Sample(in_space(corners.mean(axis=1)), sizes)
+    """The cells parted by a grid: of each part the middle of the cell that is most in its middle,
+    and the size of all."""
+    corners = x[cells]
+    sizes, middles = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])), corners.mean(axis=1)
+    low, high = middles.min(axis=0), middles.max(axis=0)
+    at = ALONG * (middles - low) / np.maximum(high - low, np.finfo(float).tiny)
+    columns = tuple(np.minimum(at.astype(int), ALONG - 1).T)
+    _, part = np.unique(np.ravel_multi_index(columns, (ALONG,) * x.shape[1]), return_inverse=True)
+    size = np.bincount(part, sizes)
+    center = np.stack([np.bincount(part, sizes * c) / size for c in middles.T], axis=1)
+    order = np.lexsort((np.linalg.norm(middles - center[part], axis=1), part))
+    first = order[np.searchsorted(part[order], np.arange(len(size)))]
+    return Sample(in_space(middles[first]), size)
 
 
 def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -37,8 +37,8 @@ def moment(manifest: Manifest, step: Step) -> str:
 
 def duration(seconds: float) -> str:
     """A time in the largest unit of which it is one or more."""
-    for unit, size in (("d", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= size:
+    for unit, size in (("y", 365.25 * 86400), ("d", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 0.9995 * size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds:.3g} s"
 

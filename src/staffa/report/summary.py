@@ -74,7 +74,7 @@ def _progress(run: Run) -> Iterator[Fact]:
         text = f"{shorter}, in which cracks ran too far, and were taken again shorter"
         yield Fact(name="rejected steps", text=text)
     if left:
-        text = f"{left}, that a solver failed in: the run went on without them"
+        text = f"{left}, which failed or ran out of sweeps: the run went on without them"
         yield Fact(name="returns that failed", text=text)
     yield Fact(name="computing", text=f"{sum(step.seconds for step in every):.0f} s")
     returns = sum(step.returned is not None for step in (*steps, *run.superseded))
@@ -87,8 +87,12 @@ def _progress(run: Run) -> Iterator[Fact]:
 
 
 def _time(manifest: Manifest, step: Step) -> str:
-    text = f"t = {step.time:.4g}" if manifest.scaled else f"t = {duration(step.time)}"
+    text = _clock(manifest, step.time)
     return text if step.tau is None else f"tau = {step.tau:.4g}, {text}"
+
+
+def _clock(manifest: Manifest, time: float) -> str:
+    return f"t = {time:.4g}" if manifest.scaled else f"t = {duration(time)}"
 
 
 def _state(run: Run) -> Iterator[Fact]:
@@ -148,7 +152,7 @@ def _arrests(run: Run) -> Iterator[Fact]:
         return
     unit = "" if run.manifest.scaled else " m"
     for g in found.generations:
-        when = f"t = {g.time:.4g}" if g.tau is None else f"tau = {g.tau:.3g}"
+        when = _clock(run.manifest, g.time) if g.tau is None else f"tau = {g.tau:.3g}"
         cracks = "1 crack" if g.cracks == 1 else f"{g.cracks} cracks"
         text = f"{cracks} stopped at depth {g.depth:.3g}{unit}, {when}"
         yield Fact(name=f"generation {g.number}", text=text)
