@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -48,20 +49,27 @@ def committed() -> dict:
     return json.loads(done.stdout)
 
 
+def verdicts(results: dict, names: Iterable[str]) -> dict[str, bool]:
+    """Whether each figure of these checks was met, by its check and what it is."""
+    return {
+        f"{name}: {f['what']}": f["met"]
+        for name in names
+        for f in results.get(name, {}).get("figures", ())
+    }
+
+
 def worse(before: dict, now: dict) -> list[str]:
-    """Figures that were met and are missed; of names that are new, how many more of a kind are
-    missed than were: they are alike but for the numbers in them."""
-    old, new = ({(n, f["what"]): f["met"] for n in now for f in r.get(n, {}).get("figures", ())}
-                for r in (before, now))  # fmt: skip
-    lost = [
-        f"{name}: {what}" for (name, what), met in new.items() if not met and old.get((name, what))
-    ]
-    fresh, gone = (
-        Counter(f"{n}: {re.sub(r'[0-9.]+', '#', what)}" for (n, what), met in one.items()
-                if not met and (n, what) not in other)
-        for one, other in ((new, old), (old, new))
-    )  # fmt: skip
+    """Figures that were met and are missed; of those that are new by name, how many more of a kind
+    are missed than were: they are alike but for the numbers in their names."""
+    old, new = verdicts(before, now), verdicts(now, now)
+    lost = [what for what, met in new.items() if not met and old.get(what)]
+    fresh = Counter(_kind(what) for what, met in new.items() if not met and what not in old)
+    gone = Counter(_kind(what) for what, met in old.items() if not met and what not in new)
     return [*lost, *(fresh - gone)]
+
+
+def _kind(what: str) -> str:
+    return re.sub(r"[0-9.]+", "#", what)
 
 
 def days(kept: object) -> set[str]:
