@@ -79,11 +79,11 @@ def resume(
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
         steps = on_root(comm, lambda: _steps(directory))
         finished = _is_finished(steps, manifest)
-        if finished and not settings and not case.solver.backtracking:
+        if finished and not settings and on_root(comm, lambda: _stands(directory, case)):
+            with on_disk(directory):
+                on_root(comm, lambda: run_directory.remove_halves(directory))
             return steps
         taken = on_root(comm, lambda: take(directory))
-        if finished and not settings and on_root(comm, lambda: _stands(directory, taken)):
-            return steps
         if finished and settings:
             _require_checkpoint(directory, taken, settings)
         _may_change(case, manifest, taken)
@@ -192,10 +192,11 @@ def _steps(directory: Path) -> tuple[Step, ...]:
     return ()
 
 
-def _stands(directory: Path, taken: Taken) -> bool:
-    """Whether a run with backtracking that is at its last time was also looked back from; without
-    a checkpoint that is not known, and it stays as it is."""
-    if taken.page is None:
+def _stands(directory: Path, case: Case) -> bool:
+    """Whether a run that is at its last time was also looked back from, if it is to be; without a
+    checkpoint that is not known, and it stays as it is."""
+    taken = take(directory) if case.solver.backtracking else None
+    if taken is None or taken.page is None:
         return True
     standing, lines = taken.page["standing"], run_directory.journal_lines(directory)
     ended = standing["better"] is None and not standing.get("due")

@@ -154,6 +154,13 @@ def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
     write_series(path, written)
 
 
+def remove_halves(path: Path) -> None:
+    """Remove what a kill left half written, in the run's own folders."""
+    for folder in (path, *(inside for inside in path.iterdir() if inside.is_dir())):
+        for half in folder.glob("*.part"):
+            half.unlink()
+
+
 def append_log(path: Path, line: str) -> None:
     """Add one line to the log."""
     with (path / LOG).open("a", encoding="utf-8") as file:
