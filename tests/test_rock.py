@@ -226,7 +226,7 @@ def test_what_varies_on_a_shape_or_a_mesh_is_looked_at_first(tmp_path, body, set
 
 
 @needs_gmsh
-def test_around_a_hole_a_formula_need_be_a_number_where_there_is_rock_only(tmp_path) -> None:
+def test_around_a_hole_a_formula_need_be_a_number_where_there_is_rock_only() -> None:
     hole = 'domain={shape={kind="plate with hole", size=[2.0,2.0], radius=0.3}, h=0.1}'
     away = "log((x-1)**2 + (y-1)**2)"
     text = LAYERS[LAYERS.index("[damage]") :]

@@ -109,11 +109,10 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
 def _is_of(case: Case, place: Path) -> bool:
     """Whether a run is of this case but for what `staffa resume` may change in one member, and what
     was not said in it as it is by default now."""
-    file = place / run_directory.CASE
-    if file.read_text(encoding="utf-8", errors="replace") == to_toml(case):
-        return True
     try:
-        found = read_case(file)
+        if run_directory.read_case_text(place) == to_toml(case):
+            return True
+        found = read_case(place / run_directory.CASE)
     except StaffaError:
         return False
     own = {name: getattr(case, name) for name in OWN}

@@ -209,7 +209,7 @@ def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> fl
 def _look_back(
     problem: Problem, system: System, observers: Observers, loop: Loop, history: History
 ) -> None:
-    """Whether, and where, to go back; where that fails, the run goes on with another try."""
+    """Whether, and where, to go back; where that fails it stays due, for a run that is resumed."""
     try:
         loop.better = better_earlier(problem, system, history)
     except SolveError as error:

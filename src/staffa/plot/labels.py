@@ -29,10 +29,15 @@ def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
 
 def moment(manifest: Manifest, step: Step) -> str:
     """The time of a step in words, for a title."""
-    when = f"t = {step.time:.4g}" if manifest.scaled else f"t = {duration(step.time)}"
+    when = reading(manifest, step.time)
     if step.tau is None:
         return when
     return f"τ = {step.tau:.3g}" + ("" if manifest.scaled else f"   ({when})")
+
+
+def reading(manifest: Manifest, time: float) -> str:
+    """A time (s, or scaled) as a clock shows it."""
+    return f"t = {time:.4g}" if manifest.scaled else f"t = {duration(time)}"
 
 
 def duration(seconds: float) -> str:

@@ -6,7 +6,7 @@ from functools import reduce
 
 from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
-from staffa.plot.labels import duration
+from staffa.plot.labels import reading
 from staffa.records import Effort, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
@@ -87,12 +87,8 @@ def _progress(run: Run) -> Iterator[Fact]:
 
 
 def _time(manifest: Manifest, step: Step) -> str:
-    text = _clock(manifest, step.time)
+    text = reading(manifest, step.time)
     return text if step.tau is None else f"tau = {step.tau:.4g}, {text}"
-
-
-def _clock(manifest: Manifest, time: float) -> str:
-    return f"t = {time:.4g}" if manifest.scaled else f"t = {duration(time)}"
 
 
 def _state(run: Run) -> Iterator[Fact]:
@@ -152,7 +148,7 @@ def _arrests(run: Run) -> Iterator[Fact]:
         return
     unit = "" if run.manifest.scaled else " m"
     for g in found.generations:
-        when = _clock(run.manifest, g.time) if g.tau is None else f"tau = {g.tau:.3g}"
+        when = reading(run.manifest, g.time) if g.tau is None else f"tau = {g.tau:.3g}"
         cracks = "1 crack" if g.cracks == 1 else f"{g.cracks} cracks"
         text = f"{cracks} stopped at depth {g.depth:.3g}{unit}, {when}"
         yield Fact(name=f"generation {g.number}", text=text)
