@@ -123,13 +123,13 @@ def test_the_quadratic_model_is_the_energys(name: str) -> None:
     parts, newton = system.alternation, system.alternation.newton
     lower, upper = system.bounds.lower.x.petsc_vec, system.bounds.upper.x.petsc_vec
     newton._direction(parts.alpha, lower, upper)
-    assert len(newton.held) == 0
+    assert len(newton.model.held) == 0
     rng = np.random.default_rng(1)
     du, dalpha = newton.move.getNestSubVecs()
     for vector in (du, dalpha):
         vector.array_w[:] = rng.normal(size=vector.getLocalSize())
     du.array_w[parts.elastic.held] = 0.0
-    newton._resist(newton.move, newton.resistance)
+    newton.model.apply(newton.move, newton.resistance)
 
     def forces(step: float) -> tuple[np.ndarray, np.ndarray]:
         u, alpha = parts.u.copy(), parts.alpha.copy()
@@ -171,7 +171,7 @@ def test_preconditioner_is_symmetric_and_positive(name: str, kept: bool) -> None
             # With an exact inverse the preconditioner relies on displacements in equilibrium.
             u.array_w[:] = 0 if parts.elastic.exact else rng.normal(size=u.getLocalSize())
             u.array_w[parts.elastic.held] = 0.0
-            newton._precondition(pair, out)
+            newton.model.precondition(pair, out)
             pairs.append((pair, out))
         (a, Pa), (b, Pb) = pairs
         assert a.dot(Pa) > 0 and b.dot(Pb) > 0

@@ -14,6 +14,7 @@ from staffa.errors import SolveError
 from staffa.evolution import second_order
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.saddle import go_along
 from staffa.evolution.second_order import modes
 from staffa.evolution.settle import raise_bounds
 from staffa.evolution.system import System, build
@@ -173,11 +174,11 @@ def perfect_bar(second_order: SecondOrder | None, length: float = 10 * ELL) -> P
 
 
 def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
-    sound, damaged = run(perfect_bar(SecondOrder()))
+    sound, damaged = run(perfect_bar(SecondOrder(kind="report")))
     assert sound.stability == Stability(bifurcation=None, stability=None, negative=0)
     assert damaged.stability.escapes == 0 and damaged.stability.negative > 0
     assert damaged.stability.bifurcation < damaged.stability.stability < -0.1
-    _, left = run(perfect_bar(SecondOrder(follow=True)))
+    _, left = run(perfect_bar(SecondOrder(kind="follow")))
     assert left.stability.escapes > 0
     assert left.stability.stability is None or left.stability.stability > -1e-3
     assert left.energies.total < 0.7 * damaged.energies.total
@@ -185,7 +186,7 @@ def test_an_unstable_state_is_reported_and_left_when_asked() -> None:
 
 
 def test_a_run_can_be_stopped_at_each_sweep_after_a_state_was_left() -> None:
-    problem, seen = perfect_bar(SecondOrder(follow=True)), []
+    problem, seen = perfect_bar(SecondOrder(kind="follow")), []
     system = build(problem)
     watch = Observers(watch=lambda moment, sweep: seen.append(moment.index))
     steps = list(march(problem, system, watch))
@@ -195,7 +196,7 @@ def test_a_run_can_be_stopped_at_each_sweep_after_a_state_was_left() -> None:
 
 
 def test_a_short_bar_softens_alike_all_over_and_is_stable() -> None:
-    _, damaged = run(perfect_bar(SecondOrder(follow=True), length=2 * ELL))
+    _, damaged = run(perfect_bar(SecondOrder(kind="follow"), length=2 * ELL))
     assert damaged.stability.escapes == 0
     assert damaged.stability.bifurcation > 0 and damaged.stability.stability is None
 
@@ -204,7 +205,7 @@ def test_leaving_respects_the_bounds_and_lowers_the_energy() -> None:
     system = uniform(6 * ELL, n=60, alpha=0.05)
     _, cone = modes(system)
     before = system.energy.total()
-    assert cone.value < 0 and second_order.leave(system, cone)
+    assert cone.value < 0 and go_along(system, cone.v, cone.b)
     alpha, lower = system.state.alpha.x.array, system.bounds.lower.x.array
     assert system.energy.total() < before
     assert np.all(alpha >= lower) and np.all(alpha <= 1) and alpha.max() > 0.06
@@ -217,7 +218,7 @@ def test_a_way_up_is_not_taken() -> None:
     assert space.value > 0
     kept = system.state.alpha.x.array.copy()
     still = Mode(value=space.value, v=space.v, b=np.abs(space.b))
-    assert not second_order.leave(system, still)
+    assert not go_along(system, still.v, still.b)
     assert np.array_equal(system.state.alpha.x.array, kept)
     system.destroy()
 
@@ -228,7 +229,7 @@ def test_a_second_order_that_is_not_found_loses_no_step(monkeypatch) -> None:
 
     expected = run(perfect_bar(None))
     monkeypatch.setattr(second_order, "modes", fails)
-    found = run(perfect_bar(SecondOrder(follow=True)))
+    found = run(perfect_bar(SecondOrder(kind="follow")))
     assert [s.status for s in found] == ["converged"] * 2
     assert [s.energies for s in found] == [s.energies for s in expected]
     assert all(s.stability.failure == "no eigenvalue" for s in found)
@@ -236,7 +237,7 @@ def test_a_second_order_that_is_not_found_loses_no_step(monkeypatch) -> None:
 
 
 def test_the_record_is_read_back() -> None:
-    step = run(perfect_bar(SecondOrder()))[-1]
+    step = run(perfect_bar(SecondOrder(kind="report")))[-1]
     assert Step.from_record(step.to_record()).stability == step.stability
 
 
@@ -244,7 +245,7 @@ def plate() -> Problem:
     """A cooled plate, damaged along its face."""
     material = rock(ell=0.1, toughness=lambda x: 1 + 0.1 * np.cos(7 * x[0] + 1))
     problem = body((1.0, 0.5), 0.05, material=material, load=quench(6.0), times=(0.001, 0.002))
-    return replace(problem, second_order=SecondOrder())
+    return replace(problem, second_order=SecondOrder(kind="report"))
 
 
 ON_RANKS = """
@@ -281,7 +282,7 @@ def test_a_face_whose_points_hardly_feel_one_another_has_a_smallest_eigenvalue()
             material=rock(ell=0.12),
             sides=sides,
             times=(4e-4,),
-            second_order=SecondOrder(),
+            second_order=SecondOrder(kind="report"),
         )
     )
     found = step.stability
@@ -308,7 +309,7 @@ def test_a_solver_that_breaks_off_within_slepc_loses_no_step(monkeypatch) -> Non
         material=rock(ell=0.15),
         sides=sides,
         times=(4e-4,),
-        second_order=SecondOrder(),
+        second_order=SecondOrder(kind="report"),
     )
     (step,) = run(problem)
     assert step.status == "converged" and len(calls) > 3

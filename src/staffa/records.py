@@ -213,6 +213,26 @@ class Stability:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Curvature:
+    """Second-order test of a step's state (see `minimize.lanczos`).
+
+    Attributes
+    ----------
+    smallest : curvature of the energy along the softest direction found, over that without the
+        coupling of displacement and damage; negative where the energy falls along it; None where
+        the state was not tested, or no damage may move.
+    iterations : of the last search.
+    escapes : times that a state was left for one of lower energy.
+    reason : of a state that was not tested, or that was kept with a negative curvature.
+    """
+
+    smallest: float | None = None
+    iterations: int = 0
+    escapes: int = 0
+    reason: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Heat:
     """What the heat equation did in a step; heat in 2-D per unit thickness (J/m), in 3-D whole (J).
 
@@ -307,6 +327,7 @@ class Step:
     fields: str | None = None
     returned: Return | None = None
     stability: Stability | None = None
+    curvature: Curvature | None = None
     heat: Heat | None = None
     reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
     probed: tuple[tuple[float, ...], ...] = ()
@@ -327,6 +348,7 @@ class Step:
             "measures": _measures,
             "returned": partial(made, Return),
             "stability": partial(made, Stability),
+            "curvature": partial(made, Curvature),
             "heat": partial(made, Heat),
             "reactions": lambda held: {side: tuple(force) for side, force in held.items()},
             "probed": lambda rows: tuple(map(tuple, rows)),

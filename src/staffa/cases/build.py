@@ -79,9 +79,7 @@ def problem(
         backtracking=(
             Backtracking(tolerance=keys.backtracking_tolerance) if keys.backtracking else None
         ),
-        second_order=(
-            SecondOrder(follow=keys.stability == "follow") if keys.stability != "none" else None
-        ),
+        second_order=None if keys.stability == "none" else SecondOrder(kind=keys.stability),
         measuring=Measuring(
             depths=tuple(float(d) for d in case.measures.depths),
             threshold=case.measures.threshold,

@@ -303,10 +303,11 @@ class SolverKeys(Section):
         description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
         "where ell is 6 h at least), or none",
     )
-    stability: Literal["none", "report", "follow"] = Field(
-        default="none",
-        description="second-order stability of each step: report it, or also follow the mode along "
-        "which a state is not stable; it costs several factorizations",
+    stability: Literal["test", "report", "follow", "none"] = Field(
+        default="test",
+        description="second-order test of each step: a cheap search for a way down, which is "
+        "followed; report: exact values, for several factorizations; follow: these, and unstable "
+        "states are left; or none",
     )
     backtracking: Flag = Field(
         default=False,

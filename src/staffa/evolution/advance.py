@@ -13,7 +13,7 @@ from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.alternate import Watch
 from staffa.parallel import max_over_ranks
-from staffa.records import Effort, Heat, Outcome, Return
+from staffa.records import Curvature, Effort, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
@@ -38,7 +38,7 @@ class Advance:
     and by the minimization. imbalance: error of the energy balance over the energy. returned: how
     backtracking came here, if it did. heat: what the heat equation did, if there is one, in the
     last part of a step that was cut; earlier: in those before it; origin: where the last part
-    began, if heat feels the cracks.
+    began, if heat feels the cracks. curvature: the second-order test of the state, if it was made.
     """
 
     outcome: Outcome
@@ -50,6 +50,7 @@ class Advance:
     heat: Heat | None = None
     earlier: Heat | None = None
     origin: Origin | None = None
+    curvature: Curvature | None = None
 
     @property
     def all_heat(self) -> Heat | None:

@@ -193,7 +193,7 @@ def _try(
     rejected = walk.goes_too_far(ran)
     if not rejected:
         advance, stability = examine(problem, system, end, advance, watch)
-        if stability and stability.escapes:
+        if (stability and stability.escapes) or (advance.curvature and advance.curvature.escapes):
             ran = _ran(problem, system, before)
             rejected = walk.goes_too_far(ran)
     if rejected:
@@ -250,6 +250,7 @@ def _accepted(
         seconds=seconds,
         returned=advance.returned,
         stability=stability,
+        curvature=advance.curvature,
         heat=advance.all_heat,
         reactions=_reactions(system),
         probed=observers.probe(),
@@ -343,6 +344,9 @@ def audit(advance: Advance, stability: Stability | None = None) -> Audit:
     if heat and heat.imbalance > HEAT_ALLOWED:
         lost = heat.imbalance
         checks[f"the heat that entered is not what was stored, by {lost:.1e} of it"] = True
+    curvature = advance.curvature
+    if curvature and curvature.smallest is not None and curvature.reason:
+        checks[f"it is no minimum (curvature {curvature.smallest:.1e}), {curvature.reason}"] = True
     if stability and stability.failure:
         checks[f"its second order was not found: {stability.failure}"] = True
     return Audit(

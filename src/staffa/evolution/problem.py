@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -102,12 +103,17 @@ class Backtracking:
 
 @dataclass(frozen=True, kw_only=True)
 class SecondOrder:
-    """Whether the second derivative of the energy is looked at after each step.
+    """Second-order test of each step's state.
 
-    follow: leave a state along a mode whose value is below -tolerance, and minimize on from there.
+    Attributes
+    ----------
+    kind : "test", a cheap search for a direction along which the energy falls, which is followed;
+        "report", the smallest second variations, exactly; "follow", the same, and a state is left
+        along a mode of negative value.
+    tolerance : a value counts as negative below minus this.
     """
 
-    follow: bool = False
+    kind: Literal["test", "report", "follow"] = "test"
     tolerance: float = 1e-3
 
 
@@ -128,7 +134,8 @@ class Problem:
     load: where the temperature comes from, a closed form or the heat equation. forces: what else
     acts; those of t = 0, with the prestress, are in equilibrium before the first step.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
-    None where nothing diffuses. backtracking, second_order: None for none.
+    None where nothing diffuses. backtracking, second_order: None for none; by default the second
+    order is tested.
     """
 
     domain: Domain
@@ -145,7 +152,7 @@ class Problem:
     irreversibility: Irreversibility = field(default_factory=Irreversibility)
     solvers: Solvers = field(default_factory=Solvers)
     backtracking: Backtracking | None = None
-    second_order: SecondOrder | None = None
+    second_order: SecondOrder | None = field(default_factory=SecondOrder)
     measuring: Measuring = field(default_factory=Measuring)
 
 

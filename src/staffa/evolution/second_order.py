@@ -8,20 +8,16 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, agree, restore, snapshot
 from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.saddle import MOST, go_along, tested
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector, write_vector
+from staffa.fields import owned, read_vector
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.minimize.newton import search
 from staffa.minimize.stability import Mode, SecondVariation
 from staffa.records import Stability
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none.
 BALANCED = 1e-2
-# An energy lower by less than this fraction of it is not lower.
-ROUND_OFF = 1e-10
-# A state is left so often in a step.
-MOST = 10
 
 
 def examine(
@@ -36,8 +32,10 @@ def examine(
     Where it cannot be found, the state stays the last that converged, and the record says why.
     """
     rule = problem.second_order
-    if rule is None or not advance.outcome.converged:
+    if not advance.outcome.converged:
         return advance, None
+    if rule is None or rule.kind == "test":
+        return tested(problem, system, loads, advance, watch), None
     if system.alternation.held:
         return advance, Stability(
             bifurcation=None,
@@ -78,7 +76,7 @@ def _escapes(
         if way is None or escapes == MOST:
             return
         kept = snapshot(system)
-        if not leave(system, way):
+        if not (go_along(system, way.v, way.b) or go_along(system, -way.v, -way.b)):
             restore(system, kept)
             return
         equilibrium(system.alternation, loads.values)
@@ -139,27 +137,6 @@ def modes(system: System) -> tuple[Mode | None, Mode | None]:
 
 def _way_out(rule: SecondOrder, space: Mode | None, cone: Mode | None) -> Mode | None:
     """The mode to follow: of lost stability, or else of bifurcation."""
-    if not rule.follow:
+    if rule.kind != "follow":
         return None
     return next((m for m in (cone, space) if m and m.value < -rule.tolerance), None)
-
-
-def leave(system: System, mode: Mode) -> bool:
-    """Go along a mode, either way, as far as the energy falls and the bounds allow; if it does."""
-    parts, state, bounds = system.alternation, system.state, system.bounds
-    u, alpha = owned(state.u).copy(), owned(state.alpha).copy()
-    lower, upper = owned(bounds.lower), owned(bounds.upper)
-    total = system.energy.total()
-    before = total - ROUND_OFF * abs(total)
-
-    def energy_at(t: float) -> float:
-        parts.u.array_w[:] = u + t * mode.v
-        parts.alpha.array_w[:] = np.clip(alpha + t * mode.b, lower, upper)
-        write_vector(parts.u, state.u)
-        write_vector(parts.alpha, state.alpha)
-        return system.energy.total()
-
-    taken, _ = search(energy_at, before)
-    if not taken:
-        taken, _ = search(lambda t: energy_at(-t), before)
-    return taken > 0

@@ -24,9 +24,10 @@ from staffa.fields import (
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
 from staffa.minimize.convex import ConvexEnergy, Held
+from staffa.minimize.coupled import CoupledModel, Coupling
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
-from staffa.minimize.newton import CoupledNewton, Coupling
-from staffa.options import ACCELERATION, DAMAGE, DISPLACEMENT
+from staffa.minimize.newton import CoupledNewton
+from staffa.options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
 from staffa.supports import Supports, build_supports, rigid_modes
 
 # The damage is minimized this much more tightly than the whole problem asks for.
@@ -74,6 +75,8 @@ class System:
             solver.destroy()
         if parts.newton:
             parts.newton.destroy()
+        if parts.model:
+            parts.model.destroy()
         for thing in (parts.damage.matrix, parts.damage.unit):
             thing.destroy()
         for vector in (parts.u, parts.alpha, parts.before, parts.work):
@@ -176,12 +179,14 @@ def _alternation(
     tolerance = INNER * solvers.stop.residual
     held = _held(energy)
     # A move at a given pressure changes the volume.
-    newton = None if held else _newton(solvers.acceleration, energy, elastic, damage)
+    model = None if held else _model(energy, elastic, damage)
+    newton = CoupledNewton(model) if model and ACCELERATION[solvers.acceleration] else None
     return Alternation(
         elastic=elastic,
         damage=damage,
         bounded=[bounded_solver(name, damage, tolerance) for name in order],
         newton=newton,
+        model=model,
         convex=convex,
         held=held,
         energies=energy.energies,
@@ -225,11 +230,6 @@ def _held(energy: Energy) -> Held | None:
     )
 
 
-def _newton(
-    name: str, energy: Energy, elastic: ElasticSolver, damage: BoundedEnergy
-) -> CoupledNewton | None:
-    preset = ACCELERATION[name]
-    if preset is None:
-        return None
+def _model(energy: Energy, elastic: ElasticSolver, damage: BoundedEnergy) -> CoupledModel:
     coupling = Coupling(forces=energy.residual, mixed=energy.mixed, matrix=energy.new_mixed())
-    return CoupledNewton(elastic, damage, coupling, preset=preset, prefix=f"alpha_{name}_")
+    return CoupledModel(elastic, damage, coupling, preset=NEWTON, prefix="alpha_newton_")

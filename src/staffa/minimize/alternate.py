@@ -11,6 +11,7 @@ from staffa.errors import SolveError
 from staffa.minimize import convex
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
 from staffa.minimize.convex import ConvexEnergy, Held
+from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.newton import CoupledNewton
 from staffa.records import Effort, Energies, Outcome, Stop
@@ -41,14 +42,16 @@ class Alternation:
     `bounded` holds the default solver of the damage and its fall-backs, in the order they are
     tried. `keep_u(u)` makes u the displacement at which energies and the damage's forces are
     evaluated; `forces` fills the derivative in u there. `newton`, if any, proposes a move after
-    each sweep. `convex`, if any, is the energy that `elastic` solves the model of, and `held` the
-    volume of a fluid in cracks. Vectors `u` and `alpha` are overwritten. Everything is collective.
+    each sweep, with the `model`, which is there unless a volume is held. `convex`, if any, is the
+    energy that `elastic` solves the model of, and `held` the volume of a fluid in cracks. Vectors
+    `u` and `alpha` are overwritten. Everything is collective.
     """
 
     elastic: ElasticSolver
     damage: BoundedEnergy
     bounded: Sequence[BoundedSolver]
     newton: CoupledNewton | None
+    model: CoupledModel | None
     convex: ConvexEnergy | None
     held: Held | None
     energies: Callable[[], Energies]

@@ -9,16 +9,14 @@ alternate minimization to Newton once it is near; here each sweep is followed by
 truncated early, that is kept only if it lowers the energy.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from staffa.stack import PETSc
 
 import numpy as np
 
-from staffa.minimize.bounded import BoundedEnergy, held_by_bounds
-from staffa.minimize.elastic import ElasticSolver
-from staffa.options import apply
+from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
 # The linear system is solved to this fraction of its right-hand side, or for so many iterations:
 # its quadratic model is not worth more.
@@ -27,19 +25,6 @@ FORCING, ITERATIONS = 0.1, 40
 REACH = 0.1
 # Longest and shortest move, as multiples of Newton's, that are tried.
 LONGEST, SHORTEST = 16.0, 1e-3
-
-
-@dataclass(frozen=True, kw_only=True)
-class Coupling:
-    """How displacement and damage meet in the energy.
-
-    `forces` fills the derivative in u; `mixed` fills the second derivative, rows in alpha and
-    columns in u, of the pattern of `matrix`.
-    """
-
-    forces: Callable[[PETSc.Vec], None]
-    mixed: Callable[[PETSc.Mat], None]
-    matrix: PETSc.Mat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,29 +39,11 @@ class Move:
 class CoupledNewton:
     """Proposes moves of displacement and damage from a state. Everything is collective."""
 
-    def __init__(
-        self,
-        elastic: ElasticSolver,
-        damage: BoundedEnergy,
-        coupling: Coupling,
-        *,
-        preset: Mapping[str, str],
-        prefix: str,
-    ) -> None:
-        self.elastic, self.damage, self.coupling = elastic, damage, coupling
-        # Each is a pair: displacement, damage.
+    def __init__(self, model: CoupledModel) -> None:
+        self.model = model
         self.force, self.move, self.answer, self.way, self.resistance, self.start = (
-            PETSc.Vec().createNest([elastic.rhs.duplicate(), damage.unit.duplicate()])
-            for _ in range(6)
+            model.pair() for _ in range(6)
         )
-        self.alpha_work, self.u_work = damage.unit.duplicate(), elastic.rhs.duplicate()
-        # A fixed number of iterations of a stationary method: the same linear map every time.
-        self.ksp = PETSc.KSP().create(damage.matrix.comm)
-        self.ksp.setOptionsPrefix(prefix)
-        apply(prefix, preset)
-        self.ksp.setOperators(damage.matrix)
-        self.ksp.setFromOptions()
-        self.held = np.zeros(0, dtype=np.int32)
 
     def advance(
         self,
@@ -114,35 +81,19 @@ class CoupledNewton:
 
     def _direction(self, alpha: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> int:
         """Fill `move` from the quadratic model of the energy; the number of iterations."""
-        force_u, force_alpha = self.force.getNestSubVecs()
-        self.coupling.forces(force_u)
-        force_u.array_w[self.elastic.fixed] = 0.0
-        self.damage.move_to(alpha)
-        self.damage.gradient(force_alpha)
-        held = held_by_bounds(force_alpha, alpha, lower, upper)
-        self.held = np.flatnonzero(held).astype(np.int32)
-        force_alpha.array_w[self.held] = 0.0
+        self.model.move_to(alpha, lower, upper, self.force)
         self.force.scale(-1.0)
-        H = self.damage.matrix
-        self.damage.hessian(H)
-        H.zeroRowsColumns(self.held + H.getOwnershipRange()[0], diag=self._pivot(H))
-        self.ksp.setOperators(H)
-        self.coupling.mixed(self.coupling.matrix)
         return self._conjugate_gradients()
-
-    def _pivot(self, H: PETSc.Mat) -> float:
-        H.getDiagonal(self.alpha_work)
-        return self.alpha_work.norm(PETSc.NormType.NORM_INFINITY)
 
     def _conjugate_gradients(self) -> int:
         self.move.set(0.0)
-        self._precondition(self.force, self.answer)
+        self.model.precondition(self.force, self.answer)
         self.answer.copy(self.way)
         power = start = self.force.dot(self.answer)
         iterations = 0
         while iterations < ITERATIONS and power > FORCING**2 * start:
             iterations += 1
-            self._resist(self.way, self.resistance)
+            self.model.apply(self.way, self.resistance)
             curvature = self.way.dot(self.resistance)
             if not curvature > 0:
                 self._go_downhill(power, curvature)
@@ -150,7 +101,7 @@ class CoupledNewton:
             length = power / curvature
             self.move.axpy(length, self.way)
             self.force.axpy(-length, self.resistance)
-            self._precondition(self.force, self.answer)
+            self.model.precondition(self.force, self.answer)
             power, last = self.force.dot(self.answer), power
             self.way.aypx(power / last, self.answer)
         return iterations
@@ -161,42 +112,9 @@ class CoupledNewton:
         length = min(power / max(-curvature, 1e-300), REACH / max(largest, 1e-300))
         self.move.axpy(length, self.way)
 
-    def _resist(self, move: PETSc.Vec, force: PETSc.Vec) -> None:
-        """The second derivative of the energy along a move."""
-        (u, alpha), (force_u, force_alpha) = move.getNestSubVecs(), force.getNestSubVecs()
-        C = self.coupling.matrix
-        self.elastic.resist(u, force_u)
-        C.multTransposeAdd(alpha, force_u, force_u)
-        force_u.array_w[self.elastic.fixed] = 0.0
-        self.damage.matrix.mult(alpha, force_alpha)
-        C.multAdd(u, force_alpha, force_alpha)
-        force_alpha.array_w[self.held] = 0.0
-
-    def _precondition(self, force: PETSc.Vec, move: PETSc.Vec) -> None:
-        """Block elimination with approximate blocks: symmetric, as CG needs it.
-
-        With the exact inverse of the stiffness the forces on u stay zero all the time.
-        """
-        (force_u, force_alpha), (u, alpha) = force.getNestSubVecs(), move.getNestSubVecs()
-        C = self.coupling.matrix
-        force_alpha.copy(self.alpha_work)
-        force_u.copy(self.u_work)
-        if not self.elastic.exact:
-            self.elastic.precondition(force_u, u)
-            C.mult(u, alpha)
-            self.alpha_work.axpy(-1.0, alpha)
-            self.alpha_work.array_w[self.held] = 0.0
-        self.ksp.solve(self.alpha_work, alpha)
-        C.multTranspose(alpha, u)
-        self.u_work.axpy(-1.0, u)
-        self.elastic.precondition(self.u_work, u)
-
     def destroy(self) -> None:
-        """Free the PETSc objects."""
-        pairs = (self.force, self.move, self.answer, self.way, self.resistance, self.start)
-        parts = [part for pair in pairs for part in pair.getNestSubVecs()]
-        for thing in [self.ksp, self.coupling.matrix, self.alpha_work, self.u_work, *pairs, *parts]:
-            thing.destroy()
+        """Free its vectors; the model is another's."""
+        destroy_pairs(self.force, self.move, self.answer, self.way, self.resistance, self.start)
 
 
 def search(energy_at: Callable[[float], float], before: float) -> tuple[float, float]:

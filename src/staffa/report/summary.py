@@ -181,6 +181,9 @@ def _audit(run: Run) -> Iterator[Fact]:
     looked = [step for step in run.steps if step.stability is not None]
     if looked:
         yield Fact(name="stability", text=_second_order(looked))
+    tests = [step for step in run.steps if step.curvature is not None]
+    if tests:
+        yield Fact(name="second-order test", text=_curvature(tests))
     found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
     if not found:
         yield Fact(name="violations", text="none")
@@ -199,3 +202,24 @@ def _second_order(steps: Sequence[Step]) -> str:
         f"a bifurcation at {len(many)}" + (f", the first {many[0]}" if many else ""),
     ]
     return ", ".join([*parts, f"left along a mode {escapes} times"] if escapes else parts)
+
+
+def _curvature(steps: Sequence[Step]) -> str:
+    """The results of the search for directions along which the energy falls."""
+    found = [step.curvature for step in steps if step.curvature is not None]
+    tested = [c for c in found if c.smallest is not None or c.reason is None]
+    untested = [c for c in found if c.smallest is None and c.reason is not None]
+    kept = [c for c in tested if c.reason is not None]
+    parts = []
+    if tested:
+        sound = len(tested) - len(kept)
+        parts.append(f"no way down found from {sound} of {len(tested)} states tested")
+        values = [c.smallest for c in tested if c.smallest is not None]
+        if values:
+            parts.append(f"smallest curvature {min(values):.2g} of 1")
+        escapes = sum(c.escapes for c in tested)
+        if escapes:
+            parts.append(f"a saddle was left {escapes} times")
+    if untested:
+        parts.append(f"{len(untested)} states {untested[0].reason}")
+    return ", ".join(parts)

@@ -1,0 +1,135 @@
+"""The energy's second derivative in displacement and damage together, with a preconditioner."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from staffa.stack import PETSc
+
+import numpy as np
+
+from staffa.minimize.bounded import BoundedEnergy, held_by_bounds
+from staffa.minimize.elastic import ElasticSolver
+from staffa.options import apply
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coupling:
+    """Terms of the energy in which displacement and damage meet.
+
+    Attributes
+    ----------
+    forces : fills the derivative in u.
+    mixed : fills the second derivative, rows in alpha and columns in u.
+    matrix : has the pattern of the second derivative.
+    """
+
+    forces: Callable[[PETSc.Vec], None]
+    mixed: Callable[[PETSc.Mat], None]
+    matrix: PETSc.Mat
+
+
+class CoupledModel:
+    """Quadratic model of the energy around a state: [K, C^T; C, H] on displacement and damage.
+
+    K is the stiffness of the last `ElasticSolver.minimize`. Vectors are pairs: displacement,
+    damage. Everything is collective.
+
+    Parameters
+    ----------
+    elastic, damage, coupling : the parts of the energy.
+    preset, prefix : options of the damage's preconditioner, a linear map that is always the same.
+    """
+
+    def __init__(
+        self,
+        elastic: ElasticSolver,
+        damage: BoundedEnergy,
+        coupling: Coupling,
+        *,
+        preset: Mapping[str, str],
+        prefix: str,
+    ) -> None:
+        self.elastic, self.damage, self.coupling = elastic, damage, coupling
+        self.alpha_work, self.u_work = damage.unit.duplicate(), elastic.rhs.duplicate()
+        self.ksp = PETSc.KSP().create(damage.matrix.comm)
+        self.ksp.setOptionsPrefix(prefix)
+        apply(prefix, preset)
+        self.ksp.setOperators(damage.matrix)
+        self.ksp.setFromOptions()
+        self.held = np.zeros(0, dtype=np.int32)
+
+    def pair(self) -> PETSc.Vec:
+        """A new vector of displacement and damage; `destroy_pair` frees it."""
+        return PETSc.Vec().createNest([self.elastic.rhs.duplicate(), self.damage.unit.duplicate()])
+
+    def move_to(
+        self, alpha: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, force: PETSc.Vec
+    ) -> None:
+        """Make the model around the current displacement and this damage.
+
+        Damage that a bound holds against the energy's derivative does not move in it.
+
+        Parameters
+        ----------
+        alpha, lower, upper : damage and its bounds, owned entries.
+        force : a pair, overwritten by the derivative of the energy, zero where nothing moves.
+        """
+        force_u, force_alpha = force.getNestSubVecs()
+        self.coupling.forces(force_u)
+        force_u.array_w[self.elastic.fixed] = 0.0
+        self.damage.move_to(alpha)
+        self.damage.gradient(force_alpha)
+        held = held_by_bounds(force_alpha, alpha, lower, upper)
+        self.held = np.flatnonzero(held).astype(np.int32)
+        force_alpha.array_w[self.held] = 0.0
+        H = self.damage.matrix
+        self.damage.hessian(H)
+        H.zeroRowsColumns(self.held + H.getOwnershipRange()[0], diag=self._pivot(H))
+        self.ksp.setOperators(H)
+        self.coupling.mixed(self.coupling.matrix)
+
+    def _pivot(self, H: PETSc.Mat) -> float:
+        H.getDiagonal(self.alpha_work)
+        return self.alpha_work.norm(PETSc.NormType.NORM_INFINITY)
+
+    def apply(self, move: PETSc.Vec, force: PETSc.Vec) -> None:
+        """Overwrite force by the second derivative of the energy along a move."""
+        (u, alpha), (force_u, force_alpha) = move.getNestSubVecs(), force.getNestSubVecs()
+        C = self.coupling.matrix
+        self.elastic.resist(u, force_u)
+        C.multTransposeAdd(alpha, force_u, force_u)
+        force_u.array_w[self.elastic.fixed] = 0.0
+        self.damage.matrix.mult(alpha, force_alpha)
+        C.multAdd(u, force_alpha, force_alpha)
+        force_alpha.array_w[self.held] = 0.0
+
+    def precondition(self, force: PETSc.Vec, move: PETSc.Vec) -> None:
+        """Overwrite move by block elimination with approximate blocks; symmetric, as CG needs it.
+
+        With the exact inverse of the stiffness the forces on u stay zero all the time.
+        """
+        (force_u, force_alpha), (u, alpha) = force.getNestSubVecs(), move.getNestSubVecs()
+        C = self.coupling.matrix
+        force_alpha.copy(self.alpha_work)
+        force_u.copy(self.u_work)
+        if not self.elastic.exact:
+            self.elastic.precondition(force_u, u)
+            C.mult(u, alpha)
+            self.alpha_work.axpy(-1.0, alpha)
+            self.alpha_work.array_w[self.held] = 0.0
+        self.ksp.solve(self.alpha_work, alpha)
+        C.multTranspose(alpha, u)
+        self.u_work.axpy(-1.0, u)
+        self.elastic.precondition(self.u_work, u)
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in [self.ksp, self.coupling.matrix, self.alpha_work, self.u_work]:
+            thing.destroy()
+
+
+def destroy_pairs(*pairs: PETSc.Vec) -> None:
+    """Free pairs and their parts."""
+    parts = [part for pair in pairs for part in pair.getNestSubVecs()]
+    for thing in [*pairs, *parts]:
+        thing.destroy()

@@ -1,0 +1,122 @@
+"""Lanczos' method on the second derivative of the energy: does the energy bend down anywhere?
+
+With A the second derivative and P its preconditioner, the smallest Ritz value of P^-1 A falls to
+the smallest eigenvalue as the Krylov space grows. A negative one belongs to a direction along which
+the energy bends down. Where P eliminates the displacement exactly and inverts the damage's block,
+an eigenvalue is 1 - mu: a sweep of alternate minimization multiplies an error along its
+eigenvector by mu, and leaves the state if mu > 1.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from staffa.stack import PETSc
+
+import numpy as np
+from scipy.linalg import eigh_tridiagonal
+
+from staffa.minimize.coupled import CoupledModel, destroy_pairs
+
+# The space is complete where a new direction is shorter than this fraction of the first.
+COMPLETE = 1e-12
+# An eigenvalue lies within the residual of a Ritz value: the search may end where the residual is
+# this fraction of the value, but not before the start has had the chance to show all directions.
+KNOWN, FEWEST = 0.5, 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Softest:
+    """The softest direction that was found.
+
+    Attributes
+    ----------
+    value : smallest Ritz value, dimensionless; negative where the energy bends down.
+    v, b : displacement and damage of the direction, owned entries, with a largest |b| of one;
+        empty unless the value is below minus the tolerance.
+    iterations : applications of the second derivative.
+    """
+
+    value: float
+    v: np.ndarray
+    b: np.ndarray
+    iterations: int
+
+
+def softest(
+    model: CoupledModel, start: PETSc.Vec, *, iterations: int, tolerance: float
+) -> Softest | None:
+    """Search for a direction along which the energy bends down. Collective.
+
+    The search ends early where the smallest Ritz value is known to half of itself.
+
+    Parameters
+    ----------
+    model : of the energy around the state, see `CoupledModel.move_to`.
+    start : a force to start from, a pair that is zero where nothing moves.
+    iterations : the most of them.
+    tolerance : the direction is found where its value is below minus this.
+
+    Returns
+    -------
+    The softest direction; None where no damage may move.
+    """
+    diagonal: list[float] = []
+    side: list[float] = []
+    value, weights = np.inf, np.zeros(0)
+    for _, curvature, length in _lanczos(model, start):
+        diagonal.append(curvature)
+        smallest, vectors = eigh_tridiagonal(diagonal, side, select="i", select_range=(0, 0))
+        value, weights = float(smallest[0]), vectors[:, 0]
+        known = length * abs(weights[-1]) <= KNOWN * abs(value) and len(diagonal) >= FEWEST
+        if known or len(diagonal) == iterations:
+            break
+        side.append(length)
+    if not diagonal:
+        return None
+    if not value < -tolerance:
+        none = np.zeros(0)
+        return Softest(value=value, v=none, b=none, iterations=len(diagonal))
+    v, b = _direction(model, start, weights)
+    return Softest(value=value, v=v, b=b, iterations=2 * len(diagonal))
+
+
+def _direction(
+    model: CoupledModel, start: PETSc.Vec, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sum the directions of the same iteration, once more, with these weights."""
+    found = model.pair()
+    found.set(0.0)
+    # One direction more would cost an iteration.
+    for weight, (way, _, _) in zip(weights, _lanczos(model, start), strict=False):
+        found.axpy(float(weight), way)
+    v, b = (part.array_r.copy() for part in found.getNestSubVecs())
+    largest = found.getNestSubVecs()[1].norm(PETSc.NormType.NORM_INFINITY)
+    destroy_pairs(found)
+    return v / largest, b / largest
+
+
+def _lanczos(model: CoupledModel, start: PETSc.Vec) -> Iterator[tuple[PETSc.Vec, float, float]]:
+    """Directions orthonormal in P, the curvature along each, and its tie to the next.
+
+    The pair that is yielded is overwritten when the iteration goes on.
+    """
+    pairs = [model.pair() for _ in range(5)]
+    last, force, way, next_force, next_way = pairs
+    try:
+        last.set(0.0)
+        start.copy(force)
+        model.precondition(force, way)
+        first = length = np.sqrt(max(force.dot(way), 0.0))
+        while length > COMPLETE * first:
+            force.scale(1 / length)
+            way.scale(1 / length)
+            model.apply(way, next_force)
+            curvature = way.dot(next_force)
+            next_force.axpy(-curvature, force)
+            next_force.axpy(-length, last)
+            model.precondition(next_force, next_way)
+            length = np.sqrt(max(next_force.dot(next_way), 0.0))
+            yield way, float(curvature), float(length)
+            last, force, way, next_force, next_way = force, next_force, next_way, last, way
+    finally:
+        destroy_pairs(*pairs)
