@@ -1,9 +1,11 @@
 """What a run hands from floor to floor and keeps on disk: frozen results, and their JSON form."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
-from functools import partial
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
+from typing import Any, Self
+
+from pydantic import TypeAdapter, ValidationError
 
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6
@@ -338,33 +340,34 @@ class Step:
         record["energies"]["total"] = self.energies.total
         return record
 
-    @staticmethod
-    def from_record(record: dict[str, Any]) -> "Step":
-        """The step that `to_record` wrote."""
-        parts: dict[str, Callable[[Any], Any]] = {
-            "energies": partial(made, Energies),
-            "effort": partial(made, Effort),
-            "audit": _audit,
-            "measures": _measures,
-            "returned": partial(made, Return),
-            "stability": partial(made, Stability),
-            "curvature": partial(made, Curvature),
-            "heat": partial(made, Heat),
-            "reactions": lambda held: {side: tuple(force) for side, force in held.items()},
-            "probed": lambda rows: tuple(map(tuple, rows)),
-        }
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Self:
+        """The step that `to_record` wrote, of this version or of an earlier one."""
         # Runs of version 0.1.0 counted nothing else.
-        known = {"effort": {"fallbacks": record.get("fallbacks", 0)}, **record}
-        for name, part in parts.items():
-            if known.get(name) is not None:
-                known[name] = part(known[name])
-        return made(Step, known)
+        return made(cls, {"effort": {"fallbacks": record.get("fallbacks", 0)}, **record})
+
+
+@cache
+def _reader(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
 
 
 def made[R](kind: type[R], record: Mapping[str, Any]) -> R:
-    """A record of this kind, from names and values; those that a later version added are left."""
-    names = (field.name for field in fields(kind))  # type: ignore[arg-type]
-    return kind(**{name: record[name] for name in names if name in record})
+    """A record of this kind, from names and values as JSON holds them.
+
+    What the record lacks is as the kind has it by default; what a later version added is left.
+
+    Raises
+    ------
+    ValueError
+        An entry is missing, or of another type.
+    """
+    try:
+        found: R = _reader(kind).validate_python(record)  # type: ignore[arg-type]
+        return found
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
 
 
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
@@ -377,27 +380,3 @@ def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
             found.pop()
         found.append(step)
     return tuple(found)
-
-
-def _audit(record: dict[str, Any]) -> Audit:
-    return made(Audit, dict(record, violations=tuple(record["violations"])))
-
-
-def _measures(record: dict[str, Any]) -> Measures:
-    sections = (dict(s, positions=tuple(s["positions"])) for s in record["sections"])
-    tips = (dict(t, position=tuple(t["position"])) for t in record["tips"])
-    return Measures(
-        sections=tuple(made(Section, s) for s in sections),
-        tips=tuple(made(Tip, t) for t in tips),
-        front=record["front"],
-        length_surface=record["length_surface"],
-        length_geometry=record["length_geometry"],
-        volume=record.get("volume", 0.0),
-        fluid=made(Fluid, record["fluid"]) if record.get("fluid") else None,
-        cells=tuple(map(_cells, record.get("cells", ()))),
-    )
-
-
-def _cells(record: dict[str, Any]) -> CellSection:
-    lists = {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
-    return made(CellSection, record | lists)

@@ -6,6 +6,8 @@ from math import inf
 from typing import Any
 
 import pint
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import is_instance_schema, plain_serializer_function_ser_schema
 
 from staffa.errors import InputError
 
@@ -81,6 +83,12 @@ class Quantity(float):
         self.given = float(value) if given is None else given
         self.has_units = isinstance(given, str)
         return self
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:
+        """An object of this class; in JSON, as it was given."""
+        as_given = plain_serializer_function_ser_schema(lambda self: self.given, when_used="json")
+        return is_instance_schema(cls, serialization=as_given)
 
     def __getnewargs__(self) -> tuple[float, str | float]:  # type: ignore[override]
         return float(self), self.given

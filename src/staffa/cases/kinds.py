@@ -9,15 +9,19 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
     InstanceOf,
     Strict,
     StringConstraints,
 )
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import no_info_before_validator_function
 
 from staffa.cases.formula import LONGEST, formula, names
 from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
-from staffa.units import Quantity, parse, sensible
+from staffa.units import EXAMPLES, Quantity, parse, sensible
 
 LONGEST_NAME = 60
 LONGEST_LINE = 200
@@ -36,11 +40,30 @@ def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     return told
 
 
-def _reads(dimension: str) -> BeforeValidator:
-    return BeforeValidator(_or_value_error(lambda value: parse(value, dimension)))
+class _Read:
+    """Reads a quantity as a user writes it; its JSON schema says how that is."""
+
+    def __init__(self, read: Callable[[Any], Any], *dimensions: str) -> None:
+        self._read, self._examples = _or_value_error(read), [EXAMPLES[d] for d in dimensions]
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Read before it is held to be a quantity."""
+        return no_info_before_validator_function(self._read, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A number, or a text with a unit."""
+        return {"type": ["number", "string"], "examples": self._examples}
 
 
-def _reads_volume(value: Any) -> Any:
+def _reads(dimension: str) -> _Read:
+    return _Read(lambda value: parse(value, dimension), dimension)
+
+
+def _volume(value: Any) -> Any:
     """A volume of a 3-D body or, if it is written so, one per thickness of a 2-D body."""
     try:
         return parse(value, "volume")
@@ -110,7 +133,7 @@ Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIV
 Acceleration = Annotated[InstanceOf[Quantity], _reads("acceleration")]
 StressGradient = Annotated[InstanceOf[Quantity], _reads("stress gradient")]
 CrackVolume = Annotated[
-    InstanceOf[Quantity], BeforeValidator(_or_value_error(_reads_volume)), NOT_NEGATIVE
+    InstanceOf[Quantity], _Read(_volume, "volume", "volume per thickness"), NOT_NEGATIVE
 ]
 Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]

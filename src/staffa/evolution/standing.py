@@ -20,7 +20,7 @@ from staffa.evolution.rest import unmoved
 from staffa.evolution.schedule import Walk
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
-from staffa.records import Energies, Heat
+from staffa.records import Energies, Heat, made
 
 # The fields of `snapshot`, in its order; u has a value for each component at a vertex.
 FIELDS = ("u", "alpha", "T", "lower")
@@ -125,8 +125,8 @@ def standing(
         length=numbers["length"],
         kept=(*(fields[name].ravel() for name in FIELDS), np.array(numbers["loads"])),
         components=system.spaces.u.dofmap.index_map_bs,
-        rest=Energies(**numbers["rest"]),
-        better=None if numbers["better"] is None else Better(**numbers["better"]),
+        rest=made(Energies, numbers["rest"]),
+        better=None if numbers["better"] is None else made(Better, numbers["better"]),
         past=past,
         returns=returns,
         failed=tuple(numbers.get("failed", ())),
@@ -146,7 +146,7 @@ def _past(record: Mapping[str, Any], system: System) -> Past:
     time, heat = record["loads"], record["heat"]
     loads = Loads(time=time, values=system.supports.values(time))
     known = Past(**{**record, "loads": loads})
-    return replace(known, heat=None if heat is None else Heat(**heat))
+    return replace(known, heat=None if heat is None else made(Heat, heat))
 
 
 @dataclass(kw_only=True)

@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 
 from staffa.errors import InputError, StaffaError
-from staffa.manifest import Manifest, Probe
+from staffa.manifest import Manifest
 from staffa.records import REJECTED, Step, kept, made
 
 FORMAT = 1
@@ -250,17 +250,11 @@ def read_manifest(path: Path) -> Manifest:
             f"staffa that wrote it, {record.get('version')}"
         )
     try:
-        for name in ("times", "taus", "requested", "size"):
-            record[name] = tuple(record[name])
-        if record.get("lower") is not None:  # a run of version 0.1.0 has none
-            record["lower"] = tuple(record["lower"])
-        record["probes"] = tuple(
-            Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
-            for probe in record.get("probes", ())
-        )
         return made(Manifest, record)
-    except (KeyError, TypeError):
-        raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None
+    except ValueError as error:
+        raise StaffaError(
+            f"{file} is damaged: it lacks an entry, or has a wrong one ({error})"
+        ) from None
 
 
 def read_case_text(path: Path) -> str:
@@ -296,7 +290,7 @@ def steps_in(lines: Sequence[str], file: Path) -> tuple[Step, ...]:
     for number, line in enumerate(lines, start=1):
         try:
             steps.append(Step.from_record(json.loads(line)))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError) as error:
             raise StaffaError(
                 f"{file}, line {number} is damaged ({error}); `staffa resume {file.parent}` goes "
                 f"on from the last good checkpoint before it"
