@@ -12,6 +12,7 @@ from layers import layers
 from neighbors import neighbors
 from onset import onset
 from quench import quench
+from saddles import saddles
 from second_order import second_order
 from slabs import against_bahr, convergence, growth
 from solid import bars, pulled_disc
@@ -80,6 +81,14 @@ CHECKS = {
         text="Eigenvalues on the space and on the cone, against closed forms. Tolerances are "
         "fractions of the reference.",
         measure=second_order,
+    ),
+    "saddles": Check(
+        title="Uniform rock, without a seed",
+        text="A slab and a block of rock that is the same everywhere, cooled evenly from one face "
+        "(`verify/uniform-slab.toml`). Alternate minimization alone stays on the state that is "
+        "even along the face, which is a saddle. The second-order test of each step finds that, "
+        "leaves it, and keeps the lowest state beside it.",
+        measure=saddles,
     ),
     "onset": Check(
         title="The first cracks of a cold face, with AT1",

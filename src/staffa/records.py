@@ -225,12 +225,15 @@ class Curvature:
         the state was not tested, or no damage may move.
     iterations : of the last search.
     escapes : times that a state was left for one of lower energy.
+    bifurcation : True where the curvature is negative but, within the bounds of the damage, the
+        energy does not fall along the direction.
     reason : of a state that was not tested, or that was kept with a negative curvature.
     """
 
     smallest: float | None = None
     iterations: int = 0
     escapes: int = 0
+    bifurcation: bool = False
     reason: str | None = None
 
 

@@ -346,7 +346,8 @@ def audit(advance: Advance, stability: Stability | None = None) -> Audit:
         checks[f"the heat that entered is not what was stored, by {lost:.1e} of it"] = True
     curvature = advance.curvature
     if curvature and curvature.smallest is not None and curvature.reason:
-        checks[f"it is no minimum (curvature {curvature.smallest:.1e}), {curvature.reason}"] = True
+        sentence = f"it is a saddle (curvature {curvature.smallest:.1e}): {curvature.reason}"
+        checks[sentence] = not curvature.bifurcation
     if stability and stability.failure:
         checks[f"its second order was not found: {stability.failure}"] = True
     return Audit(

@@ -103,12 +103,22 @@ AT_BOUND = 1e-8
 
 
 def held_by_bounds(
-    force: PETSc.Vec, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec
+    force: PETSc.Vec,
+    x: PETSc.Vec,
+    lower: PETSc.Vec,
+    upper: PETSc.Vec,
+    slack: np.ndarray | float = 0.0,
 ) -> np.ndarray:
-    """Which owned entries a bound holds against the energy's derivative there, `force`."""
+    """True at the owned entries that a bound holds against the energy's derivative.
+
+    Parameters
+    ----------
+    force : the derivative. x, lower, upper : the point and its bounds.
+    slack : a derivative of this size or less does not press against a bound, shape (n_owned,).
+    """
     derivative, at = force.array_r, x.array_r
     at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
-    return ((derivative > 0) & at_lower) | ((derivative < 0) & at_upper)
+    return ((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper)
 
 
 def unbalanced(

@@ -63,7 +63,12 @@ class CoupledModel:
         return PETSc.Vec().createNest([self.elastic.rhs.duplicate(), self.damage.unit.duplicate()])
 
     def move_to(
-        self, alpha: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, force: PETSc.Vec
+        self,
+        alpha: PETSc.Vec,
+        lower: PETSc.Vec,
+        upper: PETSc.Vec,
+        force: PETSc.Vec,
+        slack: float = 0.0,
     ) -> None:
         """Make the model around the current displacement and this damage.
 
@@ -73,13 +78,15 @@ class CoupledModel:
         ----------
         alpha, lower, upper : damage and its bounds, owned entries.
         force : a pair, overwritten by the derivative of the energy, zero where nothing moves.
+        slack : a derivative of this many units or less does not press damage against a bound.
         """
         force_u, force_alpha = force.getNestSubVecs()
         self.coupling.forces(force_u)
         force_u.array_w[self.elastic.fixed] = 0.0
         self.damage.move_to(alpha)
         self.damage.gradient(force_alpha)
-        held = held_by_bounds(force_alpha, alpha, lower, upper)
+        allowed = slack * self.damage.unit.array_r
+        held = held_by_bounds(force_alpha, alpha, lower, upper, allowed)
         self.held = np.flatnonzero(held).astype(np.int32)
         force_alpha.array_w[self.held] = 0.0
         H = self.damage.matrix
@@ -121,6 +128,29 @@ class CoupledModel:
         C.multTranspose(alpha, u)
         self.u_work.axpy(-1.0, u)
         self.elastic.precondition(self.u_work, u)
+
+    def following(self, b: np.ndarray) -> np.ndarray:
+        """The displacement that stays in equilibrium while the damage goes along b, to first order.
+
+        Parameters
+        ----------
+        b : damage of the direction, shape (n_owned,).
+
+        Raises
+        ------
+        SolveError
+            The linear solver failed.
+        """
+        v = self.elastic.rhs.duplicate()
+        try:
+            v.set(0.0)
+            self.alpha_work.array_w[:] = b
+            self.coupling.matrix.multTranspose(self.alpha_work, self.u_work)
+            self.u_work.scale(-1.0)
+            self.elastic.respond(self.u_work, v)
+            return v.array_r.copy()
+        finally:
+            v.destroy()
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
