@@ -44,7 +44,7 @@ BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
 # The change to the good case; what the sentence names; the rule or the way out.
 VALUES = [
     ('solver.guess="fine"', 'solver.guess = "fine"', 'one of "coarser", "none"'),
-    ('solver.stability="yes"', "solver.stability", 'one of "none", "report", "follow"'),
+    ('solver.stability="yes"', "solver.stability", 'one of "test", "report", "follow", "none"'),
     ('solver.backtracking="yes"', "solver.backtracking", "true or false, without quotes"),
     ("solver.backtracking=3", "solver.backtracking = 3", "true or false, without quotes"),
     ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance", "less than 1"),

@@ -85,7 +85,7 @@ def saddles() -> Found:
 
 def searches() -> Iterator[str]:
     """A table of what searches of the default length miss, beside long ones."""
-    pair = (even_bands(), "time.tau={start=0.09,stop=0.11,steps=21}")
+    pair = (even_bands(), "time.tau={start=0.09,stop=0.11,steps=21}", "output.at=[]")
     cases = {
         "uniform slab": staffa.read_case(SLAB),
         "seeded slab": staffa.read_case(SLAB, ["toughness.amplitude=0.05"]),

@@ -50,7 +50,8 @@ def forces_say_something(case: Case) -> None:
         raise InputError(
             "forces.crack_volume: there is no crack for the fluid; give one in [[cracks]]"
         )
-    if keys.crack_volume is not None and case.solver.stability != "none":
+    exact = case.solver.stability in ("report", "follow")
+    if keys.crack_volume is not None and exact:
         raise InputError(
             f"solver.stability = {inline(case.solver.stability)} does not know of a volume that is "
             f"held; leave it out, or take forces.crack_pressure"

@@ -1,0 +1,71 @@
+"""The cost of the second-order test of each step: its share of a run's CPU time.
+
+    python bench/second_order.py [NAME ...]
+
+Names: demo (the case `slab`), or a case of the yardstick, run from its first step to its last. Writes
+bench/second_order.json, from which docs/performance.md quotes.
+"""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from time import process_time
+from unittest.mock import patch
+
+from staffa.stack import MPI
+
+from cases import CASES
+from ours import problem
+
+import staffa
+from staffa.cases.catalog import ready_case
+from staffa.evolution import saddle
+
+HERE = Path(__file__).parent
+NAMES = ("demo", "A30k", "A120k")
+
+
+def measured(name: str) -> dict:
+    """Seconds of the whole run, of its tests, and what these found."""
+    case = staffa.problem(ready_case("slab")) if name == "demo" else None
+    body = case or problem(CASES[name], MPI.COMM_WORLD)
+    spent, search = [], saddle._softest
+
+    def timed(*args):
+        start = process_time()
+        found = search(*args)
+        spent.append(process_time() - start)
+        return found
+
+    system = staffa.build(body)
+    with patch.object(saddle, "_softest", timed):
+        start = process_time()
+        steps = list(staffa.march(body, system))
+        whole = process_time() - start
+    system.destroy()
+    return {
+        "steps": len(steps),
+        "sweeps": sum(step.sweeps for step in steps),
+        "searches": len(spent),
+        "iterations": sum(step.curvature.iterations for step in steps),
+        "escapes": sum(step.curvature.escapes for step in steps),
+        "seconds": round(whole, 1),
+        "share": round(sum(spent) / whole, 3),
+    }
+
+
+def main() -> None:
+    """Measure, and keep what was measured before of other cases."""
+    file = HERE / "second_order.json"
+    kept = json.loads(file.read_text()) if file.exists() else {}
+    describe = ["git", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(describe, cwd=HERE, capture_output=True, text=True, check=False)
+    for name in sys.argv[1:] or NAMES:
+        kept[name] = {"commit": commit.stdout.strip(), **measured(name)}
+        print(name, kept[name], flush=True)
+        file.write_text(json.dumps(kept, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
