@@ -2,8 +2,8 @@
 
     python bench/second_order.py [NAME ...]
 
-Names: demo (the case `slab`), or a case of the yardstick, run from its first step to its last. Writes
-bench/second_order.json, from which docs/performance.md quotes.
+Names: demo (the case `slab`), or a case of the yardstick, run from its first step to its last.
+Writes bench/second_order.json, from which docs/performance.md quotes.
 """
 
 import json
