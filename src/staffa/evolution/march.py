@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
+from types import NoneType
 
 import numpy as np
 
@@ -90,6 +91,7 @@ def march(
     """
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     require(system, System, "system", "give a System, as staffa.build(problem) makes one")
+    require(observers, (Observers, NoneType), "observers", "give staffa.evolution.march.Observers")
     observers = observers or Observers()
     observers = replace(observers, measure=observers.measure or measuring(problem, system))
     if standing is None:
