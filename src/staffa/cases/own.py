@@ -167,12 +167,12 @@ def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
     """
     if own is None:
         return
-    for name in own.keys() - given.names:
+    for name in sorted(own.keys() - given.names):
         raise InputError(
             f"{run} was run with the {WORDS[name]} {own[name].identity} of a script, in place of "
             f"the case's; go on from Python, with staffa.resume({run!r}, {name}=...)"
         )
-    for name in given.names - own.keys():
+    for name in sorted(given.names - own.keys()):
         raise InputError(
             f"{run} was run with the case's own {WORDS[name]}; leave {name}=... out, or begin a "
             f"new run with it"
