@@ -4,14 +4,17 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from staffa.cases import catalog
 from staffa.cases.bounds import LARGEST_FILE
+from staffa.cases.model import Case
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
+from staffa.cases.rules import require_loaded
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
@@ -720,18 +723,25 @@ def check_sentence(said: str, *parts: str) -> None:
     assert not strays, f"double punctuation or space in: {said}"
 
 
+def read(settings: Sequence[str]) -> Case:
+    """As `check` and `run` do: it must load the body by itself, too."""
+    case = parse_case(GOOD, settings)
+    require_loaded(case)
+    return case
+
+
 def test_the_case_that_the_others_change_is_good():
-    assert parse_case(GOOD).dim == 2
+    assert read(()).dim == 2
 
 
 @pytest.mark.parametrize(("setting", "names", "way_out"), VALUES, ids=lambda v: v[:40])
 def test_a_bad_value_is_refused_in_one_sentence(setting, names, way_out):
-    check_sentence(sentence_of(lambda: parse_case(GOOD, [setting])), names, way_out)
+    check_sentence(sentence_of(lambda: read([setting])), names, way_out)
 
 
 @pytest.mark.parametrize(("settings", "names", "way_out"), COMBINED, ids=lambda v: str(v[-1])[:40])
 def test_values_that_do_not_go_together_are_refused_in_one_sentence(settings, names, way_out):
-    check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
+    check_sentence(sentence_of(lambda: read(settings)), names, way_out)
 
 
 @pytest.mark.parametrize(("setting", "names", "way_out"), HEAT, ids=lambda v: v[:40])
@@ -752,7 +762,7 @@ def test_a_bad_rock_of_a_solid_is_refused_in_one_sentence(setting, names, way_ou
 
 @pytest.mark.parametrize(("settings", "names", "way_out"), FORCES, ids=lambda v: str(v[-1])[:40])
 def test_a_bad_force_is_refused_in_one_sentence(settings, names, way_out):
-    check_sentence(sentence_of(lambda: parse_case(GOOD, settings)), names, way_out)
+    check_sentence(sentence_of(lambda: read(settings)), names, way_out)
 
 
 def test_the_rock_of_a_case_in_units_has_them_throughout():

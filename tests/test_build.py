@@ -10,6 +10,7 @@ from staffa.cases.reading import parse_case
 from staffa.evolution.problem import Problem
 from staffa.grid import SIDES, face_position, opposite
 from staffa.loads.closed_form import Convective, Face, HalfSpace, NoLoad, Slab
+from staffa.physics.damage import AT2
 from staffa.records import Stop
 from staffa.supports import Section
 
@@ -239,8 +240,8 @@ def test_outputs_are_among_the_times_and_flagged() -> None:
 
 
 def test_a_law_and_a_load_of_ones_own_take_the_place_of_the_cases() -> None:
-    law, load = object(), NoLoad()
-    found = problem(parse_case(PLATE), damage=law, temperature=load)  # type: ignore[arg-type]
+    law, load = AT2(), NoLoad()
+    found = problem(parse_case(PLATE), damage=law, temperature=load)
     assert found.material.law is law and found.load is load
 
 

@@ -13,7 +13,7 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 FLOORS = [
     {
         *("errors", "units", "records", "manifest", "options", "parallel", "stack", "grid", "jit"),
-        *("unstructured", "geometry"),
+        *("unstructured", "geometry", "arguments"),
     },
     {"physics"},
     {"domain", "fields", "cut"},
@@ -26,6 +26,7 @@ FLOORS = [
 ]
 # Modules of one floor that serve others of it.
 WITHIN = {
+    "arguments": ["errors"],
     "units": ["errors"],
     "parallel": ["errors", "stack"],
     "options": ["errors", "parallel", "stack"],
@@ -40,6 +41,7 @@ WITHIN = {
 }
 LIGHT = [
     "staffa",
+    "staffa.arguments",
     "staffa.errors",
     "staffa.units",
     "staffa.records",
@@ -54,6 +56,7 @@ LIGHT = [
     "staffa.physics.material",
     "staffa.physics.scales",
     "staffa.physics.split",
+    "staffa.physics.trial",
     "staffa.loads.forces",
     "staffa.loads.closed_form",
     "staffa.heat.body",

@@ -13,6 +13,12 @@ from staffa.cases.kinds import Section
 from staffa.cases.model import Case
 from staffa.cases.sentences import _models_in
 
+KEYWORDS = {
+    *("$defs", "$ref", "additionalProperties", "anyOf", "const", "default", "description", "enum"),
+    *("examples", "exclusiveMaximum", "exclusiveMinimum", "items", "maxItems", "maxLength"),
+    *("maximum", "minItems", "minLength", "minimum", "oneOf", "prefixItems", "properties"),
+    *("required", "title", "type"),
+}
 TYPES = {"object", "array", "string", "number", "integer", "boolean", "null"}
 
 
@@ -51,6 +57,7 @@ def test_the_schema_is_one_and_survives_json(schema: dict[str, Any]) -> None:
         kinds = node.get("type", [])
         assert set([kinds] if isinstance(kinds, str) else kinds) <= TYPES, node
         assert {"type", "$ref", "anyOf", "oneOf", "allOf", "enum", "const"} & set(node), node
+        assert set(node) <= KEYWORDS, node
         if "$ref" in node:
             assert node["$ref"].removeprefix("#/$defs/") in schema["$defs"], node
         assert set(node.get("required", [])) <= set(node.get("properties", {})), node
@@ -72,6 +79,8 @@ def test_a_quantity_is_a_number_or_a_text_with_a_unit(schema: dict[str, Any]) ->
     assert ell["type"] == ["number", "string"]
     expansion = schema["$defs"]["MaterialKeys"]["properties"]["expansion"]
     assert "9e-6 1/K" in json.dumps(expansion)
+    gamma = schema["$defs"]["DamageKeys"]["properties"]["gamma"]
+    assert gamma["anyOf"][0] == {"type": "number", "minimum": 0}
 
 
 @pytest.mark.parametrize("name", names())

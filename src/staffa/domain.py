@@ -34,7 +34,7 @@ class Domain:
     region, ghosts included; no cell is in two, and one that is in none belongs to the rest. cracks:
     the cells of this rank that break with each crack that the mesh has. lower: corner of the box
     around the body (m); size: its extent along each axis (m). h: cell edge (m), of triangles and
-    tetrahedra in the mean.
+    tetrahedra in the mean. cell_kind: as `block` takes it.
     identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
     same body with cells twice as long, boundaries and all; None where that cannot be done.
     """
@@ -47,6 +47,7 @@ class Domain:
     lower: tuple[float, ...]
     size: tuple[float, ...]
     h: float
+    cell_kind: str
     identity: str
     coarser: Callable[[], "Domain"] | None = None
 
@@ -124,6 +125,7 @@ def block(
         lower=(0.0,) * len(size),
         size=size,
         h=edge(size, h, cells),
+        cell_kind=cells,
         identity=hashlib.sha256(description).hexdigest()[:16],
         coarser=_coarser(comm, size, h, cells, parts or {}),
     )
@@ -168,6 +170,7 @@ def body(
         lower=around.lower,
         size=around.size,
         h=h or around.h,
+        cell_kind=UNSTRUCTURED,
         identity=hashlib.sha256(identity).hexdigest()[:16],
         coarser=coarser,
     )

@@ -12,6 +12,19 @@ class Probe:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Own:
+    """A law, a split or a load that a script gave in place of the case's, to know it again by.
+
+    identity: its name and its parameters, or the text that it has as `identity`. values: what it
+    gives where it is tried; at: at these times (s), if it is a load.
+    """
+
+    identity: str
+    values: tuple[float, ...] = ()
+    at: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class Manifest:
     """What a run is: written once, before its first step.
 
@@ -24,8 +37,10 @@ class Manifest:
     `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
     steps those that it will not miss; requested: whether each is an output time. threshold: damage
     above which a point counts as cracked. probes: where fields are read off at each step. scales:
-    the derived numbers that `staffa check` prints, by name. identity: SHA-256 of what must stay of
-    the case, see `cases.attached`.
+    the derived numbers that `staffa check` prints, by name; none of a load that a script gave.
+    identity: SHA-256 of what must stay of the case, see `cases.attached`. own: what a script gave
+    in place of the case's, by the names of the arguments: "damage", "split", "temperature"; None
+    if that was not recorded.
     """
 
     version: str
@@ -58,6 +73,7 @@ class Manifest:
     threshold: float = 0.8
     split: str = "none"
     identity: str | None = None
+    own: dict[str, Own] | None = None
     format: int = 1
 
     @property
@@ -69,6 +85,11 @@ class Manifest:
     def cooled_side(self) -> str | None:
         """The side of a box that the cooled face is."""
         return self.side or self.face
+
+    @property
+    def own_load(self) -> Own | None:
+        """The load that a script gave, if it did."""
+        return (self.own or {}).get("temperature")
 
     def sharp(self, depth: float) -> float:
         """Depth (m) of the sharp tip of a crack whose recorded tip is so deep: at most that of the

@@ -8,12 +8,14 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.arguments import require
 from staffa.cases.forces import forces
 from staffa.cases.heat import conduction
 from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
-from staffa.cases.rules import adaptive
+from staffa.cases.own import Given, tried_load, try_given
+from staffa.cases.rules import adaptive, require_loaded
 from staffa.cases.survey import mesh_of
 from staffa.domain import Domain, block, body
 from staffa.evolution.problem import (
@@ -24,14 +26,18 @@ from staffa.evolution.problem import (
     SecondOrder,
     Solvers,
 )
-from staffa.evolution.schedule import Pace, schedule
+from staffa.evolution.schedule import Pace, Schedule, schedule
 from staffa.geometry.shapes import Round, Shape, meshed
+from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time, time_of_tau
 from staffa.physics.split import EnergySplit
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
+
+CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
+COMM = "give a communicator of mpi4py, like MPI.COMM_WORLD"
 
 
 def problem(
@@ -47,19 +53,31 @@ def problem(
     Parameters
     ----------
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
+        They are tried at samples; with a load of your own the case need not load the body itself.
+
+    Raises
+    ------
+    InputError
+        One of them is not what the theory needs, or nothing loads the body.
     """
-    derived = numbers(case)
+    require(case, Case, "case", CASE)
+    require(comm, MPI.Comm, "comm", COMM)
+    if temperature is None:
+        require_loaded(case)
+    try_given(Given(damage=damage, split=split), case)
+    derived = numbers(case, law=damage, split=split, own_load=temperature is not None)
     keys = case.solver
     domain = body_of(case, comm)
-    material, regions = materials(case, derived, domain.h, damage, split)
+    material, regions = materials(case, derived, domain.h, split)
     check_rock(case, domain)
+    times = schedule(derived.times, derived.requested, pace(case, derived))
     return Problem(
         domain=domain,
         material=material,
         regions=regions,
-        load=temperature or (conduction(case) if case.heat else load(case, derived)),
+        load=_load(case, derived, temperature, domain, times),
         forces=forces(case),
-        schedule=schedule(derived.times, derived.requested, pace(case, derived)),
+        schedule=times,
         sides=side_supports(case, domain),
         section=_section(case),
         anchor=case.outline.across(case.temperature.face) if derived.cooled else None,
@@ -85,6 +103,17 @@ def problem(
             threshold=case.measures.threshold,
         ),
     )
+
+
+def _load(
+    case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
+) -> Load | Conduction:
+    """Where the temperature comes from; one of a script's own is tried. Collective."""
+    if own is None:
+        return conduction(case) if case.heat else load(case, derived)
+    if not isinstance(own, Conduction):
+        tried_load(own, domain, (plan.times[0], plan.times[-1]))
+    return own
 
 
 def body_of(case: Case, comm: MPI.Comm) -> Domain:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from importlib.resources import files
 
+from staffa.arguments import require
 from staffa.cases.model import Case
 from staffa.cases.reading import parse_case
 from staffa.errors import InputError, choices
@@ -24,6 +25,7 @@ def text(name: str) -> str:
     InputError
         There is no such case.
     """
+    require(name, str, "name", 'give the name of a ready case, like "slab"')
     if name not in names():
         raise InputError(f"staffa has no case '{name}'; {choices(name, names())}")
     return (files("staffa.cases") / f"{name}.toml").read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ from typing import Any
 
 from staffa.stack import MPI
 
+from staffa.arguments import path_of
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
 from staffa.cases.property_keys import RandomField
@@ -131,7 +132,7 @@ def _is_finished(place: Path) -> bool:
 def run_ensemble(
     case: Case,
     seeds: range,
-    directory: Path,
+    directory: str | Path,
     *,
     comm: MPI.Comm = MPI.COMM_WORLD,
     follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
@@ -155,6 +156,7 @@ def run_ensemble(
     StoppedError
         A watcher asked to stop; members that are finished stay so, and others go on next time.
     """
+    directory = path_of(directory, "directory")
     begun = on_root(comm, lambda: begun_members(case, seeds, directory))
     failures: dict[int, str] = {}  # not the errors: they hold on to meshes
     refused: list[InputError] = []

@@ -9,11 +9,13 @@ from staffa.stack import MPI, PETSc
 
 import numpy as np
 
+from staffa.arguments import path_of, require
 from staffa.cases.attached import attached, identity
-from staffa.cases.build import problem
+from staffa.cases.build import CASE, COMM, problem
 from staffa.cases.keeper import Keeper, on_disk
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
+from staffa.cases.own import Given, recorded
 from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
@@ -21,16 +23,16 @@ from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
 from staffa.evolution.march import Observers, march
+from staffa.evolution.measuring import measuring
 from staffa.evolution.problem import Problem
 from staffa.evolution.standing import Standing
 from staffa.evolution.system import System, build
-from staffa.evolution.toughness import discrete_toughness
+from staffa.evolution.toughness import toughness_factor
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.io.lock import Lock
 from staffa.loads.closed_form import Load
-from staffa.manifest import Manifest, Probe
-from staffa.measure.crack import Gauge, measures, planes
+from staffa.manifest import Manifest, Own, Probe
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
@@ -59,7 +61,7 @@ class Watcher:
 
 def run(
     case: Case,
-    directory: Path,
+    directory: str | Path,
     *,
     comm: MPI.Comm = MPI.COMM_WORLD,
     watcher: Watcher | None = None,
@@ -71,23 +73,27 @@ def run(
 
     Parameters
     ----------
-    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
+        the manifest keeps their identity, and `resume` asks for them.
 
     Raises
     ------
     InputError
-        The directory holds a run already, or cannot be made.
+        The directory holds a run already, or cannot be made; or see `problem`.
     SolveError
         A step failed; everything finished before it is on disk.
     StoppedError
         The watcher asked to stop, or the directory cannot be written to any more; `resume` goes on.
     """
-    watcher = watcher or Watcher()
+    require(case, Case, "case", CASE)
+    require(comm, MPI.Comm, "comm", COMM)
+    directory, watcher = path_of(directory, "directory"), watching(watcher)
     on_root(comm, lambda: _require_free(directory))
-    setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
-    factor = on_root(comm, lambda: _toughness(case, setup))
+    given = Given(damage=damage, split=split, temperature=temperature)
+    setup = problem(case, comm=comm, **vars(given))
+    own, factor = recorded(given, setup), toughness_factor(setup)
     with built(setup) as system:
-        manifest = on_root(comm, lambda: describe(case, setup, system, factor))
+        manifest = on_root(comm, lambda: describe(case, setup, system, factor, own))
         files = on_root(comm, lambda: attached(case))
         looks = Probes(setup.domain, manifest.probes)
         with writing(comm, directory, new=True) as said_by_lock:
@@ -100,6 +106,13 @@ def run(
             journal = run_directory.Journal(directory)
             keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
             return march_on(case, setup, system, manifest, watcher, keeper, looks)
+
+
+def watching(watcher: Watcher | None) -> Watcher:
+    """A watcher, or one who looks on and does nothing."""
+    if watcher is not None:
+        require(watcher, Watcher, "watcher", "give a staffa.cases.experiment.Watcher")
+    return watcher or Watcher()
 
 
 @contextmanager
@@ -197,12 +210,6 @@ def _how_to_go_on(why: str, directory: Path, steps: tuple[Step, ...], before: in
     return f"stopped, since {why}: {done}; `staffa resume {directory}` goes on"
 
 
-def _toughness(case: Case, setup: Problem) -> float:
-    return discrete_toughness(
-        setup.material, dim=setup.domain.dim, h=setup.domain.h, cells=str(case.domain.cells)
-    )
-
-
 def _observers(
     case: Case,
     setup: Problem,
@@ -216,15 +223,6 @@ def _observers(
     comm, plan, directory = setup.domain.comm, setup.schedule, keeper.directory
     writer = FieldWriter(comm, system.spaces)
     written = [(step.fields, step.time) for step in steps if step.fields]
-    gauge = Gauge(
-        face=setup.face,
-        depths=setup.measuring.depths,
-        threshold=setup.measuring.threshold,
-        prominence=setup.material.ell,
-        h=setup.domain.h,
-        toughness_factor=manifest.toughness_factor,
-    )
-    below = planes(setup.domain, gauge, setup.material.ell)
 
     def save(moment: Moment, converged: bool) -> str | None:
         time = moment.time
@@ -246,7 +244,7 @@ def _observers(
             raise StoppedError(str(told and told[0]))
 
     return Observers(
-        measure=lambda: measures(setup.domain, system.state, system.energy, gauge, below),
+        measure=measuring(setup, system, manifest.toughness_factor),
         probe=lambda: looks(system.state),
         save=save,
         watch=watcher.swept,
@@ -267,9 +265,13 @@ def probes(case: Case) -> tuple[Probe, ...]:
     return tuple(found)
 
 
-def describe(case: Case, setup: Problem, system: System, factor: float) -> Manifest:
-    """What this run is, for its manifest."""
-    derived, domain, schedule = numbers(case), setup.domain, setup.schedule
+def describe(
+    case: Case, setup: Problem, system: System, factor: float, own: dict[str, Own]
+) -> Manifest:
+    """What this run is, for its manifest. own: what a script gives in place of the case's."""
+    own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
+    material = setup.material
+    derived = numbers(case, law=material.law, split=material.split, own_load=own_load)
     tau_of = setup.tau_of
     spaces = (system.spaces.u, system.spaces.alpha)
     return Manifest(
@@ -278,15 +280,15 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         created=now(),
         ranks=domain.comm.size,
         title=case.title,
-        law=setup.material.law.name,
-        split=setup.material.split.name,
+        law=material.law.name,
+        split=material.split.name,
         scaled=is_scaled(case),
         lower=domain.lower,
         size=domain.size,
         face=case.temperature.face if setup.face else None,
         side=case.outline.sides[case.temperature.face] if setup.face else None,
         h=domain.h,
-        ell=setup.material.ell,
+        ell=material.ell,
         L=derived.L,
         cells=cell_count(domain),
         unknowns=sum(s.dofmap.index_map.size_global * s.dofmap.index_map_bs for s in spaces),
@@ -298,14 +300,15 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
         adaptive=schedule.pace is not None,
         probes=probes(case),
         threshold=setup.measuring.threshold,
-        scales=derived.table(),
+        scales={} if own_load else derived.table(),
         versions=_versions(),
         petsc_options=dict(PETSc.Options().getAll()),
         identity=identity(to_toml(case), attached(case)),
+        own=own,
         tip_reach=reach(
-            setup.material.law.name,
+            material.law.name,
             threshold=setup.measuring.threshold,
-            ell=setup.material.ell,
+            ell=material.ell,
             h=domain.h,
         ),
     )

@@ -15,6 +15,7 @@ from pydantic import (
     Strict,
     StringConstraints,
 )
+from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
@@ -171,10 +172,30 @@ def kind(value: Any) -> str:
     return "a list" if isinstance(value, list | tuple) else "a value"
 
 
+# How JSON schemas call bounds that Pydantic leaves by its own names.
+BOUNDS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
+
+
+class Schema(GenerateJsonSchema):
+    """The JSON schema of a table, its bounds by their names there."""
+
+    def generate_inner(self, schema: Any) -> dict[str, Any]:
+        """See `GenerateJsonSchema`."""
+        found = super().generate_inner(schema)
+        return {BOUNDS.get(name, name): value for name, value in found.items()}
+
+
 class Section(BaseModel):
     """A table of the case file: no unknown key, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @classmethod
+    def model_json_schema(cls, *args: Any, **options: Any) -> dict[str, Any]:
+        """Its keys, for editors and for programs that write cases."""
+        if len(args) < 3:  # the third is the generator
+            options.setdefault("schema_generator", Schema)
+        return super().model_json_schema(*args, **options)
 
 
 class Formula(Section):

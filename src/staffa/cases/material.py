@@ -20,7 +20,6 @@ from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, nowhere
 from staffa.parallel import any_over_ranks
-from staffa.physics.damage import DamageLaw
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
 
@@ -29,7 +28,6 @@ def materials(
     case: Case,
     derived: Numbers,
     h: float,
-    law: DamageLaw | None = None,
     split: EnergySplit | None = None,
 ) -> tuple[Material, dict[str, Material]]:
     """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
@@ -38,7 +36,7 @@ def materials(
     common = partial(
         Material,
         ell=float(case.damage.ell),
-        law=law or derived.law,
+        law=derived.law,
         state=derived.state,
         split=split or energy_split(case),
         residual_stiffness=case.damage.residual_stiffness,

@@ -60,16 +60,27 @@ class Numbers:
         }
 
 
-def numbers(case: Case) -> Numbers:
-    """Derive them."""
-    ell, law, plane = float(case.damage.ell), LAWS[case.damage.law], case.material.plane
+def numbers(
+    case: Case,
+    *,
+    law: DamageLaw | None = None,
+    split: EnergySplit | None = None,
+    own_load: bool = False,
+) -> Numbers:
+    """Derive them.
+
+    law, split: those of a script, in place of the case's. own_load: a script gives the temperature,
+    so that nothing is known of drops.
+    """
+    ell, plane = float(case.damage.ell), case.material.plane
+    law, split = law or LAWS[case.damage.law], split or energy_split(case)
     state = SOLID if case.dim == 3 else PLANE_STRAIN if plane == "strain" else PLANE_STRESS
     rocks = {piece.name: averages(piece) for piece in pieces(case)}
     m = rocks["material"]
     cooled = case.temperature.profile != "none"
     L = depth(case)
-    dT, severity = drop(case, m, L)
-    split, least = energy_split(case), least_factor(case)
+    dT, severity = (0.0, None) if own_load else drop(case, m, L)
+    least = least_factor(case)
     drops = {name: _critical_drop(law, split, r, least, ell, state) for name, r in rocks.items()}
     weakest = min(rocks, key=lambda name: drops[name] or 0.0)
     return Numbers(

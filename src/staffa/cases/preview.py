@@ -20,7 +20,7 @@ from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pieces import has_directions, pieces
-from staffa.cases.rules import adaptive, unit
+from staffa.cases.rules import adaptive, require_loaded, unit
 from staffa.cases.split import presses
 from staffa.evolution.schedule import schedule
 from staffa.grid import broken_layer, section_raster
@@ -47,7 +47,14 @@ class Preview:
 
 
 def preview(case: Case) -> Preview:
-    """Say what the physics and the cost will be, and warn of what is off."""
+    """Say what the physics and the cost will be, and warn of what is off.
+
+    Raises
+    ------
+    InputError
+        Nothing loads the body.
+    """
+    require_loaded(case)
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += _split_facts(case, derived)

@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from staffa.arguments import path_of, require, settings_of
 from staffa.cases.bounds import LARGEST_FILE, text_is_short, too_large, values_are_few
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
@@ -33,7 +34,7 @@ SYNTAX = {
 }
 
 
-def read_case(path: Path, settings: Sequence[str] = (), *, outside: bool = False) -> Case:
+def read_case(path: str | Path, settings: Sequence[str] = (), *, outside: bool = False) -> Case:
     """Read a case file, with `section.key=value` settings put over it.
 
     outside: whether the files that it names may lie outside of its folder.
@@ -43,6 +44,7 @@ def read_case(path: Path, settings: Sequence[str] = (), *, outside: bool = False
     InputError
         In one sentence: the key, the value, the rule, and the way out.
     """
+    path, settings = path_of(path, "path"), settings_of(settings)
     content = _content(path)
     if len(content) > LARGEST_FILE:
         raise too_large(str(path))
@@ -77,10 +79,12 @@ def parse_case(
     settings: Sequence[str] = (),
     *,
     name: str = "the case",
-    folder: Path = Path(),
+    folder: str | Path = Path(),
     outside: bool = False,
 ) -> Case:
     """Read a case from TOML text; see `read_case`. folder: from which paths in it count."""
+    require(text, str, "text", "give the text of a case file; staffa.read_case(path) reads a file")
+    settings, folder = settings_of(settings), path_of(folder, "folder")
     text_is_short(text, name)
     try:
         table = tomllib.loads(text)

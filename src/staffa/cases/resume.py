@@ -10,11 +10,13 @@ from staffa.stack import MPI
 
 import numpy as np
 
+from staffa.arguments import path_of, require, settings_of
 from staffa.cases.attached import CHANGEABLE, attached, identity
-from staffa.cases.build import problem
-from staffa.cases.experiment import Watcher, built, march_on, probes, writing
+from staffa.cases.build import COMM, problem
+from staffa.cases.experiment import Watcher, built, march_on, probes, watching, writing
 from staffa.cases.keeper import Keeper, on_disk, versions
 from staffa.cases.model import Case
+from staffa.cases.own import Given, require_given, require_same
 from staffa.cases.reading import parse_case, setting_names
 from staffa.cases.rules.times import counts_in
 from staffa.cases.writing import to_toml
@@ -47,7 +49,7 @@ class Taken:
 
 
 def resume(
-    directory: Path,
+    directory: str | Path,
     *,
     settings: Sequence[str] = (),
     comm: MPI.Comm = MPI.COMM_WORLD,
@@ -62,17 +64,21 @@ def resume(
     Parameters
     ----------
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
-    damage, split, temperature : those that `run` was given.
+    damage, split, temperature : those that `run` was given: by what they are and give, see
+        `cases.own.identity`.
 
     Raises
     ------
     InputError
-        The directory holds no run, another process writes to it, or a setting changes what has
-        been computed.
+        The directory holds no run, another process writes to it, or a setting, a law, a split or a
+        load changes what has been computed.
     SolveError, StoppedError
         See `run`.
     """
-    watcher = watcher or Watcher()
+    directory, watcher = path_of(directory, "directory"), watching(watcher)
+    settings = settings_of(settings)
+    require(comm, MPI.Comm, "comm", COMM)
+    given = Given(damage=damage, split=split, temperature=temperature)
     on_root(comm, lambda: _require_run(directory))
     with writing(comm, directory) as said_by_lock:
         old, case = on_root(comm, lambda: cases_of(directory, settings))
@@ -83,13 +89,15 @@ def resume(
             with on_disk(directory):
                 on_root(comm, lambda: run_directory.remove_halves(directory))
             return steps
+        require_given(given, manifest.own, str(directory))
         taken = on_root(comm, lambda: take(directory))
         if finished and settings:
             _require_checkpoint(directory, taken, settings)
         _may_change(case, manifest, taken)
         on_root(comm, lambda: _is_unchanged(old, manifest, directory))
-        setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
+        setup = problem(case, comm=comm, **vars(given))
         _is_the_same(setup, manifest, directory)
+        require_same(given, manifest.own, setup, str(directory))
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
         with built(setup) as system:

@@ -1,15 +1,18 @@
 """The time loop: one minimization a step, its audit, and its record."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
+from types import NoneType
 
 import numpy as np
 
+from staffa.arguments import require
 from staffa.errors import SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
+from staffa.evolution.measuring import measuring
 from staffa.evolution.problem import Problem
 from staffa.evolution.rest import come_to_rest
 from staffa.evolution.schedule import Walk
@@ -44,14 +47,14 @@ HEAT_ALLOWED = 1e-8
 class Observers:
     """What is done at each step by those who look on.
 
-    measure: the measures of the state, collective; probe: its fields where they are read off,
-    collective; save: (moment, converged) -> the name of the
+    measure: the measures of the state, collective; None: those that the problem asks for. probe:
+    its fields where they are read off, collective; save: (moment, converged) -> the name of the
     file written, or None, collective; watch: called after each sweep, with the step's moment.
     keep: offered where the loop stands before each step and after the last, and whether that must
     be kept now, collective; pause: raises `StoppedError` where the run is to stop, on all ranks.
     """
 
-    measure: Callable[[], Measures] | None = None
+    measure: Callable[[], Measures | None] | None = None
     probe: Callable[[], tuple[tuple[float, ...], ...]] = lambda: ()
     save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
@@ -86,7 +89,11 @@ def march(
         `observers.pause` raised it; where the loop stood before the step at hand was kept, if the
         state of rest was found.
     """
+    require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
+    require(system, System, "system", "give a System, as staffa.build(problem) makes one")
+    require(observers, (Observers, NoneType), "observers", "give staffa.evolution.march.Observers")
     observers = observers or Observers()
+    observers = replace(observers, measure=observers.measure or measuring(problem, system))
     if standing is None:
         come_to_rest(problem, system, lambda sweep: observers.pause())
         history = History(system.state) if problem.backtracking else None

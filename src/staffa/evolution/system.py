@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from staffa.stack import PETSc
 
+from staffa.arguments import require
 from staffa.cut import broken
 from staffa.energy import Energy
 from staffa.evolution.cooling import Cooling, cooling
@@ -85,6 +86,7 @@ class System:
 
 def build(problem: Problem) -> System:
     """Compile, allocate, and set up. Collective."""
+    require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     domain = problem.domain
     spaces = linear_spaces(domain)
     state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)

@@ -7,18 +7,38 @@ import numpy as np
 from staffa.cut import FlatCrack, broken
 from staffa.domain import block
 from staffa.energy import Energy
-from staffa.evolution.problem import Material
+from staffa.evolution.problem import Material, Problem
 from staffa.evolution.rock import Places, rock
 from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
 from staffa.grid import UNSTRUCTURED
+from staffa.parallel import on_root
 from staffa.physics.material import SOLID
+from staffa.physics.trial import law_values
 
 # Half width of the strip in ell: AT1's profile ends at 2, AT2's has fallen to exp(-8) = 3e-4.
 REACH = 8
 # Extent of the crack in h. On blocks it is the same all along; over unstructured cells, whose layer
 # is uneven, it is a mean, which then scatters from mesh to mesh by 0.3 % (2-D) and 1 % (3-D).
 BLOCKS, UNEVEN = 2, {2: 160, 3: 12}
+
+
+_measured: dict[tuple[object, ...], float] = {}
+
+
+def toughness_factor(problem: Problem) -> float:
+    """The discrete toughness over Gc of a problem's cells, measured once for all that are alike.
+    Collective."""
+    domain, material = problem.domain, problem.material
+    law, plane = material.law, material.state if domain.dim == 2 else SOLID
+    key = (type(law), law_values(law), plane, domain.dim, domain.cell_kind, material.ell, domain.h)
+
+    def measured() -> float:
+        return discrete_toughness(material, dim=domain.dim, h=domain.h, cells=domain.cell_kind)
+
+    if key not in _measured:
+        _measured[key] = on_root(domain.comm, measured)
+    return _measured[key]
 
 
 def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) -> float:

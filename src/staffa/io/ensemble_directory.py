@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from staffa.arguments import path_of
 from staffa.errors import InputError
 from staffa.io.run_directory import MANIFEST, Run, read_run
 
@@ -54,7 +55,7 @@ def is_ensemble(path: Path) -> bool:
     return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in begun)
 
 
-def read_ensemble(path: Path) -> Ensemble:
+def read_ensemble(path: str | Path) -> Ensemble:
     """Read the members that have begun, also while others are still to come.
 
     Raises
@@ -64,6 +65,7 @@ def read_ensemble(path: Path) -> Ensemble:
     StaffaError
         A file of one is damaged.
     """
+    path = path_of(path, "path")
     begun = {s: place for s, place in members(path).items() if (place / MANIFEST).is_file()}
     runs = {seed: read_run(place) for seed, place in begun.items()}
     found = Ensemble(path=path, runs=runs)

@@ -8,6 +8,7 @@ from hashlib import sha256
 from itertools import count
 from pathlib import Path
 
+from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError
 from staffa.manifest import Manifest
 from staffa.records import REJECTED, Step, kept, made
@@ -208,7 +209,7 @@ def keep_names(path: Path) -> None:
         os.close(folder)
 
 
-def read_run(path: Path) -> Run:
+def read_run(path: str | Path) -> Run:
     """Read a run directory, also one that is still being written or was killed.
 
     Raises
@@ -218,6 +219,7 @@ def read_run(path: Path) -> Run:
     StaffaError
         A file in it is damaged.
     """
+    path = path_of(path, "path")
     if not (path / MANIFEST).is_file():
         raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
     manifest = read_manifest(path)

@@ -90,7 +90,7 @@ def draw_panel(
     axes.locator_params(axis="x", nbins=5)
     for side in axes.spines.values():
         side.set_visible(True)
-    if manifest.cooled_side:
+    if manifest.cooled_side and not manifest.own_load:
         _mark_face(axes, manifest, manifest.cooled_side)
     entitle(axes, moment(manifest, frame.step), manifest)
 

@@ -77,6 +77,7 @@ def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
     for name in FACTS:
         yield name.replace("_", " "), getattr(manifest, name)
     yield "planned times", len(manifest.times)
+    yield from ((f"{name} of a script", own.identity) for name, own in (manifest.own or {}).items())
     yield from manifest.scales.items()
     yield from ((f"{name}, version", version) for name, version in manifest.versions.items())
     yield from ((f"PETSc {name}", value) for name, value in manifest.petsc_options.items())

@@ -42,13 +42,16 @@ def _case(run: Run) -> Iterator[Fact]:
     unit = "" if manifest.scaled else " m"
     size = " x ".join(f"{length:g}" for length in manifest.size)
     severity = manifest.scales.get("severity")
-    cooled = f", cooled on face '{manifest.face}'" if manifest.face else ""
+    own_load = manifest.own_load
+    cooled = f", cooled on face '{manifest.face}'" if manifest.face and not own_load else ""
     yield Fact(
         name="body", text=f"{size}{unit}{cooled}, {manifest.cells} cells of {manifest.h:g}{unit}"
     )
     text = f"{manifest.law}, ell = {manifest.ell:g}{unit}"
     text += f", energy split {manifest.split}" if manifest.split != "none" else ""
     yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
+    if own_load:
+        yield Fact(name="load", text=f"{own_load.identity}, of a script")
 
 
 def _progress(run: Run) -> Iterator[Fact]:

@@ -18,6 +18,7 @@ from staffa.cases.rules.body import (
 )
 from staffa.cases.rules.cooling import (
     cooling_is_complete,
+    cooling_is_one,
     depth_has_a_meaning,
     film_is_convective,
     measures_are_inside,
@@ -71,7 +72,16 @@ from staffa.cases.split import GAMMA, default_split
 from staffa.grid import SIDES, UNSTRUCTURED
 from staffa.units import Quantity
 
-__all__ = ["RULES", "adaptive", "is_moved", "is_scaled", "obey", "times_given", "unit"]
+__all__ = [
+    "RULES",
+    "adaptive",
+    "is_moved",
+    "is_scaled",
+    "obey",
+    "require_loaded",
+    "times_given",
+    "unit",
+]
 
 # In an order in which each may rely on those before.
 RULES = (
@@ -94,7 +104,7 @@ RULES = (
     mesh_can_be_numbered,
     bands_are_inside,
     cracks_are_inside,
-    cooling_is_complete,
+    cooling_is_one,
     depth_has_a_meaning,
     film_is_convective,
     heat_fits_the_body,
@@ -104,7 +114,6 @@ RULES = (
     probes_are_inside,
     times_increase,
     adaptive_steps_are_possible,
-    cooling_has_begun,
     formulas_give_numbers,
     forces_say_something,
     forces_fit_the_body,
@@ -116,8 +125,9 @@ RULES = (
     section_can_stretch,
     prescribed_agree,
     edges_agree,
-    something_happens,
 )
+# Those of a case for which no script gives a load.
+LOADED = (cooling_is_complete, cooling_has_begun, something_happens)
 
 # Numbers of the rock that are 1 where nothing else is said.
 ONES = {"expansion": "1/K", "kappa": "m^2/s"}
@@ -138,6 +148,18 @@ def obey(case: Case) -> Case:
         name: getattr(case, name).model_copy(update=keys) for name, keys in _defaults(case).items()
     }
     return case.model_copy(update=update)
+
+
+def require_loaded(case: Case) -> None:
+    """Refuse a case that does not load the body by itself.
+
+    Raises
+    ------
+    InputError
+        Its cooling is incomplete, or nothing acts on the body.
+    """
+    for rule in LOADED:
+        rule(case)
 
 
 def _defaults(case: Case) -> dict[str, dict[str, Any]]:

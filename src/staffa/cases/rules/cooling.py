@@ -8,8 +8,8 @@ from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
 
 
-def cooling_is_complete(case: Case) -> None:
-    """A face that exists, and exactly one of dT and severity if they make the temperature."""
+def cooling_is_one(case: Case) -> None:
+    """A face that exists, and not both dT and severity, nor one of them where neither counts."""
     keys = case.temperature
     faces = case.outline.faces
     if keys.face not in faces and (case.domain.is_block or keys.profile != "none"):
@@ -24,10 +24,18 @@ def cooling_is_complete(case: Case) -> None:
                     f"temperature.{name} = {inline(getattr(keys, name))} cools nothing with "
                     f'temperature.profile = "{keys.profile}"{elsewhere}; leave one of them out'
                 )
-    elif (keys.dT is None) == (keys.severity is None):
-        how = "neither is given" if keys.dT is None else "both are given"
+    elif keys.dT is not None and keys.severity is not None:
         raise InputError(
-            f"temperature.dT and temperature.severity: {how}; give exactly one of them"
+            "temperature.dT and temperature.severity: both are given; give exactly one of them"
+        )
+
+
+def cooling_is_complete(case: Case) -> None:
+    """One of dT and severity, if they make the temperature."""
+    keys = case.temperature
+    if keys.profile not in ("none", "heat") and keys.dT is None and keys.severity is None:
+        raise InputError(
+            "temperature.dT and temperature.severity: neither is given; give exactly one of them"
         )
 
 

@@ -133,7 +133,7 @@ def something_happens(case: Case) -> None:
     if case.temperature.profile == "none" and not is_moved(case) and case.forces is None:
         raise InputError(
             'the case loads nothing: temperature.profile = "none", no prescribed displacement '
-            "other than zero, and no [forces]; give one of them"
+            "other than zero, and no [forces]; give one of them, or a load of a script"
         )
 
 
