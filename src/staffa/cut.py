@@ -9,9 +9,7 @@ import numpy as np
 from dolfinx import fem
 
 from staffa.fields import corners, vertices
-
-# A vertex this near to a crack, as a fraction of a cell, lies on it.
-ON = 1e-9
+from staffa.geometry.places import SAME
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,9 +35,9 @@ def broken(space: fem.FunctionSpace, crack: FlatCrack, *, h: float) -> np.ndarra
     x, cells = vertices(space), _own_cells(space)
     center = np.array(crack.center)
     across = (x - center) @ np.array(crack.normal)
-    above = across > ON * h
+    above = across > SAME * h
     astride = np.flatnonzero(above[cells].any(axis=1) & ~above[cells].all(axis=1))
-    rim = max(crack.radius, h / 2) * (1 + ON)
+    rim = max(crack.radius, h / 2) * (1 + SAME)
     cut = _nearest(x, cells[astride], across, above, center) <= rim
     return corners(space, astride[cut])
 

@@ -13,6 +13,7 @@ from dolfinx import mesh as dmesh
 from staffa.errors import InputError, choices
 from staffa.geometry.layer import broken_layer
 from staffa.geometry.outline import Outline
+from staffa.geometry.places import SAME
 from staffa.geometry.simplices import Simplices, keys, outline
 from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
 from staffa.parallel import on_root
@@ -257,7 +258,7 @@ def _coarser(
     comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str, parts: Mapping[str, Part]
 ) -> Callable[[], Domain] | None:
     if cells == UNSTRUCTURED:
-        useless = 2 * h > min(size) * (1 + 1e-9)
+        useless = 2 * h > min(size) * (1 + SAME)
     else:
         useless = divisions(size, 2 * h) == divisions(size, h)  # a cell along each axis
     if useless:
@@ -266,7 +267,7 @@ def _coarser(
 
 
 def _sides(mesh: dmesh.Mesh, size: tuple[float, ...]) -> dict[str, np.ndarray]:
-    tolerance = 1e-9 * max(size)
+    tolerance = SAME * max(size)
     mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
 
     def on_side(name: str, axis: int) -> np.ndarray:

@@ -93,6 +93,16 @@ class External:
         self.at(float(kept[0]))
         self.pressure.value = kept[1]
 
+    def between(self, start: np.ndarray, end: np.ndarray, share: float) -> None:
+        """Put on the loads that are a share of the straight way from those `kept` at one time to
+        those at another."""
+        self.put_back(start)
+        before = [load.field.x.array.copy() for load in self._varying]
+        self.put_back(end)
+        for load, values in zip(self._varying, before, strict=True):
+            load.field.x.array[:] = (1 - share) * values + share * load.field.x.array
+        self.pressure.value = (1 - share) * start[1] + share * end[1]
+
     def potential(
         self, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr, dx: ufl.Measure
     ) -> ufl.Form | None:

@@ -81,7 +81,10 @@ class Effort:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How a minimization ended: its reason is the sentence that a user reads."""
+    """How a minimization ended: its reason is the sentence that a user reads.
+
+    before: the total energy of the state that it began with.
+    """
 
     converged: bool
     reason: str
@@ -90,6 +93,7 @@ class Outcome:
     residual: float
     largest_rise: float
     energies: Energies
+    before: float
     effort: Effort = Effort()
 
     def then(self, other: "Outcome") -> "Outcome":
@@ -98,6 +102,7 @@ class Outcome:
             other,
             sweeps=self.sweeps + other.sweeps,
             largest_rise=max(self.largest_rise, other.largest_rise),
+            before=self.before,
             effort=self.effort + other.effort,
         )
 
@@ -107,11 +112,15 @@ class Audit:
     """What was checked after a step, each figure dimensionless, and the sentences on what failed.
 
     largest_rise: largest rise of the total energy in a half sweep, over the total energy.
-    healing: largest decrease of the damage below its irreversibility bound.
-    optimality: first-order residual of the whole problem (see `minimize.alternate`).
+    healing: largest decrease of the damage below its irreversibility bound, and below the damage
+    at the end of the step before where that must not heal.
+    optimality: first-order residual of the whole problem (see `minimize.alternate`), of the state
+    that is kept.
     balance: error of E_i = E_(i-1) + work - released, with the work of the loads done on frozen
     cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
+    gap: difference between two energies of what must be one state, over the total energy: at the
+    end of the step before and at the start of this one, before and after a part of the step.
     """
 
     largest_rise: float
@@ -120,6 +129,7 @@ class Audit:
     balance: float
     work: float
     released: float
+    gap: float = 0.0
     violations: tuple[str, ...] = ()
 
 

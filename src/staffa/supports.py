@@ -193,7 +193,7 @@ def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) 
     candidates = fem.locate_dofs_topological(spaces.alpha, dim - 1, facets)
     candidates = candidates[candidates * dim < n_owned]
     dofs = (candidates[:, None] * dim + np.arange(dim)).ravel()
-    x = vertices(spaces.alpha)
+    x = vertices(spaces.alpha) / max(domain.size)
     local_range = spaces.u.dofmap.index_map.local_range[0] * dim
     pins = []
     for _ in range(free.shape[1]):

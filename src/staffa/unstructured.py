@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.errors import StaffaError
 from staffa.geometry.gmsh_model import SIMPLEX, generate, missing, opened
+from staffa.geometry.places import SAME
 
 BLOCK, OTHERWISE = 'domain.cells = "unstructured"', "leave domain.cells out"
 MISSING = missing(BLOCK, OTHERWISE)
@@ -35,8 +36,8 @@ def unstructured(size: tuple[float, ...], h: float) -> tuple[np.ndarray, np.ndar
             ) from error
     x = h * x[:, :dim]
     for axis, length in enumerate(size):  # on the sides exactly
-        x[np.abs(x[:, axis]) <= 1e-9 * length, axis] = 0.0
-        x[np.abs(x[:, axis] - length) <= 1e-9 * length, axis] = length
+        x[np.abs(x[:, axis]) <= SAME * length, axis] = 0.0
+        x[np.abs(x[:, axis] - length) <= SAME * length, axis] = length
     return x, cells
 
 

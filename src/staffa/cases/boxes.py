@@ -1,11 +1,12 @@
 """Boxes: parts of the body whose numbers differ from the rest."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from pydantic import Field
 
 from staffa.cases.kinds import Position, Section
+from staffa.geometry.places import in_box
 
 
 class Box(Section):
@@ -16,16 +17,17 @@ class Box(Section):
 
 
 def product(
-    x: np.ndarray, boxes: Iterable[tuple[Box, float]], start: np.ndarray | float = 1.0
+    x: np.ndarray,
+    boxes: Iterable[tuple[Box, float]],
+    *,
+    h: float,
+    start: np.ndarray | float = 1.0,
 ) -> np.ndarray:
-    """At the points x, shape (3, n): `start` times the factors of all boxes around each."""
+    """At the points x, shape (3, n): `start` times the factors of all boxes around each.
+
+    h: edge of the cells (m); see `in_box` for points on the sides.
+    """
     values = start * np.ones(x.shape[1])
     for box, factor in boxes:
-        values[inside(box.lower, box.upper, x)] *= factor
+        values[in_box(box.lower, box.upper, x, h=h)] *= factor
     return values
-
-
-def inside(lower: Sequence[float], upper: Sequence[float], x: np.ndarray) -> np.ndarray:
-    """Whether points x, shape (3, n), lie between two corners: shape (n,)."""
-    bounds = zip(x, lower, upper, strict=False)
-    return np.all([(c >= low) & (c <= high) for c, low, high in bounds], axis=0)

@@ -29,7 +29,7 @@ def conduction(case: Case) -> Conduction:
     """The heat equation of a case with profile "heat"."""
     keys, dim = case.heat, case.dim
     assert keys is not None
-    body, *regions = (_conductor(piece, keys.bands) for piece in pieces(case))
+    body, *regions = (_conductor(piece, keys.bands, case.outline.h) for piece in pieces(case))
     return Conduction(
         **vars(body),
         regions=dict(zip(case.regions, regions, strict=True)),
@@ -54,7 +54,7 @@ def _kinks(case: Case) -> tuple[float, ...]:
     return tuple(sorted({float(t) for table in tables for t in table.t}))
 
 
-def _conductor(piece: Piece, bands: tuple[HeatBand, ...]) -> Conductor:
+def _conductor(piece: Piece, bands: tuple[HeatBand, ...], h: float) -> Conductor:
     """How the rock of a piece conducts and stores heat."""
     keys, dim = piece.keys, piece.dim
     k, rho, c = keys.k or ONE, keys.rho or ONE, keys.c or ONE
@@ -64,8 +64,8 @@ def _conductor(piece: Piece, bands: tuple[HeatBand, ...]) -> Conductor:
     return Conductor(
         k=tuple(tuple(row) for row in conductivity(piece).tolist()),
         rho_c=rho_c,
-        k_factor=_times(own_k, _factor(bands, "k")),
-        rho_c_factor=_times(_over(own_rho_c, rho_c), _factor(bands, "capacity")),
+        k_factor=_times(own_k, _factor(bands, "k", h)),
+        rho_c_factor=_times(_over(own_rho_c, rho_c), _factor(bands, "capacity", h)),
     )
 
 
@@ -79,10 +79,10 @@ def _times(value: Property, factor: PointValues) -> PointValues:
     return lambda x: value(x) * factor(x)
 
 
-def _factor(bands: tuple[HeatBand, ...], name: str) -> PointValues:
+def _factor(bands: tuple[HeatBand, ...], name: str, h: float) -> PointValues:
     if not bands:
         return everywhere_one
-    return lambda x: product(x, ((band, getattr(band, name)) for band in bands))
+    return lambda x: product(x, ((band, getattr(band, name)) for band in bands), h=h)
 
 
 def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:

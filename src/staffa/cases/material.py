@@ -7,7 +7,6 @@ from staffa.stack import MPI  # noqa: F401
 import numpy as np
 
 from staffa.cases.anisotropy import elasticity, roughness, tensor
-from staffa.cases.boxes import inside
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 from staffa.cases.pieces import Piece, averages, pieces
@@ -19,6 +18,7 @@ from staffa.cases.split import energy_split
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, nowhere
+from staffa.geometry.places import in_box
 from staffa.parallel import any_over_ranks
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
@@ -84,7 +84,7 @@ def parts(case: Case) -> dict[str, Part]:
     """Where the regions are that have boxes, for the mesh of a block."""
     boxes = {name: (keys.lower, keys.upper) for name, keys in case.regions.items()}
     return {
-        name: partial(inside, lower, upper)
+        name: partial(in_box, lower, upper, h=case.outline.h)
         for name, (lower, upper) in boxes.items()
         if lower is not None and upper is not None
     }

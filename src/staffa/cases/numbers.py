@@ -12,6 +12,7 @@ from staffa.cases.pieces import Averages, averages, pieces
 from staffa.cases.rules import times_given
 from staffa.cases.split import energy_split
 from staffa.errors import InputError
+from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
@@ -143,7 +144,7 @@ def least_factor(case: Case) -> float:
         They leave so little or so much that it cannot be computed with.
     """
     cuts = [
-        np.unique(np.clip([low, high, *lows, *highs], low, high))
+        _apart(np.unique(np.clip([low, high, *lows, *highs], low, high)), case.outline.h)
         for low, high, lows, highs in zip(
             case.outline.lower,
             case.outline.upper,
@@ -152,10 +153,11 @@ def least_factor(case: Case) -> float:
             strict=True,
         )
     ]
-    factors = np.ones([len(cut) - 1 for cut in cuts])
+    middles = [(cut[1:] + cut[:-1]) / 2 for cut in cuts]
+    factors = np.ones([len(middle) for middle in middles])
     for band in case.toughness.bands:
-        ends = zip(cuts, band.lower, band.upper, strict=True)
-        covered = tuple(slice(*np.searchsorted(cut, (low, high))) for cut, low, high in ends)
+        ends = zip(middles, band.lower, band.upper, strict=True)
+        covered = np.ix_(*((low < middle) & (middle < high) for middle, low, high in ends))
         with np.errstate(over="ignore", invalid="ignore"):  # which is refused below
             factors[covered] *= band.factor
     for extreme in (float(factors.min()), float(factors.max())):
@@ -165,6 +167,11 @@ def least_factor(case: Case) -> float:
                 f"material.Gc; their factors are multiplied there, so take others"
             )
     return float(factors.min())
+
+
+def _apart(cut: np.ndarray, h: float) -> np.ndarray:
+    """Edges in order, without those that differ from the one before by round-off."""
+    return cut[np.diff(cut, prepend=-np.inf) > SAME * h]
 
 
 def _corners(case: Case, name: str) -> list[list[float]]:

@@ -7,6 +7,7 @@ from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.random_field import random_factor
 from staffa.cut import FlatCrack
 from staffa.evolution.problem import ones
+from staffa.geometry.places import SAME
 from staffa.physics.elasticity import PointFunction
 
 
@@ -24,7 +25,7 @@ def toughness_factor(case: Case) -> PointFunction:
             seed=keys.seed,
         )
     bands = [(band, band.factor) for band in keys.bands]
-    return lambda x: product(x, bands, start=noise(x))
+    return lambda x: product(x, bands, h=case.outline.h, start=noise(x))
 
 
 def flat(case: Case) -> tuple[Segment | Disc, ...]:
@@ -43,7 +44,7 @@ def cracked(case: Case, h: float) -> PointFunction:
         found = np.zeros(x.shape[1], dtype=bool)
         for crack in flat(case):
             across, beyond = _disc(crack, x) if isinstance(crack, Disc) else _segment(crack, x)
-            tiny = 1e-9 * h
+            tiny = SAME * h
             found |= (across > -h + tiny) & (across <= h + tiny) & (beyond <= h / 2 + tiny)
         return found
 

@@ -13,7 +13,7 @@ from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.alternate import Watch
 from staffa.parallel import max_over_ranks
-from staffa.records import Curvature, Effort, Heat, Outcome, Return
+from staffa.records import Curvature, Effort, Energies, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
@@ -35,8 +35,10 @@ class Advance:
     """How the next loads were reached.
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
-    and by the minimization. imbalance: error of the energy balance over the energy. returned: how
-    backtracking came here, if it did. heat: what the heat equation did, if there is one, in the
+    and by the minimization. imbalance: error of the energy balance over the energy. began: the
+    energy before, None after backtracking; gap: largest difference between the energies that one
+    part ended and the next began with, over the energy. returned: how backtracking came here, if it
+    did. heat: what the heat equation did, if there is one, in the
     last part of a step that was cut; earlier: in those before it; origin: where the last part
     began, if heat feels the cracks. curvature: the second-order test of the state, if it was made.
     """
@@ -46,6 +48,8 @@ class Advance:
     work: float
     released: float
     imbalance: float
+    began: float | None = None
+    gap: float = 0.0
     returned: Return | None = None
     heat: Heat | None = None
     earlier: Heat | None = None
@@ -76,6 +80,8 @@ class Advance:
             work=self.work + other.work,
             released=self.released + other.released,
             imbalance=max(self.imbalance, other.imbalance),
+            began=self.began,
+            gap=max(self.gap, other.gap, _apart(self.outcome, other.began)),
             heat=other.heat,
             earlier=_together(self.all_heat, other.earlier),
             origin=other.origin,
@@ -90,6 +96,7 @@ class Advance:
             work=self.work + loading.work,
             released=self.released + loading.end - outcome.energies.total,
             imbalance=max(self.imbalance, imbalance(loading, outcome)),
+            gap=max(self.gap, _apart(self.outcome, loading.start), _taken_up(loading, outcome)),
             heat=replace(heat, seconds=heat.seconds + (self.heat.seconds if self.heat else 0.0)),
         )
 
@@ -162,6 +169,8 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
         work=loading.work,
         released=loading.end - outcome.energies.total,
         imbalance=imbalance(loading, outcome),
+        began=loading.start,
+        gap=_taken_up(loading, outcome),
         heat=loading.heat,
         origin=origin,
     )
@@ -172,6 +181,22 @@ def imbalance(loading: Loading, outcome: Outcome) -> float:
     """Error of the energy balance on frozen cracks, over the energy."""
     scale = max(abs(loading.start), abs(loading.end), outcome.energies.scale, 1e-300)
     return abs(loading.end - loading.start - loading.work) / scale
+
+
+def difference(one: float, other: float, energies: Energies) -> float:
+    """How far two energies of one state are apart, over its energy."""
+    return abs(one - other) / max(abs(one), abs(other), energies.scale, 1e-300)
+
+
+def _apart(outcome: Outcome, began: float | None) -> float:
+    """The same of what a part of the step ended and the next began with."""
+    total = outcome.energies.total
+    return 0.0 if began is None else difference(total, began, outcome.energies)
+
+
+def _taken_up(loading: Loading, outcome: Outcome) -> float:
+    """The same of what new loads left and the minimization began with."""
+    return difference(loading.end, outcome.before, outcome.energies)
 
 
 def agree(

@@ -11,6 +11,7 @@ import numpy as np
 from staffa.arguments import require
 from staffa.errors import SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
+from staffa.evolution.audit import audit
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.measuring import measuring
 from staffa.evolution.problem import Problem
@@ -35,12 +36,6 @@ from staffa.records import (
     Stability,
     Step,
 )
-
-# What round-off and the tolerances of the inner solvers can explain, and no more.
-RISE_ALLOWED = 1e-7
-HEALING_ALLOWED = 1e-12
-BALANCE_ALLOWED = 1e-5
-HEAT_ALLOWED = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +92,8 @@ def march(
     if standing is None:
         come_to_rest(problem, system, lambda sweep: observers.pause())
         history = History(system.state) if problem.backtracking else None
-        loop = Loop(walk=Walk(problem.schedule), history=history)
+        rest = system.energy.total()
+        loop = Loop(walk=Walk(problem.schedule), history=history, total=rest)
     else:
         loop = standing.taken_up(problem, system)
     try:
@@ -122,7 +118,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
         watch = partial(_watch, observers, moment)
-        spent: Outcome | None = None
+        before, spent = loop.before(standing.kept), None
         try:
             observers.pause()
             if history and better:
@@ -157,7 +153,8 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         outcome = advance.outcome
         if not outcome.converged:
             observers.keep(standing, True)
-        yield _accepted(system, moment, observers, advance, stability, seconds)
+        audited = audit(problem, system, before, advance, stability)
+        yield _accepted(system, moment, observers, advance, audited, stability, seconds)
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
         if better and history:
@@ -166,6 +163,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         else:
             walk.onward(time, ran)
         start, loop.index, loop.better = end, index + 1, None
+        loop.total = outcome.energies.total
         if history:
             history.drop(index)
             history.keep(end, advance, system.state)
@@ -239,6 +237,7 @@ def _accepted(
     moment: Moment,
     observers: Observers,
     advance: Advance,
+    audited: Audit,
     stability: Stability | None,
     seconds: float,
 ) -> Step:
@@ -250,7 +249,7 @@ def _accepted(
         sweeps=outcome.sweeps,
         status="converged" if outcome.converged else "not converged",
         reason=outcome.reason,
-        audit=audit(advance, stability),
+        audit=audited,
         measures=observers.measure() if observers.measure else None,
         effort=outcome.effort,
         fields=observers.save(moment, outcome.converged),
@@ -333,36 +332,4 @@ def _failed(system: System, moment: Moment, observers: Observers, reason: str) -
         status="failed",
         reason=reason,
         fields=observers.save(moment, False),
-    )
-
-
-def audit(advance: Advance, stability: Stability | None = None) -> Audit:
-    """Hold a step against what must be true of it."""
-    outcome, healing, balance = advance.outcome, advance.healing, advance.imbalance
-    checks = {
-        f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (
-            outcome.largest_rise > RISE_ALLOWED
-        ),
-        f"damage healed by {healing:.1e}": healing > HEALING_ALLOWED,
-        f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
-        f"the first-order residual is {outcome.residual:.1e}": not outcome.converged,
-    }
-    heat = advance.all_heat
-    if heat and heat.imbalance > HEAT_ALLOWED:
-        lost = heat.imbalance
-        checks[f"the heat that entered is not what was stored, by {lost:.1e} of it"] = True
-    curvature = advance.curvature
-    if curvature and curvature.smallest is not None and curvature.reason:
-        sentence = f"it is a saddle (curvature {curvature.smallest:.1e}): {curvature.reason}"
-        checks[sentence] = not curvature.bifurcation
-    if stability and stability.failure:
-        checks[f"its second order was not found: {stability.failure}"] = True
-    return Audit(
-        largest_rise=outcome.largest_rise,
-        healing=max(healing, 0.0),
-        optimality=outcome.residual,
-        balance=balance,
-        work=advance.work,
-        released=advance.released,
-        violations=tuple(sentence for sentence, violated in checks.items() if violated),
     )

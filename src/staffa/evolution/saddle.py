@@ -1,5 +1,6 @@
 """The second-order test of a step: a saddle is left, and the lowest state beside it kept."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -109,8 +110,9 @@ def _left(
     """Go on from some starts beside this state to the lowest end, if one is lower. Collective."""
     kept, before = snapshot(system), advance.outcome.energies.total
     ends = []
-    scattered = (partial(_scatter, problem, system, length) for length in LENGTHS)
-    for start in (partial(_go, system, way), *scattered):
+    starts: list[Callable[[], object]] = [partial(_go, system, way)]
+    starts += [partial(_scatter, problem, system, length) for length in LENGTHS]
+    for start in starts:
         restore(system, kept)
         start()
         try:
@@ -135,6 +137,7 @@ def _left(
             sweeps=spent.sweeps,
             effort=spent.effort,
             largest_rise=spent.largest_rise,
+            before=spent.before,
         ),
         healing=max(advance.healing, healing),
         released=advance.released + before - outcome.energies.total,

@@ -28,11 +28,16 @@ class Loads:
     values: np.ndarray
 
 
+def irreversible(rule: Irreversibility, alpha: np.ndarray) -> np.ndarray:
+    """The part of a damage that must not heal, at each vertex."""
+    if not rule.crack_set_only:
+        return alpha
+    return np.where(alpha >= rule.threshold, alpha, 0.0)
+
+
 def raise_bounds(rule: Irreversibility, system: System) -> None:
     """Bound the damage from below by what must not heal."""
-    alpha = system.state.alpha.x.array
-    kept = alpha >= rule.threshold if rule.crack_set_only else np.full(len(alpha), True)
-    system.bounds.lower.x.array[:] = np.where(kept, alpha, 0.0)
+    system.bounds.lower.x.array[:] = irreversible(rule, system.state.alpha.x.array)
 
 
 def settle(
@@ -51,14 +56,16 @@ def settle(
     Collective.
     """
     raise_bounds(problem.irreversibility, system)
-    parts, guessed = system.alternation, Effort()
+    parts, guessed, before = system.alternation, Effort(), None
     if damage is not None:
         system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
         equilibrium(parts, loads.values)
     elif guess and system.coarser and _moves(problem, system):
+        before = system.energy.total()
         guessed = _first_guess(system, system.coarser, loads, watch)
     outcome, healing = descend(problem, system, loads, watch)
-    return replace(outcome, effort=guessed + outcome.effort), healing
+    before = outcome.before if before is None else before
+    return replace(outcome, before=before, effort=guessed + outcome.effort), healing
 
 
 def descend(

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from staffa.evolution.advance import restore, snapshot
+from staffa.evolution.audit import Before
 from staffa.evolution.backtrack import Better, History, Past
 from staffa.evolution.problem import Problem
 from staffa.evolution.rest import unmoved
@@ -34,7 +35,8 @@ class Standing:
 
     index: of the next step, unless `better` is an earlier one to go back to. start, length: of
     `Walk`. kept: `snapshot` of the state. components: of u (a rank may have no vertex). rest:
-    energies that others count from. past, returns, states: of `history`, as they were then; empty
+    energies that others count from. total: energy that the step before ended with, None in
+    checkpoints of older versions. past, returns, states: of `history`, as they were then; empty
     without backtracking.
     """
 
@@ -44,6 +46,7 @@ class Standing:
     kept: tuple[np.ndarray, ...]
     components: int
     rest: Energies
+    total: float | None
     better: Better | None = None
     past: tuple[Past, ...] = ()
     returns: Mapping[int, int]
@@ -60,6 +63,7 @@ class Standing:
             "length": self.length,
             "loads": self.kept[-1].tolist(),
             "rest": asdict(self.rest),
+            "total": self.total,
             "better": None if self.better is None else asdict(self.better),
             "past": [_numbers_of(past) for past in self.past],
             "returns": {str(index): times for index, times in self.returns.items()},
@@ -95,6 +99,7 @@ class Standing:
             walk=Walk(problem.schedule, self.start, self.length),
             history=history,
             index=self.index,
+            total=self.total,
             better=self.better if problem.backtracking else None,
             due=self.due and history is not None,
         )
@@ -126,6 +131,7 @@ def standing(
         kept=(*(fields[name].ravel() for name in FIELDS), np.array(numbers["loads"])),
         components=system.spaces.u.dofmap.index_map_bs,
         rest=made(Energies, numbers["rest"]),
+        total=numbers.get("total"),
         better=None if numbers["better"] is None else made(Better, numbers["better"]),
         past=past,
         returns=returns,
@@ -153,12 +159,13 @@ def _past(record: Mapping[str, Any], system: System) -> Past:
 class Loop:
     """The loop itself: what of it changes from step to step besides the state.
 
-    index: of the next step, unless `better` is an earlier one to go back to. due: whether the last
-    step is still to be looked back from.
+    index: of the next step, unless `better` is an earlier one to go back to. total: energy that the
+    step before ended with. due: whether the last step is still to be looked back from.
     """
 
     walk: Walk
     history: History | None
+    total: float | None
     index: int = 0
     better: Better | None = None
     due: bool = False
@@ -182,6 +189,14 @@ class Loop:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
 
+    def before(self, kept: tuple[np.ndarray, ...]) -> Before:
+        """The state that the step now follows on, as it is on record; kept: `snapshot`."""
+        if self.better and self.history:
+            damage, origin = self.history.before(self.better.index)
+            return Before(alpha=damage, T=origin.T, total=None)
+        _, alpha, T, *_ = kept
+        return Before(alpha=alpha, T=T, total=self.total)
+
     def standing(self, system: System) -> Standing:
         """What of it is to be kept."""
         history = self.history
@@ -192,6 +207,7 @@ class Loop:
             kept=snapshot(system),
             components=system.spaces.u.dofmap.index_map_bs,
             rest=system.energy.rest,
+            total=self.total,
             better=self.better,
             past=tuple(history.steps) if history else (),
             returns=dict(history.returns) if history else {},

@@ -11,7 +11,7 @@ from staffa.evolution.problem import Material, Problem
 from staffa.evolution.rock import Places, rock
 from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
-from staffa.grid import UNSTRUCTURED
+from staffa.grid import UNSTRUCTURED, divisions
 from staffa.parallel import on_root
 from staffa.physics.material import SOLID
 from staffa.physics.trial import law_values
@@ -48,7 +48,7 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     minimized without any load; expected 1 + h/(4 c_w ell) up to the discretization of the profile,
     where the cells are one layer. Not collective: each rank that calls it works alone.
     """
-    columns = 2 * int(np.ceil(REACH * material.ell / h)) + 1
+    columns = 2 * divisions((REACH * material.ell,), h)[0] + 1
     extent = UNEVEN[dim] if cells == UNSTRUCTURED else BLOCKS
     size = (columns * h, *[extent * h] * (dim - 1))
     strip = block(MPI.COMM_SELF, size=size, h=h, cells=cells)

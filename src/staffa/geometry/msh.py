@@ -9,6 +9,7 @@ import numpy as np
 
 from staffa.errors import InputError
 from staffa.geometry.gmsh_model import SIMPLEX, opened
+from staffa.geometry.places import SAME
 from staffa.geometry.simplices import Simplices, facets, keys, parts
 
 BEGINNING = b"$MeshFormat"  # of every .msh file; Gmsh would run other files as scripts
@@ -91,7 +92,7 @@ def collected(gmsh: Any, where: str, unit: float) -> Simplices:
     tags, x, _ = gmsh.model.mesh.getNodes()
     used, place = np.unique(corners, return_inverse=True)
     x = unit * x.reshape(-1, 3)[np.argsort(tags)][np.searchsorted(np.sort(tags), used)]
-    if dim == 2 and np.ptp(x[:, 2]) > 1e-9 * np.ptp(x, axis=0).max():
+    if dim == 2 and np.ptp(x[:, 2]) > SAME * np.ptp(x, axis=0).max():
         raise InputError(f"{where} is a surface in space; give a volume, or a plane z = constant")
     cells = place.reshape(corners.shape).astype(np.int64)
     rows, row_name = _named(gmsh, dim - 1, names, where)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
-from staffa.geometry.places import Grid, Places
+from staffa.geometry.places import SAME, Grid, Places
 from staffa.grid import SIDES, cells_and_vertices, edge
 
 
@@ -74,7 +74,7 @@ class Outline:
         if plane is None:
             return None
         end = (self.upper if plane.out > 0 else self.lower)[plane.axis]
-        if abs(plane.position - end) > 1e-9 * max(self.size):
+        if abs(plane.position - end) > SAME * max(self.size):
             return None
         return next(n for n, side in SIDES[self.dim].items() if side == (plane.axis, plane.out))
 

@@ -1,15 +1,29 @@
 """Places in a body at which what varies is looked at before there is a mesh."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+# Places closer than this part of a cell are one: "0.03 mm" and "30 um" differ in the last digit.
+SAME = 1e-9
 ALONG = 21  # places along each axis
 MOST = 5000  # vertices of a mesh, or of a face of it, that are looked at
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 Contains = Callable[[np.ndarray, float], np.ndarray]
+
+
+def in_box(
+    lower: Sequence[float], upper: Sequence[float], x: np.ndarray, *, h: float
+) -> np.ndarray:
+    """Which points x, shape (3, n), lie between two corners (m), or on a side: shape (n,).
+
+    h: edge of the cells (m), which says how near to a side a point is on it. Points on a side that
+    two boxes share are in both: round-off decides nothing.
+    """
+    slack, bounds = SAME * h, zip(x, lower, upper, strict=False)
+    return np.all([(c >= low - slack) & (c <= high + slack) for c, low, high in bounds], axis=0)
 
 
 @dataclass(frozen=True, eq=False)

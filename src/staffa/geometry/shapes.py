@@ -11,12 +11,11 @@ from staffa.errors import StaffaError
 from staffa.geometry.gmsh_model import generate, opened
 from staffa.geometry.msh import collected
 from staffa.geometry.outline import Outline, box_edges, flat, flat_sides, pairs
-from staffa.geometry.places import Bounds, Grid
+from staffa.geometry.places import SAME, Bounds, Grid
 from staffa.geometry.simplices import Simplices
 from staffa.grid import simplices
 
 ROCK = "rock"  # the region of a body that has but one
-ROUND_OFF = 1e-9
 FLAT = 1e-3  # in cells: Gmsh's boxes around parts are wider by 1e-7
 
 
@@ -94,7 +93,7 @@ def meshed(shape: Shape, h: float, where: str) -> Simplices:
     extent = max(high - low for low, high in zip(lower, upper, strict=True))
     for axis, ends in enumerate(zip(lower, upper, strict=True)):  # on flat sides exactly
         for end in ends:
-            mesh.x[np.abs(mesh.x[:, axis] - end) <= 1e-9 * extent, axis] = end
+            mesh.x[np.abs(mesh.x[:, axis] - end) <= SAME * extent, axis] = end
     return mesh
 
 
@@ -167,7 +166,7 @@ class Bored:
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is not in the hole."""
         away = np.hypot(x[0] - self.center[0], x[1] - self.center[1])
-        return away >= (1 - ROUND_OFF) * self.radius + _sagitta(h, self.radius)
+        return away >= (1 - SAME) * self.radius + _sagitta(h, self.radius)
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -223,7 +222,7 @@ class Round:
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is within the radius."""
-        return np.hypot(x[0], x[1]) <= (1 + ROUND_OFF) * self.radius - _sagitta(h, self.radius)
+        return np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""

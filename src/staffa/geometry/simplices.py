@@ -9,10 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.geometry.outline import Outline, Plane, pairs
-from staffa.geometry.places import ALONG, OfMesh, Sample, in_space, some
-
-# Parts of a body are flat, or at one place, up to this fraction of its extent.
-ROUND_OFF = 1e-9
+from staffa.geometry.places import ALONG, SAME, OfMesh, Sample, in_space, some
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +110,7 @@ def _mean_edge(mesh: Simplices) -> float:
 
 def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:
     x = mesh.x[np.unique(rows)]
-    small = ROUND_OFF * np.ptp(mesh.x, axis=0).max()
+    small = SAME * np.ptp(mesh.x, axis=0).max()
     flat = np.flatnonzero(np.ptp(x, axis=0) <= small)
     if not len(flat):
         return None

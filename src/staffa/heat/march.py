@@ -270,6 +270,21 @@ class HeatEquation:
             substeps=substeps,
         )
 
+    def unaccounted(self, before: np.ndarray, after: np.ndarray, heat: Heat) -> float:
+        """Heat that the body gained from one temperature change (K) to another and that an account
+        does not know of, over what crossed or is stored; see `advance`."""
+        n = len(self._initial)
+        T, capacity = after[:n] + self._stress_free, self.operators.capacity
+        mine = [
+            capacity @ (after - before)[:n],
+            capacity @ np.abs(T - self._initial),
+            capacity @ np.abs(T),
+        ]
+        gained, since, content = sum_over_ranks(self.comm, np.array(mine)).tolist()
+        crossed = sum(map(abs, heat.entered.values()))
+        scale = max(abs(heat.stored), crossed, since, UNCHANGED * content)
+        return abs(gained - heat.stored) / scale if scale else abs(gained)
+
     def _with_ghosts(self, T: np.ndarray) -> np.ndarray:
         owned(self._T)[:] = T
         self._T.x.scatter_forward()

@@ -91,6 +91,7 @@ def alternate(
     """
     # Another pressure of a fluid whose volume is given is another energy of the damage.
     tally = Tally(energies=problem.energies(), comparable=problem.held is None)
+    before = tally.last
     patience = Patience()
     newton, exact = problem.newton, problem.elastic.direct or problem.convex is not None
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
@@ -127,6 +128,7 @@ def alternate(
         residual=float(residual),
         largest_rise=float(tally.largest_rise),
         energies=tally.energies,
+        before=before,
         effort=tally.effort(),
     )
 

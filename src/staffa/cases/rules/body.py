@@ -4,6 +4,7 @@ from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.rules.units import unit
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.geometry.places import SAME
 from staffa.grid import UNSTRUCTURED
 
 CELLS = {
@@ -78,14 +79,15 @@ def box_is_inside(
                 f"{where}, {name} = {inline(corner)}: it needs {case.dim} numbers, as the body "
                 f"is {case.dim}-D"
             )
-    if any(b <= a for a, b in zip(lower, upper, strict=True)):
+    slack = SAME * case.outline.h
+    if any(b - a <= slack for a, b in zip(lower, upper, strict=True)):
         raise InputError(
             f"{where}: upper = {inline(upper)} must be larger than lower = {inline(lower)} along "
             f"each axis"
         )
     body = case.outline
     extent = zip(lower, upper, body.lower, body.upper, strict=True)
-    if any(low > end or high < start for low, high, start, end in extent):
+    if any(low > end + slack or high < start - slack for low, high, start, end in extent):
         raise InputError(
             f"{where}: the box from {inline(lower)} to {inline(upper)} lies outside the body, "
             f"{_extent(case)}; move it in or leave it out"

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 from staffa.cases.clock import depth
 from staffa.cases.model import Case
+from staffa.cases.rules.body import ROUND_OFF
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
 
@@ -87,11 +88,11 @@ def measures_are_inside(case: Case) -> None:
         )
     L = depth(case)
     for below in case.measures.depths:
-        if below >= L:
+        if below * ROUND_OFF >= L:
             raise InputError(
                 f"measures.depths: {inline(below)} lies outside the body, which is {inline(L)} "
                 f"deep; take smaller depths"
             )
     for before, after in pairwise(sorted(case.measures.depths)):
-        if before == after:
+        if after <= before * ROUND_OFF:
             raise InputError(f"measures.depths: {inline(after)} is there twice; leave one out")

@@ -1,0 +1,132 @@
+"""Holds a step against what must be true of it, by what is on record of the step before."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+
+from staffa.evolution.advance import Advance, difference
+from staffa.evolution.problem import Problem
+from staffa.evolution.settle import irreversible
+from staffa.evolution.system import System
+from staffa.fields import State, owned, read_vector
+from staffa.heat.march import HeatEquation
+from staffa.minimize.bounded import unbalanced
+from staffa.parallel import max_over_ranks
+from staffa.records import Audit, Curvature, Stability, Stop
+
+# What round-off and the tolerances of the inner solvers can explain, and no more.
+RISE_ALLOWED = 1e-7
+HEALING_ALLOWED = 1e-12
+BALANCE_ALLOWED = 1e-5
+HEAT_ALLOWED = 1e-8
+# Energies of one state, computed twice: with prestress as differences of what is a million times
+# larger.
+GAP_ALLOWED = 1e-8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Before:
+    """The state at the end of the step before, as it is on record.
+
+    alpha, T: damage and temperature change (K) at the vertices, ghosts included, shape (n_local,).
+    total: its energy; None where a checkpoint of an older version does not know it.
+    """
+
+    alpha: np.ndarray
+    T: np.ndarray
+    total: float | None
+
+
+def audit(
+    problem: Problem,
+    system: System,
+    before: Before,
+    advance: Advance,
+    stability: Stability | None = None,
+) -> Audit:
+    """Hold the state at hand, and how it was reached, against what must be true. Collective."""
+    outcome, state = advance.outcome, system.state
+    healing = max(advance.healing, _healed(problem, before.alpha, state))
+    gap = max(advance.gap, _gap(system, before, advance))
+    residual = max(outcome.residual, _residual(system))
+    return Audit(
+        largest_rise=outcome.largest_rise,
+        healing=max(healing, 0.0),
+        optimality=residual,
+        balance=advance.imbalance,
+        work=advance.work,
+        released=advance.released,
+        gap=gap,
+        violations=(
+            *_broken(advance, problem.solvers.stop, healing, residual, gap),
+            *_heat(system, before, advance),
+            *_second_order(advance.curvature, stability),
+        ),
+    )
+
+
+def _healed(problem: Problem, before: np.ndarray, state: State) -> float:
+    """How far the damage sank below that of the step before, where it must not."""
+    n_owned = len(owned(state.alpha))
+    sunk = irreversible(problem.irreversibility, before)[:n_owned] - owned(state.alpha)
+    return max_over_ranks(problem.domain.comm, sunk)
+
+
+def _gap(system: System, before: Before, advance: Advance) -> float:
+    """Between the energies on record and those of the states that the step began and ended with."""
+    energies = advance.outcome.energies
+    ended = difference(energies.total, system.energy.total(), energies)
+    if before.total is None or advance.began is None:
+        return ended
+    return max(ended, difference(before.total, advance.began, energies))
+
+
+def _residual(system: System) -> float:
+    """The first-order residual of the state at hand."""
+    parts, bounds = system.alternation, system.bounds
+    read_vector(system.state.alpha, parts.alpha)
+    lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
+    return unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+
+
+def _broken(
+    advance: Advance, stop: Stop, healing: float, residual: float, gap: float
+) -> tuple[str, ...]:
+    """A sentence on each mechanical rule that is broken."""
+    outcome, balance = advance.outcome, advance.imbalance
+    checks = {
+        f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (
+            outcome.largest_rise > RISE_ALLOWED
+        ),
+        f"damage healed by {healing:.1e}": healing > HEALING_ALLOWED,
+        f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
+        f"a state is not the one on record: their energies differ by {gap:.1e}": gap > GAP_ALLOWED,
+        f"the first-order residual is {residual:.1e}": (
+            not outcome.converged or residual > stop.residual
+        ),
+    }
+    return tuple(sentence for sentence, broken in checks.items() if broken)
+
+
+def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
+    """A sentence on a temperature that heat did not make, or on heat that came from nowhere."""
+    heat, equation = advance.all_heat, system.cooling
+    if heat is None or not isinstance(equation, HeatEquation):
+        return ()
+    amiss = equation.unaccounted(before.T, system.state.T.x.array, heat)
+    lost = max(heat.imbalance, amiss)
+    if lost <= HEAT_ALLOWED:
+        return ()
+    return (f"the heat that entered is not what was stored, by {lost:.1e} of it",)
+
+
+def _second_order(curvature: Curvature | None, stability: Stability | None) -> Iterator[str]:
+    """A sentence on a saddle that was not left, and on a second order that was not found."""
+    kept = curvature and curvature.reason and not curvature.bifurcation
+    if kept and curvature and curvature.smallest is not None:
+        yield f"it is a saddle (curvature {curvature.smallest:.1e}): {curvature.reason}"
+    if stability and stability.failure:
+        yield f"its second order was not found: {stability.failure}"
