@@ -27,6 +27,7 @@ from staffa.cases.kinds import (
 from staffa.cases.probe_keys import ProbeKeys
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
+from staffa.cases.tolerances import Better, Change, Residual
 from staffa.geometry.outline import Outline
 from staffa.physics.damage import LAWS
 from staffa.physics.split import SPLITS
@@ -312,17 +313,18 @@ class SolverKeys(Section):
         default=False,
         description="try each step's damage at earlier times, and go back where it is better",
     )
-    backtracking_tolerance: Annotated[PositiveNumber, Field(lt=1)] = Field(
+    backtracking_tolerance: Better = Field(
         default=1e-4,
-        description="better: lower by this fraction of the energy at least",
+        description="better: lower by this fraction of the energy at least, 0.1 at most",
     )
-    change: Annotated[PositiveNumber, Field(lt=1)] = Field(
+    change: Change = Field(
         default=Stop.change,
-        description="a step ends when a sweep changes the damage by less than this",
+        description="a step ends when a sweep changes the damage by less than this, 0.01 at most",
     )
-    residual: PositiveNumber = Field(
+    residual: Residual = Field(
         default=Stop.residual,
-        description="and no force on the damage exceeds this times Gc/(4 c_w ell)",
+        description="and no force on the damage exceeds this times Gc/(4 c_w ell), the force that "
+        "starts a crack; 0.9 at most",
     )
     sweeps: Annotated[Integer, Field(ge=1)] = Field(
         default=Stop.sweeps, description="give up a step after this many sweeps"
