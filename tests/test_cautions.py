@@ -1,6 +1,6 @@
 """Warnings and notes of `staffa check` on chance, tables, supports, ell and the far side."""
 
-from math import exp, pi, sqrt
+from math import erfc, exp, pi, sqrt
 
 import pytest
 
@@ -227,6 +227,19 @@ def test_rollers_that_hold_a_plate_are_told_with_the_stress_they_make():
         'section "stretch"',
         "left and right stay upright: free to shorten, not to bend; no force along the face",
     )
+
+
+def test_behind_a_film_the_mean_stress_is_less():
+    """Heat that has left a half-space through the film, over rho c L, with b = h sqrt(t) = .2 h:
+    dT (exp(b^2) erfc(b) - 1 + 2 b/sqrt(pi))/(h L)."""
+    text = SLAB.replace('"slab"', '"heat"').replace("severity = 10.0", "")
+    text = text.replace("tau = [0.03, 0.4]", "t = [0.000225, 0.04]")
+    for h in (2.0, 20.0):
+        b = 0.2 * h
+        mean = 10 * (exp(b * b) * erfc(b) - 1 + 2 * b / sqrt(pi)) / h
+        heat = f"heat={{initial=10.0, bottom={{h={h}, T=0.0}}}}"
+        (note,) = (n for n in said(heat, *ROLLERS, text=text).notes if "mean stress" in n)
+        assert f"a mean stress of about {mean:.3g}" in note, mean
 
 
 def test_a_body_that_nothing_holds_is_told():

@@ -213,3 +213,29 @@ def test_in_plane_strain_the_cures_are_told_with_their_numbers():
         settings = ['material.plane="strain"', cure, *(['domain.h="0.1 mm"'] * ("um" in cure))]
         left = [w for w in said(*settings).warnings if "in plane strain" in w]
         assert bool(left) == ("domain.h" in cure), left
+
+
+def test_a_block_is_squeezed_along_both_of_its_sides():
+    """No-tension with tension t along both and none across: its energy less that of the narrowing,
+    t^2 (1 + nu)(1 - 2 nu)/E, against sigma_c^2/(2 E); cold pulls with E expansion dT/(1 - nu)."""
+    solid = (
+        'domain={size=["0.4 m","0.4 m","0.4 m"], h="10 mm"}',
+        "supports.front=rollers",
+        "supports.back=rollers",
+        'forces.prestress={xx="-20 MPa", yy="-20 MPa"}',
+    )
+    starts = STRENGTH / sqrt(2 * (1 + NU) * (1 - 2 * NU))
+    known = facts(*solid)
+    assert known["thermal stress"] == f"{E * EXPANSION * 140 / (1 - NU) / 1e6:.3g} MPa"
+    assert known["drop it takes"] == f"{(20e6 + starts) * (1 - NU) / (E * EXPANSION):.4g} K"
+    less = (*solid[:3], 'forces.prestress={xx="-20 MPa", yy="-5 MPa"}')
+    assert facts(*less)["stress at rest"] == "-5 MPa", "where it is squeezed least"
+    assert float(facts(*less)["drop it takes"][:-2]) < float(known["drop it takes"][:-2])
+
+
+def test_a_squeeze_that_ends_counts_when_it_is_least():
+    """The pressure on the sides falls from 80 to 10 MPa."""
+    falling = 'pressure={t=["0 s","3 hours"],value=["80 MPa","10 MPa"]}'
+    free = ("supports.left=free", "supports.right=free")
+    known = facts(*free, f"forces.left={{{falling}}}", f"forces.right={{{falling}}}")
+    assert known["stress at rest"] == "-10 MPa" and known["will it crack"] == "yes"

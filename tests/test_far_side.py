@@ -5,7 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from staffa.io.run_directory import Run
+from staffa.cases.experiment import run as run_case
+from staffa.cases.preview import preview
+from staffa.cases.reading import parse_case
+from staffa.io.run_directory import Run, read_run
 from staffa.manifest import Manifest
 from staffa.records import Energies, Measures, Step, Tip
 from staffa.report.page import page
@@ -63,3 +66,54 @@ def test_of_cracks_that_stop_before_nothing_is_told(depths: list[float]) -> None
 
 def test_without_a_cooled_face_there_is_no_far_side() -> None:
     assert told(drawn([0.99], face=None)) is None
+
+
+# A quenched plate of alumina, half of its thickness, that rollers hold or that may shorten.
+PLATE = """
+[domain]
+size = ["4 mm", "5 mm"]
+h = "50 um"
+[material]
+E = "370 GPa"
+nu = 0.22
+Gc = "42 J/m^2"
+expansion = "8e-6 1/K"
+k = "20 W/(m K)"
+rho = "3900 kg/m^3"
+c = "900 J/(kg K)"
+[damage]
+ell = "150 um"
+[toughness]
+amplitude = 0.1
+[temperature]
+profile = "heat"
+face = "bottom"
+[heat]
+initial = "500 °C"
+bottom = { h = "20000 W/(m^2 K)", T = "20 °C" }
+[time]
+t = { start = "20 ms", stop = "1 s", steps = 8 }
+[output]
+at = ["20 ms", "100 ms", "300 ms", "1 s"]
+"""
+HELD = ("supports.left=rollers", "supports.right=rollers", "supports.top=rollers")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("supports", "through"), [(HELD, True), (("supports.section=stretch",), False)]
+)
+def test_a_plate_between_rollers_cracks_through_and_both_say_so(
+    supports: tuple[str, ...], through: bool, tmp_path: Path
+) -> None:
+    """Depths of 5.00 mm, through, and 3.59 mm."""
+    case = parse_case(PLATE, supports)
+    noted = [n for n in preview(case).notes if "supports of left, right: the body is held" in n]
+    assert bool(noted) == through
+    run_case(case, tmp_path / "run")
+    run = read_run(tmp_path / "run")
+    assert (told(run) is not None) == through
+    measures = run.steps[-1].measures
+    assert measures is not None
+    deepest = run.manifest.sharp(measures.front)
+    assert deepest == pytest.approx(5e-3 if through else 3.59e-3, abs=0.05e-3), "to a cell"

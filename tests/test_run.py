@@ -348,8 +348,12 @@ def test_run_says_what_check_warns_of(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         assert done.stdout.count(warned) == 1, done.stdout
         assert (where / "run.log").read_text().count(warned) == 1
-    checked = launch(1, "check", CASES / "bar.toml", *SHORT)
-    assert "the table ends at t = 0.2" in checked.stdout
+    checked = launch(1, "check", CASES / "bar.toml", *SHORT).stdout
+    assert (
+        "warning: supports.right.x: the table ends" in checked and "nothing is off" not in checked
+    )
+    noted = launch(1, "check", CASES / "layered.toml").stdout
+    assert "note: supports of left, right" in noted and "nothing is off" in noted
 
 
 @pytest.mark.slow

@@ -1,17 +1,17 @@
 """What holds a cooled body, and what that means for its cracks: a fact and notes."""
 
 from collections.abc import Iterator
-from math import pi, sqrt
 
 import numpy as np
 
 from staffa.cases.amounts import amount
-from staffa.cases.cracking import first_and_last, peak_drop
+from staffa.cases.cracking import first_and_last
+from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.rules.supports import held
 from staffa.cases.squeeze import thermal_stress
-from staffa.physics.scales import diffusion_length
+from staffa.loads.closed_form import Convective, HalfSpace, Load, NoLoad
 
 SECTIONS = {
     "fixed": "left and right stay where they are, as with more rock beside them",
@@ -61,10 +61,11 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
     if sides and laterally_held(case):
         mean = thermal_stress(derived, mean_drop(case, derived))
         fixed = case.supports.section == "fixed"
+        stress = f"{'' if case.heat is None else 'about '}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (
             f"{holds}: the body is held along its face, as by more rock beside it, and at the end "
-            f"cold pulls through its whole depth with a mean stress of {amount(case, mean, 'Pa')}, "
+            f"cold pulls through its whole depth with a mean stress of {stress}, "
             f"{mean / derived.sigma_c:.2g} sigma_c. A plate that is free to shorten has none, and "
             f"its cracks stop earlier; for one {_freed(case)}"
         )
@@ -85,13 +86,23 @@ def _freed(case: Case) -> str:
 
 def mean_drop(case: Case, derived: Numbers) -> float:
     """How much colder the body is at the end, on average over its depth (K); with the heat
-    equation about, as a half-space whose face drops at once."""
+    equation about, as a half-space that its strongest cooling meets at once."""
     assert derived.face is not None
     _, last = first_and_last(derived)
-    if case.heat is not None:
-        part = 2 / sqrt(pi) * diffusion_length(derived.kappa, last) / derived.L
-        return peak_drop(case, derived) * min(1.0, part)
     x = np.zeros((3, DEPTHS))
     depth = (np.arange(DEPTHS) + 0.5) / DEPTHS * derived.L
     x[derived.face.axis] = derived.face.position + derived.face.inward * depth
-    return float(-load(case, derived).temperature(x, last).mean())
+    return float(-_cooling(case, derived).temperature(x, last).mean())
+
+
+def _cooling(case: Case, derived: Numbers) -> Load:
+    """The cooling in closed form, of the heat equation as of a half-space."""
+    if case.heat is None:
+        return load(case, derived)
+    coldest = strongest(exchanges(case), case.temperature.face)
+    if coldest is None or derived.face is None:
+        return NoLoad()
+    drop, kappa, face = coldest.drop, derived.kappa, derived.face
+    if coldest.film is not None:
+        return Convective(dT=drop, kappa=kappa, face=face, h=coldest.film)
+    return HalfSpace(dT=drop, kappa=kappa, face=face)

@@ -188,8 +188,9 @@ class SupportKeys(SidesSection):
     )
     section: Literal["none", "fixed", "stretch", "free"] = Field(
         default="none",
-        description="2-D cell cut from a long slab: fixed (no mean strain), stretch (no force), "
-        "free (no force, no moment); puts rollers on left and right",
+        description="what the rest of a long slab does to this piece of it, 2-D: fixed (left and "
+        "right stay), stretch (they stay upright, no force: it may shorten), free (no force, no "
+        "moment: it may bend too); puts rollers on left and right",
     )
 
 
