@@ -540,7 +540,7 @@ NOTED = {
     "notched": [HELD_FAST],
     "slab": [WHOLE, COARSE, LOOSE],
     "slab-paper": [COARSE, LOOSE],
-    "squeezed": [WHOLE, COARSE, HELD_FAST],
+    "squeezed": [COARSE, HELD_FAST],
     "two-cracks": [HELD_FAST],
     "wellbore": [WHOLE, COARSE],
 }

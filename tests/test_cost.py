@@ -1,4 +1,4 @@
-"""What `staffa check` says of memory, steps and time, held against runs that were measured."""
+"""The memory, steps and time that `staffa check` says, against runs that were measured."""
 
 import json
 import shlex

@@ -44,7 +44,7 @@ def is_scaled(case: Case) -> bool:
 
 
 def unit(case: Case, name: str) -> str:
-    """What stands behind a number of a case in a sentence: this unit, or nothing if scaled."""
+    """The unit behind a number of a case in a sentence; empty if the case is scaled."""
     return "" if is_scaled(case) else f" {name}"
 
 

@@ -1,4 +1,4 @@
-"""What there is to say about a case that can run: warnings ask for a change, notes explain."""
+"""Warnings and notes on a case that can run: warnings ask for a change, notes explain."""
 
 from staffa.cases.cooling_cautions import cooling_cautions, cooling_notes
 from staffa.cases.force_cautions import force_cautions

@@ -55,7 +55,7 @@ def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
-    """What is a choice about cooling."""
+    """Notes on cooling: choices that may be meant."""
     share = start_of_damage(derived, peak_drop(case, derived), face_squeeze(case, derived))
     if derived.ell0 is not None and _cracks_at_face(case, share):
         ell0 = derived.ell0 * toughness_at_face(case)
@@ -67,7 +67,7 @@ def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def start_of_damage(derived: Numbers, largest: float, squeezed: Squeeze | None) -> float:
-    """What drives damage at the largest drop of the face (K), over what starts it."""
+    """The load at the largest drop of the face (K) over the one that starts damage."""
     if squeezed is not None:
         return squeezed.share
     return largest / derived.dT_c if derived.dT_c is not None else inf
@@ -102,7 +102,7 @@ def _no_nucleation(
     squeezed: Squeeze | None,
     causes: tuple[str, ...],
 ) -> str:
-    """That cooling starts no crack, and what may break the body all the same."""
+    """A sentence that cooling starts no crack, with what may break the body all the same."""
     what = "cooling starts no new crack" if causes else "nothing will crack"
     needed = squeezed.needed if squeezed else dT_c
     where = " without [forces]" if case.forces and not squeezed else ""
@@ -129,7 +129,7 @@ def _no_nucleation(
 
 
 def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
-    """That the squeeze and the strength are more than cold pulls with."""
+    """A clause: the squeeze and the strength are more than cold pulls with."""
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     bears = squeezed.starts - squeezed.stress
     return (
@@ -173,7 +173,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
             f"{at_most(case, 2 * first, 'm')}"
         )
     deep = diffusion_length(derived.kappa, last)
-    if derived.dT_c is not None and ell > OVERLAP * ell0 and deep < PARTED * ell:
+    if derived.dT_c is not None and _overlaps(case, ell0) and deep < PARTED * ell:
         parted = instant(case, derived, ell**2 / derived.kappa, up=True)
         yield (
             f"the run ends while the whole face is damaged: single cracks part from it about when "
@@ -196,7 +196,7 @@ def _of_coarse_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator
 def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     """A face that is damaged all over, since ell is large."""
     ell = float(case.damage.ell)
-    if ell <= OVERLAP * ell0 * (1 + 1e-9):
+    if not _overlaps(case, ell0):
         return
     apart = WAVELENGTH * sqrt(ell * ell0)
     yield (
@@ -207,6 +207,12 @@ def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
         f"single cracks from the face on take damage.ell <= {OVERLAP:.2g} ell0 = "
         f"{at_most(case, OVERLAP * ell0, 'm')}"
     )
+
+
+def _overlaps(case: Case, ell0: float) -> bool:
+    """True if the damage of neighboring first cracks overlaps; not told of rock under [forces],
+    whose cracks start at another stress than that of cold alone."""
+    return case.forces is None and case.damage.ell > OVERLAP * ell0 * (1 + 1e-9)
 
 
 def _of_plane_strain(

@@ -1,4 +1,4 @@
-"""What a run costs before it runs: unknowns, memory and time, from measured runs."""
+"""The cost of a run before it runs: steps, memory and time, from measured runs."""
 
 from dataclasses import dataclass
 from math import ceil
@@ -39,7 +39,7 @@ class Steps:
 
 
 def steps(case: Case, derived: Numbers) -> Steps:
-    """How many steps a run takes."""
+    """The number of steps of a run."""
     keys = adaptive(case)
     if keys is None:
         return Steps(number=len(schedule(derived.times, derived.requested).times), open=False)
@@ -48,7 +48,7 @@ def steps(case: Case, derived: Numbers) -> Steps:
 
 
 def _without_cracks(case: Case, keys: AdaptiveTau | AdaptiveTime) -> int:
-    """How many steps adapt to the cold alone; in tau that grows as sqrt(kappa t) does."""
+    """The number of steps that the cold alone makes; tau grows as sqrt(kappa t) does."""
     now, number, growing = float(keys.start), 1, case.temperature.profile != "none"
     growth = keys.growth if isinstance(keys, AdaptiveTau) else (1 + keys.growth) ** 2 - 1
     while growing and now < keys.stop and growth * now < keys.longest:
@@ -63,7 +63,7 @@ def displacement_unknowns(case: Case) -> int:
 
 
 def memory(case: Case) -> float:
-    """What a run needs over all its ranks, about (bytes)."""
+    """Estimate the memory of a run, over all its ranks (bytes)."""
     coarser = case.dim == 2 and float(case.damage.ell) >= 6 * case.outline.h
     levels = 4 / 3 if coarser else 1.0
     return BASE + levels * PER_UNKNOWN[case.solver.displacement] * displacement_unknowns(case)
@@ -76,7 +76,7 @@ def coarser_for(case: Case, available: float) -> float:
 
 
 def duration(case: Case, number: int) -> float:
-    """How long so many steps take on one core, about (s), see WITHIN."""
+    """Estimate the time of a number of steps on one core (s), within a factor of WITHIN."""
     n = displacement_unknowns(case)
     each, power = A_SWEEP[case.solver.displacement]
     sweep = LEAST + each * n * max(1.0, n / SMALL) ** power

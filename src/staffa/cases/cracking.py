@@ -1,4 +1,4 @@
-"""Does cooling crack the body: what the face reaches, what else may break it, and the verdict."""
+"""The verdict on whether cooling cracks a body, and what else may break it."""
 
 from collections.abc import Iterator
 from math import sqrt
@@ -45,12 +45,12 @@ def rare_factor(case: Case) -> float:
 
 
 def face_squeeze(case: Case, derived: Numbers) -> Squeeze | None:
-    """What [forces] do along the cooled face, where even rock tells; None without forces too."""
+    """The squeeze of the cooled face, where even rock tells it; None without forces too."""
     return squeeze(case, derived, peak_drop(case, derived)) if case.forces else None
 
 
 def other_causes(case: Case, *, forces: bool = True) -> tuple[str, ...]:
-    """What may break the body besides nucleation by cooling.
+    """Name the causes that may break the body besides nucleation by cooling.
 
     forces: whether [forces] count, which they do where `face_squeeze` does not tell what they do.
     """
@@ -61,7 +61,7 @@ def other_causes(case: Case, *, forces: bool = True) -> tuple[str, ...]:
 
 
 def forced(case: Case) -> tuple[str, ...]:
-    """That [forces] act, if they do."""
+    """Say that [forces] act, if they do."""
     return (f"[forces] act too ({presses(case)})",) if case.forces else ()
 
 
@@ -72,7 +72,7 @@ def _fluid(case: Case) -> tuple[str, ...]:
 
 
 def _causes_of_heat(case: Case) -> Iterator[str]:
-    """What else the heat equation may do than cool the face."""
+    """Name the effects of the heat equation besides cooling the face."""
     if case.heat is None:
         return
     found = exchanges(case)
@@ -88,7 +88,7 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
 
 
 def verdict(case: Case, derived: Numbers) -> tuple[str, str]:
-    """Whether cooling starts cracks, and why; what else may break the body is named beside it."""
+    """Judge if cooling starts cracks, and why; other causes are named beside it."""
     if derived.dT_c is None:
         return "cannot be told", "without a threshold only a run can tell"
     squeezed = face_squeeze(case, derived)
@@ -106,7 +106,7 @@ def verdict(case: Case, derived: Numbers) -> tuple[str, str]:
 def _of_ratio(
     case: Case, ratio: float, causes: tuple[str, ...], what: str, needs: str
 ) -> tuple[str, str]:
-    """What a ratio to the start of damage means, of this drop or stress."""
+    """The verdict that follows from a ratio to the start of damage, of this drop or stress."""
     bound = "dT_c" if what == "drop" else "what starts damage"
     if ratio >= WELL_ABOVE:
         return "yes", f"the {what} is well above {bound}"

@@ -1,4 +1,4 @@
-"""What holds a cooled body, and what that means for its cracks: a fact and notes."""
+"""The supports of a cooled body, and their meaning for its cracks: a fact and notes."""
 
 from collections.abc import Iterator
 
@@ -37,7 +37,7 @@ def beside(case: Case) -> list[str]:
 
 
 def holding(case: Case) -> tuple[str, str]:
-    """What holds the body, and what that leaves free, in words."""
+    """The supports in words, and what they leave free."""
     section = case.supports.section
     if section != "none":
         return f'section "{section}"', SECTIONS[section]
@@ -54,7 +54,7 @@ def _kind(case: Case, name: str) -> str:
 
 
 def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
-    """Whether the body is meant to be held as it is."""
+    """Ask if the body is meant to be held as it is."""
     if derived.face is None or case.supports.section in ("stretch", "free"):
         return
     sides = [name for name in beside(case) if case.outline.sides[name]]
@@ -78,14 +78,14 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _freed(case: Case) -> str:
-    """What lets a piece of a plate shorten."""
+    """The supports to take for a piece of a plate that may shorten."""
     if case.dim == 3:
         return "leave one of two sides that face each other free, and give rollers to the other"
     return 'take supports.section = "stretch", or "free" if it may bend too, for left and right'
 
 
 def mean_drop(case: Case, derived: Numbers) -> float:
-    """How much colder the body is at the end, on average over its depth (K); with the heat
+    """The mean temperature drop of the body at the end, over its depth (K); with the heat
     equation about, as a half-space that its strongest cooling meets at once."""
     assert derived.face is not None
     _, last = first_and_last(derived)

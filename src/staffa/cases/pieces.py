@@ -134,6 +134,6 @@ def _strained_by(piece: Piece) -> tuple[float, ...]:
 
 
 def piece_varies(piece: Piece) -> bool:
-    """Whether what a rock breaks by differs from place to place."""
+    """True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
     return any(varies(value) and name not in of_heat for name, _, value in piece.properties())

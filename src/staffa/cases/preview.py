@@ -194,7 +194,7 @@ def _where(case: Case, derived: Numbers) -> str:
 
 
 def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
-    """What squeezes the cooled face, and what cooling sets against it."""
+    """Facts on the squeeze of the cooled face, and on what cooling sets against it."""
     squeezed = face_squeeze(case, derived)
     if squeezed is None:
         return []
@@ -256,7 +256,7 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _time(case: Case, planned: Steps) -> tuple[str, str]:
-    """How long the run takes, and how well that is known."""
+    """The time of the run in words, and how well it is known."""
     seconds = duration(case, planned.number)
     low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
     slower = {

@@ -19,7 +19,7 @@ AS_GOOD_AS_NEVER = 1e3  # strengths that cooling would have to overcome: nobody 
 
 @dataclass(frozen=True, kw_only=True)
 class Squeeze:
-    """What a cooled face carries, where it is squeezed least.
+    """The stress of a cooled face where it is squeezed least.
 
     stress: along the face before cooling (Pa). thermal: what the largest drop of the face adds to
     it (Pa). starts: the net tension along the face at which damage starts (Pa). needed: the drop of

@@ -131,8 +131,8 @@ def _interrupted(directory: Path, *, speaks: bool) -> int:
 
 @dataclass(kw_only=True)
 class Follower:
-    """What is printed and logged while a run goes on; name: which of several runs it is; warnings:
-    what `staffa check` says of its case."""
+    """Printer and log of a run that goes on. name: which of several runs it is; warnings: those
+    of `staffa check` on its case."""
 
     directory: Path
     speaks: bool

@@ -113,7 +113,7 @@ def equivalent(case: Case, stress: np.ndarray) -> np.ndarray:
 
 
 def rest_is_borne(case: Case) -> None:
-    """What acts before cooling does not break all of the rock, where even rock tells it."""
+    """The forces before cooling do not break all of the rock, where even rock tells it."""
     even = case.domain.is_block or isinstance(case.domain.shape, Layers)
     if case.forces is None or not even or is_uneven(case):
         return
@@ -130,7 +130,7 @@ def rest_is_borne(case: Case) -> None:
 
 
 def _broken(case: Case, stress: np.ndarray, share: float) -> str:
-    """That a stress (Pa), shape (3,), is so many times what the rock bears."""
+    """A sentence: a stress (Pa), shape (3,), is `share` times as large as the rock bears."""
     axis = int(np.abs(stress).argmax())
     carried, name = float(stress[axis]), "xyz"[axis]
     assert case.forces is not None
