@@ -50,7 +50,7 @@ VALUES = [
     ('solver.stability="yes"', "solver.stability", 'one of "test", "report", "follow", "none"'),
     ('solver.backtracking="yes"', "solver.backtracking", "true or false, without quotes"),
     ("solver.backtracking=3", "solver.backtracking = 3", "true or false, without quotes"),
-    ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance", "less than 1"),
+    ("solver.backtracking_tolerance=2", "solver.backtracking_tolerance = 2", "1e-14 and 0.1"),
     ("solver.backtracking_tolerance=0.0", "solver.backtracking_tolerance", "larger than zero"),
     # probes
     ("output.checkpoint=3", "output.checkpoint = 3", "write checkpoint like { steps = 10"),
@@ -218,7 +218,7 @@ VALUES = [
     ("measures.depths=[0.1,0.2,0.1]", "measures.depths: 0.1 is there twice", "leave one out"),
     ("measures.threshold=0", "measures.threshold = 0", "larger than 0"),
     ('solver.displacement="cg"', "solver.displacement", '"direct", "iterative"'),
-    ("solver.change=10", "solver.change = 10", "less than 1"),
+    ("solver.change=10", "solver.change = 10", "cracks still grow"),
     ("solver.sweeps=true", "solver.sweeps = true", "a whole number"),
     # keys and tables
     ("domian.h=0.1", "no key 'domian'", "Did you mean 'domain'?"),
@@ -422,7 +422,7 @@ HEAT = [
     ("heat.tolerance=0.0", "heat.tolerance = 0.0", "larger than zero"),
     ("heat.tolerance=1e-25", "heat.tolerance = 1e-25", "at least 1"),
     ("heat.tolerance=0.1", "heat.tolerance = 0.1", "less than 0.1"),
-    ("heat.agreement=1.0", "heat.agreement = 1.0", "less than 1"),
+    ("heat.agreement=1.0", "heat.agreement = 1.0", "1e-08 and 0.1"),
     # units
     ('heat.bottom={T="5 °C"}', 'heat.bottom.T = "5 °C" has one', "give every number a unit"),
     ('heat.source={t=["1 s"],value=[1.0]}', 'heat.source.t = "1 s" has one', "a unit, or none"),

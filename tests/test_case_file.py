@@ -7,12 +7,12 @@ import pytest
 from pydantic import BaseModel
 
 from staffa.cases import catalog
+from staffa.cases.amounts import is_scaled, quantities
 from staffa.cases.force_keys import ForceKeys
 from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
 from staffa.cases.reading import parse_case, read_case
-from staffa.cases.rules.units import is_scaled, quantities
 from staffa.cases.writing import OPTIONAL, to_toml
 
 SCALED = """

@@ -331,3 +331,48 @@ def test_adaptive_steps_may_start_at_zero(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     run = read_run(tmp_path / "run")
     assert run.finished and run.steps[0].time == 0.0
+
+
+EARLY = "supports.right={x={t=[0.0,0.2],u=[0.0,0.05]}}"
+SHORT = ("--set", "time={t=[0.2,0.3]}", "--set", "output.at=[]", "--set", EARLY)
+
+
+@pytest.mark.slow
+@pytest.mark.mpi
+def test_run_says_what_check_warns_of(tmp_path: Path) -> None:
+    """Once, on one rank, and in the log."""
+    warned = "warning: supports.right.x: the table ends at t = 0.2, and the run at t = 0.3"
+    for ranks in (1, 2):
+        where = tmp_path / str(ranks)
+        done = launch(ranks, "run", CASES / "bar.toml", *SHORT, "--out", where)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.count(warned) == 1, done.stdout
+        assert (where / "run.log").read_text().count(warned) == 1
+    checked = launch(1, "check", CASES / "bar.toml", *SHORT).stdout
+    assert (
+        "warning: supports.right.x: the table ends" in checked and "nothing is off" not in checked
+    )
+    noted = launch(1, "check", CASES / "layered.toml").stdout
+    assert "note: supports of left, right" in noted and "nothing is off" in noted
+
+
+@pytest.mark.slow
+def test_an_ensemble_says_it_once(tmp_path: Path) -> None:
+    seeded = ("--seeds", "2", "--set", "toughness.amplitude=0.05")
+    done = launch(1, "ensemble", CASES / "bar.toml", *SHORT, *seeded, "--out", tmp_path / "runs")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("the table ends at t = 0.2") == 1, done.stdout
+
+
+@pytest.mark.slow
+def test_a_bar_breaks_where_it_should_at_the_loosest_tolerances(tmp_path: Path) -> None:
+    """At sigma_c/E = sqrt(3 Gc/(8 ell E)) = .1936, by one crack of .3 times 1.075 Gc; with looser
+    ones it did not break at all (residual 1e6), or not at once (change .1)."""
+    loose = ("--set", "solver.residual=0.9", "--set", "solver.change=0.01", "--quiet")
+    done = launch(1, "run", CASES / "bar.toml", *loose, "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    steps = read_run(tmp_path / "run").steps
+    strains = [0.25 * step.time for step in steps]
+    broken = next(k for k, step in enumerate(steps) if step.energies.surface > 0.2)
+    assert strains[broken - 1] < (3 / (8 * 0.1 * 100)) ** 0.5 < strains[broken], strains[broken]
+    assert steps[broken].energies.surface == pytest.approx(0.3 * 1.075, rel=0.05)

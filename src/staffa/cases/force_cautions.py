@@ -1,28 +1,78 @@
 """What is off about the forces of a case and its energy split: a sentence each."""
 
 from collections.abc import Iterator
+from math import sqrt
 
 import numpy as np
 
+from staffa.cases.amounts import amount, key
+from staffa.cases.forces import forces
 from staffa.cases.model import Case
-from staffa.cases.properties import point_property
+from staffa.cases.numbers import Numbers
+from staffa.cases.properties import in_space
 from staffa.cases.split import presses, takes_principal_strains
-from staffa.physics.elasticity import values
+from staffa.cases.writing import inline
 
 FREE = 0.01  # parts of the strength: a stress across a face that is less counts as none
+SAMPLES = 25  # times at which what acts is looked at
 
 
-def force_cautions(case: Case, sigma_c: float) -> Iterator[str]:
-    """All of them; sigma_c: the strength of the rock (Pa)."""
+def force_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+    """All of them."""
     if case.forces is None:
         return
-    yield from _of_split(case)
-    yield from _of_free_faces(case, sigma_c)
+    yield from _of_split(case, derived)
+    yield from _of_signs(case, derived)
+    yield from _of_free_faces(case, derived.sigma_c)
     if case.temperature.profile != "none":
         yield from _of_fluid(case)
 
 
-def _of_split(case: Case) -> Iterator[str]:
+def _of_signs(case: Case, derived: Numbers) -> Iterator[str]:
+    """Stresses and pressures whose sign may be that of another convention."""
+    keys, least = case.forces, FREE * derived.sigma_c
+    assert keys is not None
+    body = case.outline.places.within().x
+    for name in ("xx", "yy", "zz"):
+        value = getattr(keys.prestress, name, None)
+        most = 0.0 if value is None else float(in_space(value, case.dim)(body).max())
+        if most > least:
+            yield (
+                f"forces.prestress.{name} reaches {amount(case, most, 'Pa')} of tension: stresses "
+                f"count positive in tension; is that meant? Rock that is squeezed so has "
+                f"{key(case, -most, 'Pa')}"
+            )
+    for where, lowest in _lowest_pressures(case, derived):
+        if lowest < -least:
+            yield (
+                f"{where} reaches {amount(case, lowest, 'Pa')}, which pulls: a pressure counts "
+                f"positive where it presses; is that meant? One that presses so has "
+                f"{key(case, -lowest, 'Pa')}"
+            )
+    if keys.gravity is not None and keys.gravity[-1] > 0:
+        up = "xyz"[case.dim - 1]
+        yield (
+            f"forces.gravity = {inline(keys.gravity)} points up, along {up}: is that meant? Weight "
+            f"has a negative {up} component"
+        )
+
+
+def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float]]:
+    """The lowest value of each pressure of [forces] over the run (Pa), by its key."""
+    acting, times = forces(case), np.linspace(0.0, derived.times[-1], SAMPLES)
+    for side in acting.sides:
+        if side.pressure is not None:
+            on_face = case.outline.places.on(side.side)
+            lowest = min(float(side.pressure(on_face, t).min()) for t in times)
+            yield f"forces.{side.side}.pressure", lowest
+    if acting.pore_pressure is not None:
+        body = case.outline.places.within().x
+        yield "forces.pore_pressure", float(acting.pore_pressure(body).min())
+    if acting.crack_pressure is not None:
+        yield "forces.crack_pressure", min(acting.crack_pressure(t) for t in times)
+
+
+def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
     if case.damage.split == "none":
         yield (
             f'damage.split = "none": rock under pressure ({presses(case)}) breaks as easily as '
@@ -30,9 +80,12 @@ def _of_split(case: Case) -> Iterator[str]:
         )
     if case.damage.split == "volumetric-deviatoric":
         stronger = "no-tension" if takes_principal_strains(case) else "star-convex"
+        m, ell = derived.rock, float(case.damage.ell)
+        shear = sqrt(9 * m.Gc * m.E / (16 * ell * (1 + m.nu)))  # of a bar pressed, AT1
         yield (
-            f'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear at '
-            f'little more than its strength in tension; take "{stronger}", or a smaller damage.ell'
+            f'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear, a '
+            f"pressed bar at {amount(case, shear, 'Pa')} where a pulled one does at "
+            f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}", or a smaller damage.ell'
         )
 
 
@@ -50,12 +103,14 @@ def _of_free_faces(case: Case, sigma_c: float) -> Iterator[str]:
         value = getattr(case.forces.prestress, across)
         if value is None:
             continue
-        there = values(point_property(value, case.dim), case.outline.places.on(name))
+        there = in_space(value, case.dim)(case.outline.places.on(name))
         if np.abs(there).max() > FREE * sigma_c:
+            pressure = key(case, -float(there.mean()), "Pa")
+            about = "" if np.ptp(there) <= FREE * sigma_c else ", on the mean"
             yield (
                 f"forces.prestress.{across}: {name} is free, so that this stress relaxes there "
-                f"before cooling begins; hold it, or give what acts on it, like forces.{name} = "
-                f'{{ pressure = "10 MPa" }}'
+                f"before cooling begins; hold it, or give what acts on it: forces.{name} = "
+                f"{{ pressure = {pressure} }}{about}"
             )
 
 

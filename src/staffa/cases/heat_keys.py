@@ -21,6 +21,7 @@ from staffa.cases.kinds import (
     TemperatureGradient,
     kind,
 )
+from staffa.cases.tolerances import Agreement
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity
 
@@ -225,7 +226,7 @@ class HeatKeys(SidesSection):
         default=1e-4,
         description="largest error of a time step of heat over the largest change of temperature",
     )
-    agreement: Annotated[PositiveNumber, Field(ge=1e-8, lt=1)] = Field(
+    agreement: Agreement = Field(
         default=1e-3,
         description="how well temperature and cracks must agree at a step's end, in that measure",
     )

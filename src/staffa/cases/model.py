@@ -27,6 +27,7 @@ from staffa.cases.kinds import (
 from staffa.cases.probe_keys import ProbeKeys
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
 from staffa.cases.times import TimeKeys
+from staffa.cases.tolerances import Better, Change, Residual
 from staffa.geometry.outline import Outline
 from staffa.physics.damage import LAWS
 from staffa.physics.split import SPLITS
@@ -187,8 +188,9 @@ class SupportKeys(SidesSection):
     )
     section: Literal["none", "fixed", "stretch", "free"] = Field(
         default="none",
-        description="2-D cell cut from a long slab: fixed (no mean strain), stretch (no force), "
-        "free (no force, no moment); puts rollers on left and right",
+        description="what the rest of a long slab does to this piece of it, 2-D: fixed (left and "
+        "right stay), stretch (they stay upright, no force: it may shorten), free (no force, no "
+        "moment: it may bend too); puts rollers on left and right",
     )
 
 
@@ -313,17 +315,18 @@ class SolverKeys(Section):
         default=False,
         description="try each step's damage at earlier times, and go back where it is better",
     )
-    backtracking_tolerance: Annotated[PositiveNumber, Field(lt=1)] = Field(
+    backtracking_tolerance: Better = Field(
         default=1e-4,
-        description="better: lower by this fraction of the energy at least",
+        description="better: lower by this fraction of the energy at least, 0.1 at most",
     )
-    change: Annotated[PositiveNumber, Field(lt=1)] = Field(
+    change: Change = Field(
         default=Stop.change,
-        description="a step ends when a sweep changes the damage by less than this",
+        description="a step ends when a sweep changes the damage by less than this, 0.01 at most",
     )
-    residual: PositiveNumber = Field(
+    residual: Residual = Field(
         default=Stop.residual,
-        description="and no force on the damage exceeds this times Gc/(4 c_w ell)",
+        description="and no force on the damage exceeds this times Gc/(4 c_w ell), the force that "
+        "starts a crack; 0.9 at most",
     )
     sweeps: Annotated[Integer, Field(ge=1)] = Field(
         default=Stop.sweeps, description="give up a step after this many sweeps"

@@ -10,7 +10,7 @@ import numpy as np
 from staffa.cases.anisotropy import elasticity, tensor
 from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
-from staffa.cases.properties import average
+from staffa.cases.properties import average, varies
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys, RockKeys, is_isotropic, rock_of
 from staffa.geometry.places import Bounds, Grid, Sample
 from staffa.physics.elasticity import isotropic_average
@@ -118,3 +118,22 @@ def has_directions(keys: MaterialKeys) -> bool:
     """Whether something about the rock is not the same in all directions."""
     lists = any(isinstance(getattr(keys, name), tuple) for name in ("Gc", "expansion", "k"))
     return lists or not is_isotropic(keys)
+
+
+def is_uneven(case: Case) -> bool:
+    """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
+    varies, has directions, or strains otherwise in a region than around it."""
+    body, *regions = (_strained_by(piece) for piece in pieces(case))
+    kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
+    return kinds or any(region != body for region in regions)
+
+
+def _strained_by(piece: Piece) -> tuple[float, ...]:
+    rock = averages(piece)
+    return rock.E, rock.nu, rock.expansion
+
+
+def piece_varies(piece: Piece) -> bool:
+    """True if a property by which rock breaks differs from place to place."""
+    of_heat = ("k", "rho", "c")
+    return any(varies(value) and name not in of_heat for name, _, value in piece.properties())

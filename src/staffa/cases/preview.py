@@ -1,49 +1,38 @@
 """What a case will do and cost, said before anything runs; no finite elements."""
 
 from dataclasses import dataclass
-from math import ceil, sqrt
+from math import sqrt
 
-from staffa.cases.cautions import (
-    WAVELENGTH,
-    cautions,
-    cell_edge,
-    first_and_last,
-    forced,
-    other_causes,
-    peak_drop,
-    piece_varies,
-    rare_factor,
-    uneven,
-)
+from staffa.cases.amounts import amount, as_duration
+from staffa.cases.cautions import notes, warnings
 from staffa.cases.clock import conductivities
+from staffa.cases.cooling_cautions import WAVELENGTH
+from staffa.cases.cost import WITHIN, Steps, duration, memory, steps
+from staffa.cases.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.cases.exchange import exchanges, strongest
+from staffa.cases.holding import holding, laterally_held
+from staffa.cases.mesh_cautions import cell_edge
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
-from staffa.cases.pieces import has_directions, pieces
-from staffa.cases.rules import adaptive, require_loaded, unit
+from staffa.cases.pieces import has_directions, is_uneven, piece_varies, pieces
+from staffa.cases.rules import require_loaded, unit
 from staffa.cases.split import presses
-from staffa.evolution.schedule import schedule
 from staffa.grid import broken_layer, section_raster
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
-
-# Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
-# brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
-# "time.tau=[0.1]" --set "output.at=[]"` says it, with --set domain.size or domain.h for the size:
-# largest resident memory = base + per unknown, in bytes.
-BASE = 3.2e8
-PER_UNKNOWN = {"direct": 2.1e3, "iterative": 4.1e3}
 
 Fact = tuple[str, str, str]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Preview:
-    """facts: (name, value, what it means); warnings: a sentence each."""
+    """facts: (name, value, what it means); warnings: a sentence on each thing that is off; notes:
+    one on each choice that may be another than is meant."""
 
     facts: tuple[Fact, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def preview(case: Case) -> Preview:
@@ -57,21 +46,16 @@ def preview(case: Case) -> Preview:
     require_loaded(case)
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
+    facts.append(("held", *holding(case)))
     facts += _split_facts(case, derived)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
     return Preview(
         facts=tuple([*facts, *_cost_facts(case, derived)]),
-        warnings=tuple(cautions(case, derived, memory(case))),
+        warnings=tuple(warnings(case, derived)),
+        notes=tuple(notes(case, derived)),
     )
-
-
-def memory(case: Case) -> float:
-    """What a run needs over all its ranks, about (bytes)."""
-    n_vertices = case.outline.n_vertices
-    levels = 4 / 3 if case.dim == 2 and float(case.damage.ell) >= 6 * cell_edge(case) else 1.0
-    return BASE + levels * PER_UNKNOWN[case.solver.displacement] * case.dim * n_vertices
 
 
 def _body_facts(case: Case) -> list[Fact]:
@@ -191,7 +175,7 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
         return [
             *facts,
             ("dT/dT_c", "none", f"{derived.law.name} has no threshold: any drop damages"),
-            ("will it crack", "cannot be told", "without a threshold only a run can tell"),
+            ("will it crack", *verdict(case, derived)),
         ]
     relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
     nothing = "cooling starts no crack" if other_causes(case) else "nothing is damaged"
@@ -200,7 +184,8 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
         *facts,
         ("dT_c", f"{derived.dT_c:.4g}{K}", f"drop at which damage starts, {_where(case, derived)}"),
         ("dT/dT_c", f"{derived.dT / derived.dT_c:.3g}", f"{below}{relaxed}"),
-        ("will it crack", *_verdict(case, peak_drop(case, derived) / derived.dT_c)),
+        *_force_facts(case, derived),
+        ("will it crack", *verdict(case, derived)),
     ]
 
 
@@ -211,38 +196,29 @@ def _where(case: Case, derived: Numbers) -> str:
     weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"
     region = "" if derived.weakest == "material" else f", in {derived.weakest}"
     noise = "; less where the random toughness is low" if case.toughness.amplitude else ""
-    varied = "; more or less where the rock differs" if uneven(case) else ""
+    varied = "; more or less where the rock differs" if is_uneven(case) else ""
     return f"{blocked}{region}{weak}{noise}{varied}"
 
 
-def laterally_held(case: Case) -> bool:
-    """True if no side beside the cooled face can move inward, however deep the cold goes."""
-    if case.supports.section != "none":
-        return case.supports.section == "fixed"
-    body = case.outline
-    cooled = body.axis(case.temperature.face)
-    beside = [name for name in body.faces if body.axis(name) not in (None, cooled)]
-    return all(case.supports.on(side) in ("rollers", "clamped") for side in beside)
-
-
-def _verdict(case: Case, ratio: float) -> tuple[str, str]:
-    """Whether cooling starts cracks; what else may break the body is named beside it."""
-    causes = other_causes(case)
-    if case.forces is not None:
-        said = "cannot be told", "from dT_c alone"
-    elif ratio >= 1.5:
-        said = "yes", "the drop is well above dT_c"
-    elif ratio >= 1:
-        said = "hardly", "damage starts, but the drop is little above dT_c"
-    elif ratio > sqrt(rare_factor(case)):
-        said = "perhaps", "the face cools enough only where the random toughness is low"
-    elif uneven(case):
-        said = "perhaps", "the averages of the rock stand it, but it differs from them"
-    elif causes:
-        said = "no new crack", "by cooling: the face never cools enough to damage sound rock"
-    else:
-        said = "no", "the face never cools enough to damage the rock"
-    return said[0], "; ".join([said[1], *causes])
+def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """Facts on the squeeze of the cooled face, and on what cooling sets against it."""
+    squeezed = face_squeeze(case, derived)
+    if squeezed is None:
+        return []
+    free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
+    rest, thermal = amount(case, squeezed.stress, "Pa"), amount(case, squeezed.thermal, "Pa")
+    net, starts = amount(case, squeezed.net, "Pa"), amount(case, squeezed.starts, "Pa")
+    least = "along the face before cooling, where it is squeezed least; tension counts positive"
+    return [
+        ("stress at rest", rest, least),
+        ("thermal stress", thermal, f"E expansion dT{free}, dT the largest drop of the face"),
+        ("net tension", net, f"the sum of both; damage starts at {starts}"),
+        (
+            "drop it takes",
+            amount(case, squeezed.needed, "K", digits=4),
+            "of the face, for damage to start",
+        ),
+    ]
 
 
 def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
@@ -265,23 +241,39 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
-    keys = adaptive(case)
-    if keys is None:
-        steps = f"{len(schedule(derived.times, derived.requested).times)}"
-    else:
-        steps = f"{ceil((keys.stop - keys.start) / keys.longest) + 1} or more"
+    planned = steps(case, derived)
     unknowns = f"{case.dim * n_vertices:,} + {n_vertices:,}"
     fields = "displacement and damage"
     if case.heat is not None:
         unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
     about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
+    more = " or more" if planned.open else ""
     return [
         ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
         ("unknowns", about + unknowns, fields),
-        ("steps", steps, "each of tens to hundreds of sweeps where cracks move"),
+        (
+            "steps",
+            f"{planned.number}{more}",
+            "each of tens to hundreds of sweeps where cracks move",
+        ),
         *_planes(case),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
+        ("time", *_time(case, planned)),
     ]
+
+
+def _time(case: Case, planned: Steps) -> tuple[str, str]:
+    """The time of the run in words, and how well it is known."""
+    seconds = duration(case, planned.number)
+    low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
+    slower = {
+        "stability": case.solver.stability != "none",
+        "backtracking": case.solver.backtracking,
+    }
+    asked = [f"solver.{name}" for name, given in slower.items() if given]
+    beyond = [*(["each step that cracks make shorter"] if planned.open else []), *asked]
+    more = f"; more for {' and '.join(beyond)}" if beyond else ""
+    return f"about {as_duration(seconds)}", f"on one core: between {low} and {high}{more}"
 
 
 def _planes(case: Case) -> list[Fact]:

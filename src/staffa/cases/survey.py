@@ -4,9 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from staffa.cases.amounts import is_scaled, unit
 from staffa.cases.model import Case
 from staffa.cases.place import Place
-from staffa.cases.rules.units import is_scaled, unit
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError

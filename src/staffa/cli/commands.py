@@ -77,6 +77,8 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
     out.print(table)
     for sentence in said.warnings:
         out.print(f"[yellow]warning:[/yellow] {escape(sentence)}")
+    for sentence in said.notes:
+        out.print(f"[cyan]note:[/cyan] {escape(sentence)}")
     if not said.warnings:
         out.print("[green]nothing is off[/green]")
 

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
+from staffa.cases.preview import preview
 from staffa.cases.resume import resume
 from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
@@ -35,7 +36,10 @@ def run_and_follow(
     comm = MPI.COMM_WORLD
     with ending_all_ranks(comm, directory):
         case = on_root(comm, read)
-        with following(comm, directory, quiet=quiet, wall_time=wall_time) as watcher:
+        warnings = on_root(comm, lambda: preview(case).warnings)
+        with following(
+            comm, directory, quiet=quiet, wall_time=wall_time, warnings=warnings
+        ) as watcher:
             run(case, directory, comm=comm, watcher=watcher)
 
 
@@ -53,11 +57,21 @@ def resume_and_follow(
 
 @contextmanager
 def following(
-    comm: MPI.Comm, directory: Path, *, quiet: bool, wall_time: float | None
+    comm: MPI.Comm,
+    directory: Path,
+    *,
+    quiet: bool,
+    wall_time: float | None,
+    warnings: Sequence[str] = (),
 ) -> Iterator[Watcher]:
-    """What prints and logs a run that goes on within it, and then leaves its results."""
+    """A watcher that prints and logs a run that goes on within it, and then leaves its results.
+
+    warnings: sentences of `staffa check`, said before the first step. Collective.
+    """
     stopping = Stopping(wall_time)
-    follower = Follower(directory=directory, speaks=comm.rank == 0, quiet=quiet)
+    follower = Follower(
+        directory=directory, speaks=comm.rank == 0, quiet=quiet, warnings=tuple(warnings)
+    )
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(read_run(directory), quiet=quiet))
@@ -117,12 +131,14 @@ def _interrupted(directory: Path, *, speaks: bool) -> int:
 
 @dataclass(kw_only=True)
 class Follower:
-    """What is printed and logged while a run goes on; name: which of several runs it is."""
+    """Printer and log of a run that goes on. name: which of several runs it is; warnings: those
+    of `staffa check` on its case."""
 
     directory: Path
     speaks: bool
     quiet: bool
     name: str = ""
+    warnings: tuple[str, ...] = ()
     manifest: Manifest | None = None
     latest: str = ""
     before: float = 0.0  # the part of the run that was done when it was taken up
@@ -161,6 +177,8 @@ class Follower:
             f"{steps} steps, {manifest.law}, {manifest.ranks} rank(s), "
             f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
+        for sentence in self.warnings:
+            self._say(f"  warning: {sentence}")
 
     def said(self, sentence: str) -> None:
         """Say what else there is to say."""

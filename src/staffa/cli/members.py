@@ -9,6 +9,7 @@ from staffa.stack import MPI
 from staffa.cases.ensemble import run_ensemble, seeds_from
 from staffa.cases.experiment import Watcher
 from staffa.cases.model import Case
+from staffa.cases.preview import preview
 from staffa.cli.live import Follower, ending_all_ranks
 from staffa.cli.results import print_ensemble, print_ensemble_pictures
 from staffa.cli.stopping import Stopping
@@ -41,6 +42,7 @@ def run_members_and_follow(
     with ending_all_ranks(comm, directory), stopping.heeded(comm.size):
         case = on_root(comm, read)
         seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
+        warnings = on_root(comm, lambda: preview(case).warnings)
 
         def name(seed: int) -> str:
             return f"seed {seed} (member {seeds.index(seed) + 1} of {count})"
@@ -52,6 +54,7 @@ def run_members_and_follow(
                 speaks=comm.rank == 0,
                 quiet=quiet,
                 name=name(seed),
+                warnings=warnings if seed == seeds[0] else (),
             )
             with follower.progress:
                 yield follower.watcher(stopping.reason)

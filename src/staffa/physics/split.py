@@ -216,8 +216,13 @@ def is_quadratic_in_strain(split: EnergySplit, *, plane_stress: bool) -> bool:
     return bool(np.abs(diagonals - sides).max() < 1e-12 * np.abs(sides).max())
 
 
+def driven_density(split: EnergySplit, e: Strained) -> Any:
+    """The part of a strain's energy density that drives damage in undamaged rock, d psi/d g."""
+    step = 1e-6
+    return (split.density(e, 1.0) - split.density(e, 1.0 - step)) / step
+
+
 def driven_share(split: EnergySplit, principal: tuple[float, ...], nu: float) -> float:
     """The part of a strain's energy that drives damage in undamaged rock: 1 without a split."""
     e = of_principal(principal, E=1.0, nu=nu)
-    step = 1e-6
-    return float((split.density(e, 1.0) - split.density(e, 1.0 - step)) / (step * e.psi))
+    return float(driven_density(split, e) / e.psi)

@@ -116,6 +116,7 @@ def _state(run: Run) -> Iterator[Fact]:
         f"{measures.length_surface:.4g} by energy, {measures.length_geometry:.4g} by geometry{unit}"
     )
     yield Fact(name="crack length" if plane else "crack area", text=text)
+    yield from _far_side(run)
     if measures.fluid:
         pressure, volume = measures.fluid.pressure, measures.fluid.volume
         units = ("", "") if scaled else (" Pa", " m²" if plane else " m³")
@@ -127,6 +128,21 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures.cells:
         counts = (f"{cells.number} at {cells.depth:.3g}" for cells in measures.cells)
         yield Fact(name="cells at depth", text=", ".join(counts))
+
+
+def _far_side(run: Run) -> Iterator[Fact]:
+    """The first step at whose end a crack had come to the side across from the cooled face."""
+    manifest = run.manifest
+    near = max(manifest.ell, manifest.h)
+    for step in run.steps if manifest.face else ():
+        if step.measures is None or manifest.sharp(step.measures.front) < manifest.L - near:
+            continue
+        unit = "" if manifest.scaled else " m"
+        text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
+        text += f"{manifest.sharp(step.measures.front):.4g} of {manifest.L:.4g}{unit}; what comes "
+        text += "after tells of this body, no more of deep rock"
+        yield Fact(name="far side", text=text, alarm=True)
+        return
 
 
 def _heat(run: Run) -> Iterator[Fact]:

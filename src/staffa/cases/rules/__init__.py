@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from staffa.cases.amounts import is_scaled, unit
 from staffa.cases.domain_keys import BLOCKS
 from staffa.cases.model import Case
 from staffa.cases.rules.anisotropy import (
@@ -9,6 +10,7 @@ from staffa.cases.rules.anisotropy import (
     lists_have_a_number_an_axis,
     stiffness_is_complete,
 )
+from staffa.cases.rules.at_rest import rest_is_borne
 from staffa.cases.rules.body import (
     bands_are_inside,
     cracks_are_inside,
@@ -62,12 +64,7 @@ from staffa.cases.rules.times import (
     times_given,
     times_increase,
 )
-from staffa.cases.rules.units import (
-    is_scaled,
-    nothing_is_one_by_default,
-    unit,
-    units_are_not_mixed,
-)
+from staffa.cases.rules.units import nothing_is_one_by_default, units_are_not_mixed
 from staffa.cases.split import GAMMA, default_split
 from staffa.grid import SIDES, UNSTRUCTURED
 from staffa.units import Quantity
@@ -125,6 +122,7 @@ RULES = (
     section_can_stretch,
     prescribed_agree,
     edges_agree,
+    rest_is_borne,
 )
 # Those of a case for which no script gives a load.
 LOADED = (cooling_is_complete, cooling_has_begun, something_happens)

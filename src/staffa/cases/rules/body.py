@@ -1,7 +1,7 @@
 """Rules on the body: its dimension, its mesh, and what is drawn into it."""
 
+from staffa.cases.amounts import unit
 from staffa.cases.model import Case, Disc, Named, Segment
-from staffa.cases.rules.units import unit
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.geometry.places import SAME

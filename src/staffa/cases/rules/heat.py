@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from staffa.cases.amounts import is_scaled
 from staffa.cases.clock import times_in
 from staffa.cases.formula import formula, names, trial
 from staffa.cases.heat_keys import Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
@@ -12,7 +13,6 @@ from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
 from staffa.cases.rock_keys import RockKeys
 from staffa.cases.rules.times import table_agrees, times_given
-from staffa.cases.rules.units import is_scaled
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
 from staffa.errors import InputError

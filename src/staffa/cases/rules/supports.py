@@ -115,14 +115,15 @@ def held(case: Case, side: str) -> dict[str, float | History]:
 
 def _same(one: float | History, other: float | History) -> bool:
     """True if two histories, straight between their times, are equal at all times."""
-    (t, u), (s, v) = _table(one), _table(other)
+    (t, u), (s, v) = as_table(one), as_table(other)
     times = np.union1d(t, s)
     first, second = np.interp(times, t, u), np.interp(times, s, v)
     slack = 1e-9 * max(np.abs(u).max(), np.abs(v).max())  # "0.03 mm" and "30 um" differ a little
     return bool(np.all(np.abs(first - second) <= slack))
 
 
-def _table(value: float | History) -> tuple[np.ndarray, np.ndarray]:
+def as_table(value: float | History) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s) and displacements (m) of a component, each of shape (n,)."""
     if isinstance(value, History):
         return np.array(value.t, dtype=float), np.array(value.u, dtype=float)
     return np.zeros(1), np.full(1, float(value))

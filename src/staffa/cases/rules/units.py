@@ -1,43 +1,9 @@
 """Rules on units: which numbers a case gives, and that all of them have a unit or none."""
 
-from collections.abc import Iterator
-from typing import Any
-
-from pydantic import BaseModel
-
+from staffa.cases.amounts import is_scaled, quantities
 from staffa.cases.model import Case
 from staffa.errors import InputError
-from staffa.units import EXAMPLES, Quantity, Temperature
-
-
-def quantities(table: BaseModel, path: str = "") -> Iterator[tuple[str, Quantity]]:
-    """Every quantity of a case that was written down, with its key."""
-    for name in (*type(table).model_fields, *(table.model_extra or {})):
-        if name in table.model_fields_set:
-            yield from _quantities(getattr(table, name), f"{path}.{name}".lstrip("."))
-
-
-def _quantities(value: Any, path: str) -> Iterator[tuple[str, Quantity]]:
-    if isinstance(value, Quantity):
-        yield path, value
-    elif isinstance(value, BaseModel):
-        yield from quantities(value, path)
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _quantities(item, path)
-    elif isinstance(value, dict):
-        for name, item in value.items():
-            yield from _quantities(item, f"{path}.{name}")
-
-
-def is_scaled(case: Case) -> bool:
-    """True if no number of the case has a unit."""
-    return not any(quantity.has_units for _, quantity in quantities(case))
-
-
-def unit(case: Case, name: str) -> str:
-    """What stands behind a number of a case in a sentence: this unit, or nothing if scaled."""
-    return "" if is_scaled(case) else f" {name}"
+from staffa.units import EXAMPLES, Temperature
 
 
 def units_are_not_mixed(case: Case) -> None:

@@ -1,0 +1,108 @@
+"""The supports of a cooled body, and their meaning for its cracks: a fact and notes."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from staffa.cases.amounts import amount
+from staffa.cases.cracking import first_and_last
+from staffa.cases.exchange import exchanges, strongest
+from staffa.cases.model import Case
+from staffa.cases.numbers import Numbers, load
+from staffa.cases.rules.supports import held
+from staffa.cases.squeeze import thermal_stress
+from staffa.loads.closed_form import Convective, HalfSpace, Load, NoLoad
+
+SECTIONS = {
+    "fixed": "left and right stay where they are, as with more rock beside them",
+    "stretch": "left and right stay upright: free to shorten, not to bend; no force along the face",
+    "free": "left and right stay plane: free to shorten and to bend; no force, no moment",
+}
+DEPTHS = 200  # places along the depth at which the temperature is averaged
+
+
+def laterally_held(case: Case) -> bool:
+    """True if no side beside the cooled face can move inward, however deep the cold goes."""
+    if case.supports.section != "none":
+        return case.supports.section == "fixed"
+    return all(case.supports.on(side) in ("rollers", "clamped") for side in beside(case))
+
+
+def beside(case: Case) -> list[str]:
+    """The flat faces beside the cooled one."""
+    body = case.outline
+    face = case.temperature.face
+    cooled = body.axis(face) if face in body.faces else None
+    return [name for name in body.faces if body.axis(name) not in (None, cooled)]
+
+
+def holding(case: Case) -> tuple[str, str]:
+    """The supports in words, and what they leave free."""
+    section = case.supports.section
+    if section != "none":
+        return f'section "{section}"', SECTIONS[section]
+    found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if held(case, name)]
+    if not found:
+        return "by nothing", "it shortens and bends as it likes"
+    shorten = case.temperature.profile != "none" and not laterally_held(case)
+    return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
+
+
+def _kind(case: Case, name: str) -> str:
+    support = case.supports.on(name)
+    return support if isinstance(support, str) else "moved"
+
+
+def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
+    """Ask if the body is meant to be held as it is."""
+    if derived.face is None or case.supports.section in ("stretch", "free"):
+        return
+    sides = [name for name in beside(case) if case.outline.sides[name]]
+    if sides and laterally_held(case):
+        mean = thermal_stress(derived, mean_drop(case, derived))
+        fixed = case.supports.section == "fixed"
+        stress = f"{'' if case.heat is None else 'about '}{amount(case, mean, 'Pa')}"
+        holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
+        yield (
+            f"{holds}: the body is held along its face, as by more rock beside it, and at the end "
+            f"cold pulls through its whole depth with a mean stress of {stress}, "
+            f"{mean / derived.sigma_c:.2g} sigma_c. A plate that is free to shorten has none, and "
+            f"its cracks stop earlier; for one {_freed(case)}"
+        )
+    elif not any(held(case, name) for name in case.outline.faces):
+        yield (
+            f"nothing holds the body: as a loose piece it shortens and bends while it cools. Rock "
+            f"with more rock around it has rollers on {', '.join(sides) or 'its sides'}, and on "
+            f"the far side; for a piece of a long plate {_freed(case)}"
+        )
+
+
+def _freed(case: Case) -> str:
+    """The supports to take for a piece of a plate that may shorten."""
+    if case.dim == 3:
+        return "leave one of two sides that face each other free, and give rollers to the other"
+    return 'take supports.section = "stretch", or "free" if it may bend too, for left and right'
+
+
+def mean_drop(case: Case, derived: Numbers) -> float:
+    """The mean temperature drop of the body at the end, over its depth (K); with the heat
+    equation about, as a half-space that its strongest cooling meets at once."""
+    assert derived.face is not None
+    _, last = first_and_last(derived)
+    x = np.zeros((3, DEPTHS))
+    depth = (np.arange(DEPTHS) + 0.5) / DEPTHS * derived.L
+    x[derived.face.axis] = derived.face.position + derived.face.inward * depth
+    return float(-_cooling(case, derived).temperature(x, last).mean())
+
+
+def _cooling(case: Case, derived: Numbers) -> Load:
+    """The cooling in closed form, of the heat equation as of a half-space."""
+    if case.heat is None:
+        return load(case, derived)
+    coldest = strongest(exchanges(case), case.temperature.face)
+    if coldest is None or derived.face is None:
+        return NoLoad()
+    drop, kappa, face = coldest.drop, derived.kappa, derived.face
+    if coldest.film is not None:
+        return Convective(dT=drop, kappa=kappa, face=face, h=coldest.film)
+    return HalfSpace(dT=drop, kappa=kappa, face=face)

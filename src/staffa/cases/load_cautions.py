@@ -1,0 +1,173 @@
+"""Cautions on loads: those that move nothing, that end early, or that leave all to round-off."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from staffa.cases.amounts import amount
+from staffa.cases.boxes import Box
+from staffa.cases.cracking import verdict
+from staffa.cases.heat_keys import Even, InTime
+from staffa.cases.kinds import Formula
+from staffa.cases.model import Case, History
+from staffa.cases.numbers import Numbers
+from staffa.cases.pieces import piece_varies, pieces
+from staffa.cases.rock_keys import RegionKeys
+from staffa.cases.rules import is_moved
+from staffa.cases.rules.supports import as_table, held
+from staffa.cases.shape_keys import Cylinder, Layers
+from staffa.cases.writing import inline
+
+PLACES = re.compile(r"\b[xyz]\b")
+
+
+def load_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+    """All of them."""
+    yield from _of_held_faces(case)
+    yield from _of_tables(case, derived)
+    if is_even(case, derived) and _breaks(case, derived):
+        how = f"{case.temperature.face} is cooled evenly" if derived.cooled else "pulled evenly"
+        yield (
+            f"the rock is uniform and {how}: which crack comes first, and where, is decided by "
+            f"round-off, or by the random direction in which a run leaves a state that is no "
+            f"minimum; give the rock a seed: toughness.amplitude = 0.05, with toughness.seed = 1"
+        )
+
+
+def _of_held_faces(case: Case) -> Iterator[str]:
+    """Loads on a face that is held against them."""
+    for side, table in case.forces.by_side().items() if case.forces else ():
+        axis, every = case.outline.axis(side), "xyz"[: case.dim]
+        moved = {"pressure": every if axis is None else every[axis], "x": "x", "y": "y", "z": "z"}
+        for key in table.model_fields_set:
+            if set(moved[key]) <= held(case, side).keys():
+                own = case.supports.on(side) not in (None, "free")
+                holds = f"supports.{side}" if own else "supports.section"
+                yield (
+                    f"forces.{side}.{key} moves nothing: {holds} holds the face against it; leave "
+                    f"one of them out"
+                )
+
+
+def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
+    """Tables in time that end, while their value changes, before the run does."""
+    stop = max((*derived.times, *derived.requested))
+    for where, table in tables(case):
+        values = table.u if isinstance(table, History) else table.value
+        still = len(values) < 2 or values[-1] == values[-2]
+        if still or float(table.t[-1]) >= stop * (1 - 1e-9):
+            continue
+        yield (
+            f"{where}: the table ends at t = {inline(table.t[-1]).strip('"')}, and the run at t = "
+            f"{amount(case, stop, 's')}: in between its value stays {inline(values[-1])}; if that "
+            f"is meant, give this value at the end of the run too"
+        )
+
+
+def tables(section: BaseModel, path: str = "") -> Iterator[tuple[str, History | InTime]]:
+    """Every table in time of a case, with its key."""
+    for name in (*type(section).model_fields, *(section.model_extra or {})):
+        value = getattr(section, name)
+        where = f"{path}.{name}".lstrip(".")
+        if isinstance(value, History | InTime):
+            yield where, value
+        elif isinstance(value, BaseModel):
+            yield from tables(value, where)
+
+
+def is_even(case: Case, derived: Numbers) -> bool:
+    """True if nothing of a case differs along its cooled face, or along the body if it is pulled:
+    no crack, no randomness, no property, load or shape."""
+    shaped = case.domain.is_block or isinstance(case.domain.shape, Layers | Cylinder)
+    if not shaped or case.cracks or case.toughness.amplitude:
+        return False
+    if derived.cooled and derived.face is None:
+        return False
+    across = derived.face.axis if derived.face else None
+    if isinstance(case.domain.shape, Layers) and across != case.dim - 1:
+        return False
+    if any(piece_varies(piece) for piece in pieces(case)):
+        return False
+    named = [region for region in case.regions.values() if region.lower is not None]
+    boxes: list[Box | RegionKeys] = [
+        *case.toughness.bands,
+        *named,
+        *(case.heat.bands if case.heat else ()),
+    ]
+    return all(_spans(case, box, across) for box in boxes) and all(
+        _is_even(value, across) for value in _values(case)
+    )
+
+
+def _spans(case: Case, box: Box | RegionKeys, across: int | None) -> bool:
+    """True if a box covers the body along every axis but this one."""
+    body = case.outline
+    assert box.lower is not None and box.upper is not None
+    ends = zip(body.lower, body.upper, box.lower, box.upper, strict=True)
+    return all(
+        low <= below and high >= above
+        for axis, (below, above, low, high) in enumerate(ends)
+        if axis != across
+    )
+
+
+def _values(case: Case) -> Iterator[Any]:
+    """Every formula and every value with a gradient that a load of the case has."""
+    loads = (case.supports, case.heat, case.forces)
+    for section in loads:
+        if section is not None:
+            yield from _placed(section)
+
+
+def _placed(section: BaseModel) -> Iterator[Formula | Even]:
+    for name in (*type(section).model_fields, *(section.model_extra or {})):
+        value = getattr(section, name)
+        if isinstance(value, Formula | Even):
+            yield value
+        elif isinstance(value, BaseModel):
+            yield from _placed(value)
+
+
+def _is_even(value: Formula | Even, across: int | None) -> bool:
+    """True if a value changes along this axis at most."""
+    if isinstance(value, Even):
+        return all(not g for axis, g in enumerate(value.gradient) if axis != across)
+    allowed = "" if across is None else "xyz"[across]
+    return not set(PLACES.findall(value.formula)) - set(allowed)
+
+
+def _breaks(case: Case, derived: Numbers) -> bool:
+    """True if cracks are expected: by the verdict on cooling, or as the body is pulled apart."""
+    if derived.cooled:
+        without_threshold = derived.dT_c is None and derived.dT > 0
+        return without_threshold or verdict(case, derived)[0] in ("yes", "hardly")
+    return is_moved(case) and _pulled(case) >= derived.sigma_c / derived.rock.E
+
+
+def _pulled(case: Case) -> float:
+    """The largest strain along an axis by which two ends of the body are moved apart, and by which
+    they are moved along it alone."""
+    strains = [0.0]
+    for axis, size in enumerate(case.outline.size):
+        low, high = (_moved_along(case, axis, out) for out in (-1, 1))
+        if low is not None and high is not None:
+            times = np.union1d(low[0], high[0])
+            apart = np.interp(times, *high) - np.interp(times, *low)
+            strains.append(float(apart.max()) / size)
+    return max(strains)
+
+
+def _moved_along(case: Case, axis: int, out: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times and displacements of the end of an axis that points out; None if it is not held, or
+    along other axes too."""
+    faces = case.outline.faces
+    ends = [name for name, p in faces.items() if p and (p.axis, p.out) == (axis, out)]
+    if len(ends) != 1:
+        return None
+    components = held(case, ends[0])
+    if list(components) != ["xyz"[axis]]:
+        return None
+    return as_table(components["xyz"[axis]])
