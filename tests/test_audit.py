@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from bodies import BOTTOM, Unbreakable, body, quench, rock
+from bodies import BOTTOM, Unbreakable, body, printed_on, quench, rock
 from heated import still, tensor
 from staffa.energy import Energy
 from staffa.evolution import advance, loading, settle
@@ -186,6 +186,23 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
     assert said(goes_on(spoiled), "a state is not the one on record") == [1]
     assert "total" in middle.numbers() and middle.total is not None
     system.destroy()
+
+
+RANKS = """
+from staffa.stack import MPI
+from test_audit import SPLIT, cooled, ran, said, warmer
+words = "a state is not the one on record"
+steps = ran(cooled(split=SPLIT), lambda system, index: warmer(system) if index == 0 else None)
+named = said(steps, words)
+sound = all(step.audit.violations == () for step in ran(cooled(split=SPLIT)))
+if MPI.COMM_WORLD.rank == 0:
+    print(*named, sound)
+"""
+
+
+@pytest.mark.mpi
+def test_ranks_name_the_same() -> None:
+    assert printed_on(2, RANKS) == [["1", "True"]]
 
 
 def test_a_minimum_that_is_none_is_named(monkeypatch) -> None:

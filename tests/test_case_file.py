@@ -283,3 +283,38 @@ def test_a_case_has_units_throughout_or_not_at_all(name):
 def test_zero_needs_no_unit():
     case = parse_case(PULLED_IN_UNITS)
     assert not is_scaled(case) and case.cracks[0].start == (0.0, 0.1)
+
+
+PUSHED = """
+[domain]
+size = [1.0, 0.3, 0.3]
+h = 0.05
+[material]
+E = 100.0
+[damage]
+ell = 0.1
+[temperature]
+profile = "none"
+[supports]
+left = { x = 0.0 }
+right = { x = { t = [0.0, 1.0], u = [0.0, -0.4] } }
+[time]
+t = [0.5, 0.55]
+"""
+
+
+@pytest.mark.parametrize(
+    ("settings", "solver"),
+    [
+        (["domain.size=[1.0,0.3]"], "direct"),
+        ([], "iterative"),
+        (['damage.split="volumetric-deviatoric"'], "direct"),
+        (['damage.split="volumetric-deviatoric"', "domain.h=0.01"], "iterative"),
+    ],
+)
+def test_a_small_body_with_a_split_takes_a_factorization_in_3d_too(settings, solver):
+    """Where it breaks under pressure multigrid took thousands of iterations a sweep."""
+    case = parse_case(PUSHED, settings)
+    assert case.solver.displacement == solver
+    asked = parse_case(PUSHED, [*settings, 'solver.displacement="iterative"'])
+    assert asked.solver.displacement == "iterative"

@@ -290,7 +290,8 @@ class SolverKeys(Section):
 
     displacement: Literal["auto", "direct", "iterative"] = Field(
         default="auto",
-        description="direct (2-D default), or iterative: CG with multigrid (3-D default)",
+        description="direct (default in 2-D, and of a small 3-D body with a split), or iterative: "
+        "CG with multigrid (3-D default)",
     )
     damage: Literal["tao", "snes"] = Field(
         default="tao",

@@ -184,6 +184,7 @@ def _audit(run: Run) -> Iterator[Fact]:
         f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
         f"healing {max(a.healing for a in audits):.1e}",
         f"balance {max(a.balance for a in audits):.1e}",
+        f"gap between steps {max(a.gap for a in audits):.1e}",
         f"first-order residual {max(a.optimality for a in audits):.1e}",
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))

@@ -160,6 +160,11 @@ def require_loaded(case: Case) -> None:
         rule(case)
 
 
+# Displacement unknowns of a 3-D body up to which a factorization serves splits: where a crack keeps
+# its stiffness against compaction and no other, multigrid took thousands of iterations a sweep.
+FEW = 30_000
+
+
 def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     """The defaults that depend on other keys: table -> keys."""
     two, keys = case.dim == 2, case.material
@@ -178,7 +183,9 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     if found["damage"]["split"] == "star-convex" and case.damage.gamma is None:
         found["damage"]["gamma"] = GAMMA
     if case.solver.displacement == "auto":
-        found["solver"] = {"displacement": "direct" if two else "iterative"}
+        split = found["damage"]["split"]
+        small = case.dim * case.outline.n_vertices <= FEW and split != "none"
+        found["solver"] = {"displacement": "direct" if two or small else "iterative"}
     ones = ONES_OF_HEAT if case.heat else ONES
     if case.forces is not None and case.forces.gravity is not None:
         ones = ones | {"rho": "kg/m^3"}
