@@ -17,6 +17,7 @@ from staffa.cases.numbers import numbers
 from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
+from staffa.cases.shown_units import reference, units
 from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
@@ -87,7 +88,9 @@ def run(
     setup = problem(case, comm=comm, damage=damage, split=split, temperature=temperature)
     factor = on_root(comm, lambda: _toughness(case, setup))
     with built(setup) as system:
-        manifest = on_root(comm, lambda: describe(case, setup, system, factor))
+        manifest = on_root(
+            comm, lambda: describe(case, setup, system, factor, own=temperature is not None)
+        )
         files = on_root(comm, lambda: attached(case))
         looks = Probes(setup.domain, manifest.probes)
         with writing(comm, directory, new=True) as said_by_lock:
@@ -267,8 +270,10 @@ def probes(case: Case) -> tuple[Probe, ...]:
     return tuple(found)
 
 
-def describe(case: Case, setup: Problem, system: System, factor: float) -> Manifest:
-    """What this run is, for its manifest."""
+def describe(
+    case: Case, setup: Problem, system: System, factor: float, *, own: bool = False
+) -> Manifest:
+    """What this run is, for its manifest; own: its temperature is not the case's."""
     derived, domain, schedule = numbers(case), setup.domain, setup.schedule
     tau_of = setup.tau_of
     spaces = (system.spaces.u, system.spaces.alpha)
@@ -308,6 +313,9 @@ def describe(case: Case, setup: Problem, system: System, factor: float) -> Manif
             ell=setup.material.ell,
             h=domain.h,
         ),
+        profile="" if own else case.temperature.profile,
+        units=units(case, derived),
+        reference=None if own else reference(case),
     )
 
 

@@ -8,6 +8,7 @@ from hashlib import sha256
 from itertools import count
 from pathlib import Path
 
+from staffa.display_units import Unit
 from staffa.errors import InputError, StaffaError
 from staffa.manifest import Manifest, Probe
 from staffa.records import REJECTED, Step, kept, made
@@ -258,6 +259,7 @@ def read_manifest(path: Path) -> Manifest:
             Probe(name=probe["name"], points=tuple(map(tuple, probe["points"])))
             for probe in record.get("probes", ())
         )
+        record["units"] = {name: made(Unit, unit) for name, unit in record.get("units", {}).items()}
         return made(Manifest, record)
     except (KeyError, TypeError):
         raise StaffaError(f"{file} is damaged: it lacks an entry, or has a wrong one") from None
