@@ -119,7 +119,7 @@ def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None
         length=length,
         opening=Unit(name="µm", size=1e-6) if sizes.depth >= 1e-4 else Unit(name="nm", size=1e-9),
         crack=length.power(dim - 1),
-        volume=written.get("volume", _volume(dim, sizes.depth)),
+        volume=written.get("volume", _volume(dim, length, sizes.depth)),
         energy=_prefixed("J/m" if dim == 2 else "J", sizes.energy),
         heat=_prefixed("J/m" if dim == 2 else "J", sizes.heat),
         force=_prefixed("N/m" if dim == 2 else "N", sizes.force),
@@ -150,8 +150,11 @@ def _prefixed(name: str, size: float) -> Unit:
     return Unit(name=prefix + name, size=factor)
 
 
-def _volume(dim: int, depth: float) -> Unit:
-    """In which an opening that is SLENDER, over all of the depth (m), is one or more."""
+def _volume(dim: int, length: Unit, depth: float) -> Unit:
+    """The power of a length below the meter, else one in which an opening that is SLENDER, over
+    all of the depth (m), is one or more."""
+    if length.size < 1:
+        return length.power(dim)
     size = SLENDER * depth**dim
     found = (Unit(name=name, size=m).power(dim) for name, m in METERS.items() if m != 1e3)
     return next((unit for unit in found if size >= unit.size), Unit(name="m").power(dim))

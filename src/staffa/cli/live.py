@@ -206,9 +206,9 @@ class Follower:
         unit = self._shown.energy
         rest = " since rest" if energies.at_rest else ""
         parts += [
-            f"elastic {unit.of(energies.elastic):.4f}{rest}",
-            f"surface {unit.of(energies.surface):.4f}",
-            f"total {unit.of(energies.total):.4f}{unit.behind}",
+            f"elastic {unit.of(energies.elastic):.6g}{rest}",
+            f"surface {unit.of(energies.surface):.6g}",
+            f"total {unit.text(energies.total, 6)}",
             f"{step.sweeps:3d} sweeps",
         ]
         return ", ".join([*parts, *self._cracks(step), *self._left(step)])

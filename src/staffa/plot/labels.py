@@ -5,6 +5,7 @@ from math import sqrt
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike
 
@@ -14,6 +15,8 @@ from staffa.records import Step
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
 IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$"
 BELOW = 0.42  # inches from the axis of time to that of tau
+APART = 0.05  # least part of the axis between two ticks of tau
+ROUNDING = 1e-9
 
 
 def has_tau(steps: Sequence[Step]) -> bool:
@@ -55,11 +58,12 @@ def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:
     late = max(steps, key=lambda step: step.time, default=None)
     if late is None or not late.tau or not has_tau(steps) or counts_tau(manifest, steps):
         return
-    add_tau(axes, sqrt(manifest.shown.time.of(late.time)) / late.tau, tau_label(manifest))
+    add_tau(axes, manifest.shown.time.of(late.time), late.tau, tau_label(manifest))
 
 
-def add_tau(axes: Axes, root: float, label: str) -> None:
-    """Add an axis of tau below that of time; root: sqrt(time) over tau."""
+def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
+    """Add an axis of tau below that of time; time, tau: both of the last moment."""
+    root = sqrt(time) / tau
 
     def to_tau(time: ArrayLike) -> np.ndarray:
         return np.sign(time) * np.sqrt(np.abs(time)) / root
@@ -72,6 +76,12 @@ def add_tau(axes: Axes, root: float, label: str) -> None:
     below = axes.transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
     second = axes.secondary_xaxis(0.0, functions=(to_tau, to_time), transform=below)
     second.set_xlabel(label)
+    axes.set_xlim(left=0)
+    ticks = [0.0]
+    for tick in MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0, tau):
+        if 0 < tick <= tau * (1 + ROUNDING) and (tick**2 - ticks[-1] ** 2) / tau**2 > APART:
+            ticks.append(float(tick))
+    second.set_xticks(ticks)
 
 
 def moment(manifest: Manifest, step: Step) -> str:

@@ -43,9 +43,12 @@ def _energies(manifest: Manifest, steps: Steps) -> str:
     text = "Energies of each step" + (", per unit thickness." if manifest.plane else ".")
     if not since_rest(steps):
         return text
+    which, are = "The elastic energy", "is the change"
+    if any(step.energies.loads for step in steps):
+        which, are = "The elastic energy and that of the loads", "are changes"
     return (
-        f"{text} The elastic energy and that of the loads are changes since the state of rest "
-        f"under the forces, before the first step; the surface energy is that of all cracks."
+        f"{text} {which} {are} since the state of rest under the forces, before the first step; "
+        f"the surface energy is that of all cracks."
     )
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from math import sqrt
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -53,8 +52,9 @@ def _name_clock(pair: Pair, axes: Axes) -> None:
         axes.set_xlabel(tau_label(manifest) if alike else TAU)
         return
     axes.set_xlabel(pair.shown.time.label("time"))
-    if pair.root is not None:
-        add_tau(axes, pair.root / sqrt(pair.first.time), tau_label(manifest))
+    last = pair.first.run.steps[-1]
+    if pair.root is not None and last.tau:
+        add_tau(axes, pair.shown.time.of(last.time), last.tau, tau_label(manifest))
 
 
 def _panels(pair: Pair, names: tuple[str, ...]) -> list[Panel]:
