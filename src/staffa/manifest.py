@@ -84,9 +84,14 @@ class Manifest:
         return len(self.size) == 2
 
     @property
+    def cools(self) -> bool:
+        """True if the face that depths are measured from is cooled; it may be heated."""
+        return bool(self.scales.get("dT"))
+
+    @property
     def surface(self) -> str:
-        """The name of the face that depths are measured from: cooled, unless it is not."""
-        return "cooled face" if self.scales.get("dT") else f"face '{self.face}'"
+        """The name of that face."""
+        return "cooled face" if self.cools else f"face '{self.face}'"
 
     @property
     def corner(self) -> tuple[float, ...]:

@@ -57,15 +57,22 @@ def _only(among: Iterable[Quantity], dimension: str) -> Unit | None:
     return units.pop() if len(units) == 1 else None
 
 
+def _swing(case: Case) -> float:
+    """The largest difference (K) of temperatures that are written in the case, 0 without any."""
+    known = [float(q) for _, q in quantities(case) if isinstance(q, Temperature)]
+    return max(known) - min(known) if known else 0.0
+
+
 def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
     """Estimates from the rock's averages and the strongest stress that is known at the start."""
     rock, size, L = derived.rock, case.outline.size, derived.L
     volume = 1.0
     for length in size:
         volume *= length
-    cold = rock.E * rock.expansion * derived.dT
+    change = max(derived.dT, _swing(case))
+    cold = rock.E * rock.expansion * change
     stored = STRAINED * max(cold, derived.sigma_c) ** 2 / (2 * rock.E) * volume
-    warmth = heat_capacity(case) * derived.dT * volume if case.heat is not None else 1.0
+    warmth = heat_capacity(case) * change * volume if case.heat is not None else 1.0
     return Magnitudes(
         extent=max(size),
         depth=L,

@@ -91,9 +91,11 @@ def _print_facts(heading: str, told: Iterable[Fact]) -> None:
 
 
 def _print_table(found: comparison.Table, title: str | None = None) -> None:
-    """Its rows, if there are any, and its notes."""
+    """Its title and rows, if there are any, and its notes."""
     if found.rows:
-        rows = Table(*map(escape, found.header), title=title, title_justify="left")
+        if title:
+            out.print(f"[bold]{escape(title)}[/bold]")
+        rows = Table(*map(escape, found.header))
         for row in found.rows:
             rows.add_row(*map(escape, row))
         out.print(rows)

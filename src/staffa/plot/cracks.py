@@ -23,7 +23,7 @@ from staffa.plot.style import WIDTH, new_figure
 DAMAGE = LinearSegmentedColormap.from_list(
     "damage", [(0, "#ffffff"), (0.4, "#e6e2db"), (0.7, "#a79e93"), (0.9, "#3b342d"), (1, "#14100c")]
 )
-COLD = "#1f5fbf"
+COLD, OTHER = "#1f5fbf", "#8a8a8a"  # of a face that is cooled, and of one that is not
 # T/dT of the isotherms, and their colors from cold to warm, and those of a body that is heated.
 COLDER = {-0.8: "#1149a8", -0.6: "#2a74d6", -0.4: "#4f9be8", -0.2: "#86bdf2"}
 WARMER = {0.2: "#f4b183", 0.4: "#e8844f", 0.6: "#d6542a", 0.8: "#a82911"}
@@ -116,8 +116,18 @@ def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
     shift = {"x": outwards} if axis == 0 else {"y": outwards}
     outside = offset_copy(axes.transData, axes.get_figure(root=True), units="points", **shift)
     axes.plot(
-        *line, color=COLD, linewidth=FACE, clip_on=False, solid_capstyle="butt", transform=outside
+        *line,
+        color=_face_color(manifest),
+        linewidth=FACE,
+        clip_on=False,
+        solid_capstyle="butt",
+        transform=outside,
     )
+
+
+def _face_color(manifest: Manifest) -> str:
+    """Blue for a face that is cooled."""
+    return COLD if manifest.cools else OTHER
 
 
 def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
@@ -151,7 +161,9 @@ def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: 
     """What the colors mean, above; what tau is, below."""
     handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
     if manifest.cooled_side:
-        handles.append(Line2D([], [], color=COLD, linewidth=FACE, label=manifest.surface))
+        handles.append(
+            Line2D([], [], color=_face_color(manifest), linewidth=FACE, label=manifest.surface)
+        )
     handles += [
         Line2D([], [], color=color, linewidth=1.4, label=isotherm(manifest, level, dT))
         for level, color in isotherms(frames, dT).items()

@@ -13,7 +13,7 @@ from staffa.manifest import Manifest
 from staffa.records import Step
 
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
-IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$"
+IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ at depth $y$"
 BELOW = 0.42  # inches from the axis of time to that of tau
 APART = 0.05  # least part of the axis between two ticks of tau
 ROUNDING = 1e-9

@@ -55,7 +55,9 @@ def run_arrests(run: Run) -> Arrests | None:
 
 def definitions(manifest: Manifest) -> tuple[str, ...]:
     """What the columns of the table are; with the temperature of tau where that is the run's."""
-    profile = ", so that T = -dT erfc(y/(tau L))" if manifest.profile == "half-space" else ""
+    profile = (
+        ", so that T = -dT erfc(y/(tau L)) at depth y" if manifest.profile == "half-space" else ""
+    )
     return (
         f"tau = 2 sqrt(kappa t)/L{profile}; lengths are over L = "
         f"{manifest.shown.length.text(manifest.L)}, the depth of the body below the "

@@ -44,7 +44,7 @@ def _case(run: Run) -> Iterator[Fact]:
     size = " x ".join(f"{unit.of(length):g}" for length in manifest.size)
     face = ""
     if manifest.face:
-        what = "cooled on" if manifest.scales.get("dT") else "depths from"
+        what = "cooled on" if manifest.cools else "depths from"
         face = f", {what} face '{manifest.face}'"
     cells = f"{manifest.cells} cells of {unit.text(manifest.h, 6)}"
     yield Fact(name="body", text=f"{size}{unit.behind}{face}, {cells}")
