@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from staffa.measure.cells import Cells, cells
+from staffa.measure.cells import Cells, cells, section
 from staffa.measure.patterns import Pattern, pattern
-from staffa.measure.planes import section
 from staffa.records import CellSection
 
 EDGE = 1 / 120  # of a pixel

@@ -12,7 +12,18 @@ SOURCE = Path(__file__).parent.parent / "src" / "staffa"
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
     {
-        *("errors", "units", "records", "manifest", "options", "parallel", "stack", "grid", "jit"),
+        *(
+            "errors",
+            "units",
+            "display_units",
+            "records",
+            "manifest",
+            "options",
+            "parallel",
+            "stack",
+            "grid",
+            "jit",
+        ),
         *("unstructured", "geometry", "arguments"),
     },
     {"physics"},
@@ -27,7 +38,8 @@ FLOORS = [
 # Modules of one floor that serve others of it.
 WITHIN = {
     "arguments": ["errors"],
-    "units": ["errors"],
+    "units": ["display_units", "errors"],
+    "manifest": ["display_units"],
     "parallel": ["errors", "stack"],
     "options": ["errors", "parallel", "stack"],
     "jit": ["parallel", "stack"],
@@ -44,6 +56,7 @@ LIGHT = [
     "staffa.arguments",
     "staffa.errors",
     "staffa.units",
+    "staffa.display_units",
     "staffa.records",
     "staffa.manifest",
     "staffa.grid",
@@ -90,6 +103,7 @@ LIGHT = [
     "staffa.report",
     "staffa.report.planes",
     "staffa.report.ensemble",
+    "staffa.report.spacing",
     "staffa.report.pair_reading",
     "staffa.report.results",
     "staffa.doctor",

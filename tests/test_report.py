@@ -52,6 +52,7 @@ from staffa.records import (
 from staffa.report.columns import cells_table, columns, pooled_table
 from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
+from staffa.report.spacing import spacing
 from staffa.report.summary import summary
 
 ELL, HEIGHTS, N = 0.04, (0.1, 0.2, 0.4), 16
@@ -265,7 +266,9 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert facts["status"] == "finished, 25 of 25 steps"
     assert facts["generation 1"].startswith("8 cracks stopped at depth 0.14")
     assert facts["generation 2"].startswith("4 cracks stopped at depth 0.33")
-    assert facts["cracks at depth"] == "16 at 0.1, 8 at 0.2, 4 at 0.4"
+    assert [row[:2] for row in spacing(drawn_run(tmp_path / "same")).rows] == [
+        ("0.1", "16"), ("0.2", "8"), ("0.4", "4"),
+    ]  # fmt: skip
     assert facts["violations"] == "none"
     assert "2.0e-13" in facts["audit, worst step"]
     assert "cooled on face 'bottom'" in facts["body"] and "split" not in facts["damage"]
@@ -456,7 +459,7 @@ def test_cells_become_triangles_that_cover_the_body_once(kind):
         a, b, c, d = grid.cells.T
         halves = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
         grid = Grid(points=grid.points, cells=halves, type=5)
-    triangles = triangulation(grid)
+    triangles = triangulation(grid, drawn_manifest(SLAB))
     x, y = triangles.x[triangles.triangles], triangles.y[triangles.triangles]
     twice = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
     assert twice.min() > 0
@@ -616,8 +619,7 @@ def test_cells_are_told_by_depth(tmp_path):
     assert found.rows[0][found.header.index("T")] == "0.25"
     many = columns([run, run])
     assert many.rows[0][many.header.index("T")].startswith("0.25 ± ")
-    told = {fact.name: fact.text for fact in summary(run)}
-    assert told["cells at depth"] == "4 at 0.1, 3 at 0.2"
+    assert spacing(run) == found
     rows = list(csv.DictReader(StringIO(cells_table(run))))
     assert [(row["step"], row["depth"], row["cells"]) for row in rows] == [
         ("24", "0.1", "4"), ("24", "0.2", "3"),

@@ -1,6 +1,10 @@
 """What a run is, for those who read it later: written once, before its first step."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from staffa.display_units import Magnitudes, Shown, Unit, shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +44,9 @@ class Manifest:
     the derived numbers that `staffa check` prints, by name; none of a load that a script gave.
     identity: SHA-256 of what must stay of the case, see `cases.attached`. own: what a script gave
     in place of the case's, by the names of the arguments: "damage", "split", "temperature"; None
-    if that was not recorded.
+    if that was not recorded. profile: `temperature.profile` of the case, empty if not known.
+    units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
+    reference: the temperature (K) from which the field T counts, if that is one and is known.
     """
 
     version: str
@@ -74,7 +80,34 @@ class Manifest:
     split: str = "none"
     identity: str | None = None
     own: dict[str, Own] | None = None
+    profile: str = ""
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    reference: float | None = None
     format: int = 1
+
+    @cached_property
+    def shown(self) -> Shown:
+        """The units in which results are shown; chosen by size for a run that tells none."""
+        if self.scaled or self.units:
+            return Shown(**self.units)
+        last = self.times[-1] if self.times else 1.0
+        sizes = Magnitudes(extent=max(self.size), depth=self.L, last=last)
+        return shown(len(self.size), sizes)
+
+    @property
+    def plane(self) -> bool:
+        """True for a 2-D body."""
+        return len(self.size) == 2
+
+    @property
+    def cools(self) -> bool:
+        """True if the face that depths are measured from is cooled; it may be heated."""
+        return bool(self.scales.get("dT"))
+
+    @property
+    def surface(self) -> str:
+        """The name of that face."""
+        return "cooled face" if self.cools else f"face '{self.face}'"
 
     @property
     def corner(self) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import pint
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import is_instance_schema, plain_serializer_function_ser_schema
 
+from staffa.display_units import Unit
 from staffa.errors import InputError
 
 # One unit a dimension, the SI one; the names are those of the messages.
@@ -185,3 +186,19 @@ def _unit(unit: str, example: str) -> pint.Quantity:
     except Exception:  # pint raises many kinds for a text that is no unit
         raise InputError(f"'{unit}' is no unit that staffa knows; {example}") from None
     return one
+
+
+def unit_of(quantity: Quantity, dimension: str) -> Unit | None:
+    """The unit that a quantity is written in; None if it has none, or one of another dimension."""
+    written = WRITTEN.fullmatch(quantity.given) if isinstance(quantity.given, str) else None
+    if written is None:
+        return None
+    unit = _registry().Quantity(f"1 {written[2].strip()}").units
+    if not unit.is_compatible_with(SI_UNITS[dimension]):
+        return None
+    name = f"{unit:~P}".replace("\u03bc", "\u00b5")  # the micro sign, as everywhere here
+    zero, one = (
+        float(_registry().Quantity(count, unit).to(SI_UNITS[dimension]).magnitude)
+        for count in (0.0, 1.0)
+    )
+    return Unit(name=name, size=one - zero, zero=zero)

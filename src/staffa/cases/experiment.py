@@ -19,6 +19,7 @@ from staffa.cases.own import Given, recorded
 from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
+from staffa.cases.shown_units import reference, units
 from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
@@ -311,6 +312,9 @@ def describe(
             ell=material.ell,
             h=domain.h,
         ),
+        profile="" if own_load else case.temperature.profile,
+        units=units(case, derived),
+        reference=None if own_load else reference(case),
     )
 
 

@@ -19,6 +19,7 @@ from staffa.cases.resume import resume
 from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
+from staffa.display_units import Shown
 from staffa.errors import AloneError, StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
 from staffa.manifest import Manifest
@@ -195,7 +196,7 @@ class Follower:
         self.progress.update(
             self.task,
             description=f"{self._named()}step {moment.index}, {self._clock(moment)}",
-            now=f"sweep {sweep.number}, energy {sweep.energies.total:.4g}{self.latest}",
+            now=f"sweep {sweep.number}, energy {self._energy(sweep.energies.total)}{self.latest}",
         )
 
     def stepped(self, step: Step) -> None:
@@ -209,7 +210,7 @@ class Follower:
             back = step.returned
             self._say(
                 f"  went back from step {back.index} to step {step.index}: its damage lowers the "
-                f"energy there from {back.before:.6g} to {back.found:.6g}"
+                f"energy there from {self._energy(back.before, 6)} to {self._energy(back.found, 6)}"
             )
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
@@ -219,11 +220,13 @@ class Follower:
         return f"{self.name}, " if self.name else ""
 
     def _line(self, step: Step) -> str:
-        energies, parts = step.energies, [f"step {step.index:3d}", self._when(step)]
+        energies, parts = step.energies, [f"step {step.index:3d}", self._clock(step)]
+        unit = self._shown.energy
+        rest = " since rest" if energies.at_rest else ""
         parts += [
-            f"elastic {energies.elastic:.4f}",
-            f"surface {energies.surface:.4f}",
-            f"total {energies.total:.4f}",
+            f"elastic {unit.of(energies.elastic):.6g}{rest}",
+            f"surface {unit.of(energies.surface):.6g}",
+            f"total {unit.text(energies.total, 6)}",
             f"{step.sweeps:3d} sweeps",
         ]
         return ", ".join([*parts, *self._cracks(step), *self._left(step)])
@@ -232,9 +235,8 @@ class Follower:
         if not step.measures or not step.measures.tips:
             return []
         assert self.manifest is not None
-        unit, count = "" if self.manifest.scaled else " m", len(step.measures.tips)
-        front = self.manifest.sharp(step.measures.front)
-        return [f"{count} crack{'s' * (count > 1)} to {front:.3g}{unit}"]
+        count, front = len(step.measures.tips), self.manifest.sharp(step.measures.front)
+        return [f"{count} crack{'s' * (count > 1)} to {self._shown.length.text(front, 3)}"]
 
     def _done(self, step: Step) -> float:
         """The part of the run that is behind it: of its steps, or if not known, of its clock."""
@@ -252,12 +254,19 @@ class Follower:
 
     def _clock(self, moment: Moment | Step) -> str:
         assert self.manifest is not None
-        if moment.tau is not None:
-            return f"tau {moment.tau:.4f}"
-        return f"t {moment.time:.4g}{'' if self.manifest.scaled else ' s'}"
+        time = f"t {self._shown.time.text(moment.time)}"
+        if moment.tau is None:
+            return time
+        tau = f"tau {moment.tau:.4f}"
+        return f"{tau} ({time})" if self.manifest.scaled else f"{time} ({tau})"
 
-    def _when(self, step: Step) -> str:
-        return self._clock(step) + (f" (t {step.time:.4g})" if step.tau is not None else "")
+    @property
+    def _shown(self) -> Shown:
+        assert self.manifest is not None
+        return self.manifest.shown
+
+    def _energy(self, value: float, digits: int = 4) -> str:
+        return self._shown.energy.text(value, digits)
 
     def _say(self, line: str) -> None:
         if not self.speaks:

@@ -18,16 +18,17 @@ from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.report.ensemble import ensemble_title, facts, sheets
 from staffa.report.pair import Pair, pair_title
 from staffa.report.results import common_times, results
+from staffa.report.spacing import TITLE, spacing
 from staffa.report.summary import Fact, summary, title
 
 
 def print_summary(run: Run) -> None:
-    """Facts, the comparison with the paper where it has a meaning, the cells of a 3-D body."""
+    """Facts, the comparison with the paper where it has a meaning, the spacing by depth."""
     _print_facts(title(run), summary(run))
     compared = comparison.table(run)
-    for found in (compared, columns([run])):
-        if found is not None:
-            _print_table(found)
+    if compared is not None:
+        _print_table(compared)
+    _print_table(spacing(run), title=TITLE)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
@@ -89,9 +90,11 @@ def _print_facts(heading: str, told: Iterable[Fact]) -> None:
     out.print(rows)
 
 
-def _print_table(found: comparison.Table) -> None:
-    """Its rows, if there are any, and its notes."""
+def _print_table(found: comparison.Table, title: str | None = None) -> None:
+    """Its title and rows, if there are any, and its notes."""
     if found.rows:
+        if title:
+            out.print(f"[bold]{escape(title)}[/bold]")
         rows = Table(*map(escape, found.header))
         for row in found.rows:
             rows.add_row(*map(escape, row))

@@ -5,6 +5,7 @@ each a tile, whose borders are the crests of the cracks between regions. So tile
 whatever the threshold is, and a crack that ends within a region borders nothing.
 """
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from skimage.measure import label
 from skimage.segmentation import watershed
 
 from staffa.measure.borders import SHORTEST, Junction, Raster, borders, junctions, shared
+from staffa.records import CellSection
 
 # An uncracked region of less than so many ell^2 is a gap between cracks, and no cell.
 SMALLEST = 4.0
@@ -50,6 +52,21 @@ class Cells:
     def number(self) -> int:
         """How many there are."""
         return len(self.areas)
+
+
+def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
+    """What is recorded of the cells on a plane at a depth (m)."""
+    counts = Counter(found.kinds)
+    return CellSection(
+        depth=depth,
+        pixel=pixel,
+        areas=tuple(found.areas.tolist()),
+        perimeters=tuple(found.perimeters.tolist()),
+        sides=tuple(found.sides.tolist()),
+        ends=tuple(found.ends.tolist()),
+        junctions={str(kind): counts[kind] for kind in Junction},
+        cracked=found.cracked,
+    )
 
 
 def cells(

@@ -1,6 +1,5 @@
 """The damage of a 3-D body on planes below the cooled face, and the cells that cracks cut there."""
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,8 +8,7 @@ from staffa.domain import Domain
 from staffa.fields import State
 from staffa.grid import section_raster
 from staffa.loads.closed_form import Face
-from staffa.measure.borders import Junction
-from staffa.measure.cells import Cells, cells
+from staffa.measure.cells import cells, section
 from staffa.measure.probes import located
 from staffa.parallel import gather, on_root
 from staffa.records import CellSection
@@ -57,18 +55,3 @@ class Planes:
     def _section(self, depth: float, damage: np.ndarray) -> CellSection:
         found = cells(damage, pixel=self.pixel, ell=self.ell, threshold=self.threshold)
         return section(found, depth=depth, pixel=self.pixel)
-
-
-def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
-    """What is recorded of the cells on a plane at a depth (m)."""
-    counts = Counter(found.kinds)
-    return CellSection(
-        depth=depth,
-        pixel=pixel,
-        areas=tuple(found.areas.tolist()),
-        perimeters=tuple(found.perimeters.tolist()),
-        sides=tuple(found.sides.tolist()),
-        ends=tuple(found.ends.tolist()),
-        junctions={str(kind): counts[kind] for kind in Junction},
-        cracked=found.cracked,
-    )

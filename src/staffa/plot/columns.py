@@ -11,10 +11,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from staffa.display_units import Unit
 from staffa.manifest import Manifest
 from staffa.measure.cells import Cells
 from staffa.measure.patterns import Estimate, Pattern
-from staffa.plot.labels import moment, with_unit
+from staffa.plot.labels import moment
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
 from staffa.records import Step
 
@@ -56,6 +57,7 @@ def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> 
     """A panel for each plane: cracks dark, cells colored by how many neighbors they have."""
     across = min(PANELS_ACROSS, len(planes))
     rows = ceil(len(planes) / across)
+    length = manifest.shown.length
     (left, right), (low, high) = planes[0].extent
     tall = (WIDTH - 0.6) / across * (high - low) / (right - left)
     figure = new_figure(min(rows * (tall + 0.1) + 0.85, 2 * WIDTH))
@@ -66,10 +68,10 @@ def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> 
             continue
         _draw_plane(axes, manifest, planes[number])
         if number + across >= len(planes):
-            axes.set_xlabel(with_unit("xyz"[planes[number].axes[0]], manifest, "m"))
+            axes.set_xlabel(length.label("xyz"[planes[number].axes[0]]))
             axes.tick_params(labelbottom=True)
         if number % across == 0:
-            axes.set_ylabel(with_unit("xyz"[planes[number].axes[1]], manifest, "m"))
+            axes.set_ylabel(length.label("xyz"[planes[number].axes[1]]))
     figure.legend(
         handles=_classes(), loc="outside upper left", ncols=len(NEIGHBORS) + 1, handlelength=1.2,
         columnspacing=1.2, borderaxespad=0.1,
@@ -86,33 +88,41 @@ def size_figure(
     patterns: by depth (m). curves: what theory says, one line each.
     """
     figure = new_figure(3.8)
-    axes = figure.subplots()
+    axes, unit = figure.subplots(), manifest.shown.length
     for curve, line in zip(curves, ("--", ":", "-."), strict=False):
-        axes.plot(curve.depths, curve.lengths, label=curve.name, **THEORY, linestyle=line)
+        axes.plot(
+            unit.of(curve.depths),
+            unit.of(curve.lengths),
+            label=curve.name,
+            **THEORY,
+            linestyle=line,
+        )
     diameters = {depth: found.diameter for depth, found in patterns.items()}
     spacings = {depth: found.spacing for depth, found in patterns.items()}
     name = "mean diameter of the cells inside, and their number"
-    _draw_estimates(axes, diameters, "o", BLUE, name)
-    _draw_estimates(axes, spacings, "s", ORANGE, "spacing: area over length of the cracks")
+    _draw_estimates(axes, unit, diameters, "o", BLUE, name)
+    _draw_estimates(axes, unit, spacings, "s", ORANGE, "spacing: area over length of the cracks")
     for depth, found in patterns.items():
         if found.diameter.value is not None:
             axes.annotate(
-                f"{found.interior}", (depth, found.diameter.value), xytext=(5, 5),
+                f"{found.interior}", (unit.of(depth), unit.of(found.diameter.value)), xytext=(5, 5),
                 textcoords="offset points", fontsize=7, color=BLUE,
             )  # fmt: skip
     deepest = max(patterns)
-    axes.set_xlim(left=0, right=1.08 * deepest)
+    axes.set_xlim(left=0, right=1.08 * unit.of(deepest))
     drawn = [e.value + (e.error or 0) for e in (*diameters.values(), *spacings.values()) if e.value]
     among = [curve.lengths[curve.depths <= deepest] for curve in curves]
-    axes.set_ylim(0, 1.08 * float(np.nanmax(np.concatenate([[0.0], drawn, *among]))) or 1.0)
-    axes.set_xlabel(with_unit("depth below the cooled face", manifest, "m"))
-    axes.set_ylabel(with_unit("length", manifest, "m"))
+    largest = float(np.nanmax(np.concatenate([[0.0], drawn, *among])))
+    axes.set_ylim(0, 1.08 * unit.of(largest) or 1.0)
+    axes.set_xlabel(unit.label(f"depth below the {manifest.surface}"))
+    axes.set_ylabel(unit.label("length"))
     legend_above(axes, 2)
     return figure
 
 
 def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
-    (left, right), (low, high) = plane.extent
+    length = manifest.shown.length
+    left, right, low, high = (length.of(end) for ends in plane.extent for end in ends)
     axes.imshow(
         painted(plane).swapaxes(0, 1), origin="lower", extent=(left, right, low, high),
         interpolation="bilinear",
@@ -122,7 +132,7 @@ def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
     for side in axes.spines.values():
         side.set_visible(True)
     inside = int((plane.cells.ends == 0).sum())
-    depth = f"depth {plane.depth:.3g}" + ("" if manifest.scaled else " m")
+    depth = f"depth {length.text(plane.depth, 3)}"
     count = "1 cell" if plane.cells.number == 1 else f"{plane.cells.number} cells"
     axes.set_title(f"{depth}: {count}, {inside} inside", loc="left", pad=3, fontsize=8)
 
@@ -153,12 +163,12 @@ def _classes() -> list[Patch]:
 
 
 def _draw_estimates(
-    axes: Axes, found: Mapping[float, Estimate], marker: str, color: str, label: str
+    axes: Axes, unit: Unit, found: Mapping[float, Estimate], marker: str, color: str, label: str
 ) -> None:
     """Points joined, each with its error if it has one."""
     known = [(depth, e.value, e.error or 0.0) for depth, e in found.items() if e.value is not None]
     if known:
-        depth, value, error = zip(*known, strict=True)
+        depth, value, error = unit.of(np.array(known)).T
         axes.errorbar(
             depth, value, error, color=color, marker=marker, markersize=5, capsize=3,
             linewidth=1.2, label=label,

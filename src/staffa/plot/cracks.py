@@ -16,16 +16,17 @@ from staffa.grid import SIDES, face_position
 from staffa.io.vtkhdf import Grid
 from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
-from staffa.plot.labels import TAU_CONVENTION, moment, with_unit
+from staffa.plot.labels import moment, tau_label
 from staffa.plot.style import WIDTH, new_figure
 
 # Pale up to half, so that what is seen dark is the crack and not the width of its damage profile.
 DAMAGE = LinearSegmentedColormap.from_list(
     "damage", [(0, "#ffffff"), (0.4, "#e6e2db"), (0.7, "#a79e93"), (0.9, "#3b342d"), (1, "#14100c")]
 )
-COLD = "#1f5fbf"
-# T/dT of the isotherms, and their colors from cold to warm.
-ISOTHERMS = {-0.8: "#1149a8", -0.6: "#2a74d6", -0.4: "#4f9be8", -0.2: "#86bdf2"}
+COLD, OTHER = "#1f5fbf", "#8a8a8a"  # of a face that is cooled, and of one that is not
+# T/dT of the isotherms, and their colors from cold to warm, and those of a body that is heated.
+COLDER = {-0.8: "#1149a8", -0.6: "#2a74d6", -0.4: "#4f9be8", -0.2: "#86bdf2"}
+WARMER = {0.2: "#f4b183", 0.4: "#e8844f", 0.6: "#d6542a", 0.8: "#a82911"}
 FACE = 3.0  # points: width of the line that marks the cooled face
 TALLEST = 1.4  # height of the picture over its width, before panels go side by side
 BAR = 0.9  # inches for the legend and the labels below
@@ -38,19 +39,19 @@ def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
     rows = ceil(len(frames) / columns)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     dT = temperature_drop(manifest, frames)
-    triangles = triangulation(frames[0].grid)
+    triangles = triangulation(frames[0].grid, manifest)
     for number, axes in enumerate(grid.flat):
         if number >= len(frames):
             axes.set_axis_off()
             continue
         if len(frames[number].alpha) != len(triangles.x):
-            triangles = triangulation(frames[number].grid)
+            triangles = triangulation(frames[number].grid, manifest)
         draw_panel(axes, manifest, frames[number], triangles, dT)
         if number + columns >= len(frames):
-            axes.set_xlabel(with_unit("x", manifest, "m"))
+            axes.set_xlabel(manifest.shown.length.label("x"))
             axes.tick_params(labelbottom=True)
         if number % columns == 0:
-            axes.set_ylabel(with_unit("y", manifest, "m"))
+            axes.set_ylabel(manifest.shown.length.label("y"))
     add_legend(figure, manifest, frames, dT)
     return figure
 
@@ -66,8 +67,10 @@ def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
 
 
 def extent(manifest: Manifest) -> list[tuple[float, float]]:
-    """Where the body begins and ends along each axis (m)."""
-    return [(a, a + s) for a, s in zip(manifest.corner, manifest.size, strict=True)]
+    """Where the body begins and ends along each axis, in the unit of length that is shown."""
+    ends = zip(manifest.corner, manifest.size, strict=True)
+    of = manifest.shown.length.of
+    return [(of(a), of(a + s)) for a, s in ends]
 
 
 def draw_panel(
@@ -79,9 +82,10 @@ def draw_panel(
     axes.tripcolor(triangles, frame.alpha, cmap=DAMAGE, vmin=0, vmax=1, shading="gouraud")
     axes.add_collection(LineCollection(list(rim(triangles)), colors="#555555", linewidths=0.6))
     theta = frame.T / dT if dT else frame.T
-    levels = [level for level in ISOTHERMS if theta.min() < level < theta.max()]
+    known = COLDER | WARMER
+    levels = [level for level in known if theta.min() < level < theta.max()]
     if levels:
-        colors = [ISOTHERMS[level] for level in levels]
+        colors = [known[level] for level in levels]
         axes.tricontour(
             triangles, theta, levels=levels, colors=colors, linewidths=0.7, linestyles="solid"
         )
@@ -104,16 +108,26 @@ def entitle(axes: Axes, title: str, manifest: Manifest) -> None:
 def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
     """A blue line along the cooled side, just outside the body."""
     axis, end = SIDES[2][side]
-    lower, size = manifest.corner, manifest.size
-    at = lower[axis] + face_position(side, size)
-    ends = [lower[1 - axis], lower[1 - axis] + size[1 - axis]]
+    of, lower, size = manifest.shown.length.of, manifest.corner, manifest.size
+    at = of(lower[axis] + face_position(side, size))
+    ends = list(extent(manifest)[1 - axis])
     line = ([at, at], ends) if axis == 0 else (ends, [at, at])
     outwards = end * (FACE + 1) / 2
     shift = {"x": outwards} if axis == 0 else {"y": outwards}
     outside = offset_copy(axes.transData, axes.get_figure(root=True), units="points", **shift)
     axes.plot(
-        *line, color=COLD, linewidth=FACE, clip_on=False, solid_capstyle="butt", transform=outside
+        *line,
+        color=_face_color(manifest),
+        linewidth=FACE,
+        clip_on=False,
+        solid_capstyle="butt",
+        transform=outside,
     )
+
+
+def _face_color(manifest: Manifest) -> str:
+    """Blue for a face that is cooled."""
+    return COLD if manifest.cools else OTHER
 
 
 def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
@@ -129,8 +143,9 @@ def rim(triangles: Triangulation) -> np.ndarray:
     return np.stack([triangles.x[ends], triangles.y[ends]], axis=-1)
 
 
-def triangulation(grid: Grid) -> Triangulation:
-    """The mesh as triangles, quadrilaterals cut in two along alternating diagonals."""
+def triangulation(grid: Grid, manifest: Manifest) -> Triangulation:
+    """The mesh as triangles, in the unit of length that is shown; quadrilaterals are cut in two
+    along alternating diagonals."""
     cells = grid.cells
     if cells.shape[1] == 4:
         a, b, c, d = cells.T
@@ -138,22 +153,44 @@ def triangulation(grid: Grid) -> Triangulation:
         one = np.where(even, np.column_stack([a, b, c]), np.column_stack([a, b, d]))
         two = np.where(even, np.column_stack([a, c, d]), np.column_stack([b, c, d]))
         cells = np.concatenate([one, two])
-    return Triangulation(grid.points[:, 0], grid.points[:, 1], cells)
+    points = manifest.shown.length.of(grid.points)
+    return Triangulation(points[:, 0], points[:, 1], cells)
 
 
 def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: float) -> None:
     """What the colors mean, above; what tau is, below."""
     handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
-    if manifest.face:
-        handles.append(Line2D([], [], color=COLD, linewidth=FACE, label="cooled face"))
-    if dT:
-        handles += [
-            Line2D([], [], color=color, linewidth=1.4, label=f"T = {level:g} ΔT".replace("-", "−"))
-            for level, color in ISOTHERMS.items()
-        ]
+    if manifest.cooled_side:
+        handles.append(
+            Line2D([], [], color=_face_color(manifest), linewidth=FACE, label=manifest.surface)
+        )
+    handles += [
+        Line2D([], [], color=color, linewidth=1.4, label=isotherm(manifest, level, dT))
+        for level, color in isotherms(frames, dT).items()
+    ]
     figure.legend(
         handles=handles, loc="outside upper left", ncols=len(handles), handlelength=1.3,
         columnspacing=1.3, borderaxespad=0.1,
     )  # fmt: skip
     if frames[0].step.tau is not None:
-        figure.supxlabel(TAU_CONVENTION, fontsize=8)
+        figure.supxlabel(tau_label(manifest), fontsize=8)
+
+
+def isotherms(frames: Sequence[Frame], dT: float) -> dict[float, str]:
+    """The levels of T/dT that lie within the temperatures of these moments, with their colors."""
+    if not dT:
+        return {}
+    low = min(float(frame.T.min()) for frame in frames) / dT
+    high = max(float(frame.T.max()) for frame in frames) / dT
+    return {level: color for level, color in (COLDER | WARMER).items() if low < level < high}
+
+
+def isotherm(manifest: Manifest, level: float, dT: float) -> str:
+    """A level of T/dT in words: as a temperature where the case tells one, else as a change."""
+    if manifest.scaled:
+        text = f"T = {level:g} ΔT"
+    elif manifest.reference is not None:
+        text = f"T = {manifest.shown.temperature.text(manifest.reference + level * dT, 3)}"
+    else:
+        text = f"T = T₀ {level * dT:+.3g} {manifest.shown.difference.name}"
+    return text.replace("-", "−")

@@ -1,12 +1,22 @@
 """The words on axes: quantities with their units, and the time that a run counts in."""
 
 from collections.abc import Sequence
+from math import sqrt
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
+from numpy.typing import ArrayLike
 
 from staffa.manifest import Manifest
 from staffa.records import Step
 
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
-TAU_CONVENTION = TAU + r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ in a half-space"
+IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ at depth $y$"
+BELOW = 0.42  # inches from the axis of time to that of tau
+APART = 0.05  # least part of the axis between two ticks of tau
+ROUNDING = 1e-9
 
 
 def has_tau(steps: Sequence[Step]) -> bool:
@@ -14,57 +24,84 @@ def has_tau(steps: Sequence[Step]) -> bool:
     return bool(steps) and all(step.tau is not None for step in steps)
 
 
-def clock(steps: Sequence[Step]) -> list[float]:
-    """What goes on the axis of time: tau, or the time (s) where nothing diffuses."""
-    tau = has_tau(steps)
-    return [step.tau if tau and step.tau is not None else step.time for step in steps]
+def counts_tau(manifest: Manifest, steps: Sequence[Step]) -> bool:
+    """True if tau is the clock of a run: of a scaled one that has it; others count in time."""
+    return manifest.scaled and has_tau(steps)
+
+
+def clock(manifest: Manifest, steps: Sequence[Step]) -> list[float]:
+    """What goes on the axis of time: the time in the run's unit, or tau where that is the clock."""
+    tau = counts_tau(manifest, steps)
+    return [at(manifest, step.time, step.tau if tau else None) for step in steps]
+
+
+def at(manifest: Manifest, time: float, tau: float | None) -> float:
+    """A place on the axis of time: tau if there is one, else the time (s) in the run's unit."""
+    return manifest.shown.time.of(time) if tau is None else tau
 
 
 def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
     """Label of the axis of time."""
-    if has_tau(steps):
-        return TAU_CONVENTION
-    return "time (scaled)" if manifest.scaled else "time (s)"
+    if counts_tau(manifest, steps):
+        return tau_label(manifest)
+    return manifest.shown.time.label("time")
+
+
+def tau_label(manifest: Manifest) -> str:
+    """The definition of tau, and the temperature that goes with it where that is a half-space's."""
+    return TAU + (IN_A_HALF_SPACE if manifest.profile == "half-space" else "")
+
+
+def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:
+    """Name the axis of time; below one in units, an axis of tau where every step has it."""
+    axes.set_xlabel(clock_label(manifest, steps))
+    late = max(steps, key=lambda step: step.time, default=None)
+    if late is None or not late.tau or not has_tau(steps) or counts_tau(manifest, steps):
+        return
+    add_tau(axes, manifest.shown.time.of(late.time), late.tau, tau_label(manifest))
+
+
+def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
+    """Add an axis of tau below that of time; time, tau: both of the last moment."""
+    root = sqrt(time) / tau
+
+    def to_tau(time: ArrayLike) -> np.ndarray:
+        return np.sign(time) * np.sqrt(np.abs(time)) / root
+
+    def to_time(tau: ArrayLike) -> np.ndarray:
+        return np.sign(tau) * np.square(root * np.asarray(tau))
+
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    below = axes.transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
+    second = axes.secondary_xaxis(0.0, functions=(to_tau, to_time), transform=below)
+    second.set_xlabel(label)
+    axes.set_xlim(left=0)
+    ticks = [0.0]
+    for tick in MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0, tau):
+        if 0 < tick <= tau * (1 + ROUNDING) and (tick**2 - ticks[-1] ** 2) / tau**2 > APART:
+            ticks.append(float(tick))
+    second.set_xticks(ticks)
 
 
 def moment(manifest: Manifest, step: Step) -> str:
-    """The time of a step in words, for a title."""
+    """The time of a step in words, for a title: with tau beside it where it has a meaning."""
     when = reading(manifest, step.time)
     if step.tau is None:
         return when
-    return f"τ = {step.tau:.3g}" + ("" if manifest.scaled else f"   ({when})")
+    return f"τ = {step.tau:.3g}" if manifest.scaled else f"{when}   (τ = {step.tau:.3g})"
 
 
 def reading(manifest: Manifest, time: float) -> str:
     """A time (s, or scaled) as a clock shows it."""
-    return f"t = {time:.4g}" if manifest.scaled else f"t = {duration(time)}"
+    return f"t = {manifest.shown.time.text(time)}"
 
 
-def duration(seconds: float) -> str:
-    """A time in the largest unit of which it is one or more."""
-    for unit, size in (("y", 365.25 * 86400), ("d", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 0.9995 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
+def since_rest(steps: Sequence[Step]) -> bool:
+    """True if the energies of a run count from a state of rest under forces."""
+    return any(step.energies.at_rest for step in steps)
 
 
-def with_unit(name: str, manifest: Manifest, unit: str) -> str:
-    """A quantity's name with its unit, or with the word that says that it has none."""
-    return f"{name} (scaled)" if manifest.scaled else f"{name} ({unit})"
-
-
-def energy_label(manifest: Manifest) -> str:
-    """Label of an axis of energy: per unit thickness in 2-D."""
-    return with_unit("energy", manifest, "J/m" if len(manifest.size) == 2 else "J")
-
-
-def heat_label(manifest: Manifest) -> str:
-    """Label of an axis of heat: per unit thickness in 2-D."""
-    return with_unit("heat since the start", manifest, "J/m" if len(manifest.size) == 2 else "J")
-
-
-def crack_label(manifest: Manifest) -> str:
-    """Label of an axis of crack length, in 3-D of crack area."""
-    if len(manifest.size) == 2:
-        return with_unit("crack length", manifest, "m")
-    return with_unit("crack area", manifest, "m²")
+def crack_name(manifest: Manifest) -> str:
+    """The word for the size of cracks."""
+    return "crack length" if manifest.plane else "crack area"

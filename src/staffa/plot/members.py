@@ -1,4 +1,4 @@
-"""What the members of an ensemble did against tau: their mean, its standard error, and each."""
+"""What the members of an ensemble did against time: their mean, its standard error, and each."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from staffa.manifest import Manifest
 from staffa.measure.averages import spread
-from staffa.plot.labels import clock, clock_label, crack_label, with_unit
+from staffa.plot.labels import clock, crack_name, show_clock
 from staffa.plot.style import BLACK, BLUE, ORANGE, legend_above, new_figure
 from staffa.records import Measures, Step
 
@@ -25,13 +25,13 @@ THIN: Any = {"alpha": 0.4, "linewidth": 0.5}
 
 def counts_figure(manifest: Manifest, members: Members) -> Figure:
     """Cracks that cross each measured depth, a panel for each: equal counts would hide another."""
-    heights = [section.height for section in _measured(members[0])[1][0].sections]
+    heights = [section.height for section in _measured(manifest, members[0])[1][0].sections]
     colors = colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
     figure = new_figure(0.9 + 1.3 * len(heights))
     rows = figure.subplots(len(heights), 1, squeeze=False, sharex=True)[:, 0]
     for number, (axes, height, color) in enumerate(zip(rows, heights, colors, strict=True)):
-        _draw_spread(axes, members, partial(_crossing, number), color)
-        axes.set_ylabel(f"cracks at {height:.3g}" + ("" if manifest.scaled else " m"))
+        _draw_spread(axes, manifest, members, partial(_crossing, number), color)
+        axes.set_ylabel(f"cracks at {manifest.shown.length.text(height, 3)}")
         axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
     _finish(rows, manifest, members)
     return figure
@@ -40,14 +40,16 @@ def counts_figure(manifest: Manifest, members: Members) -> Figure:
 def growth_figure(manifest: Manifest, members: Members) -> Figure:
     """Length of all cracks, from the surface energy, and depth of the deepest."""
     panels: list[tuple[str, str, Callable[[Measures], float]]]
-    panels = [(crack_label(manifest), ORANGE, lambda measures: measures.length_surface)]
-    if manifest.face:
-        label = with_unit("deepest crack", manifest, "m")
-        panels.append((label, BLUE, lambda measures: manifest.sharp(measures.front)))
+    size, depth = manifest.shown.crack, manifest.shown.length
+    label = size.label(crack_name(manifest))
+    panels = [(label, ORANGE, lambda measures: size.of(measures.length_surface))]
+    if manifest.cooled_side:
+        label = depth.label("deepest crack")
+        panels.append((label, BLUE, lambda measures: depth.of(manifest.sharp(measures.front))))
     figure = new_figure(0.9 + 2.1 * len(panels))
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (label, color, value) in zip(rows, panels, strict=True):
-        _draw_spread(axes, members, value, color)
+        _draw_spread(axes, manifest, members, value, color)
         axes.set_ylabel(label)
     _finish(rows, manifest, members)
     return figure
@@ -58,10 +60,14 @@ def _crossing(number: int, measures: Measures) -> float:
 
 
 def _draw_spread(
-    axes: Axes, members: Members, value: Callable[[Measures], float], color: Any
+    axes: Axes,
+    manifest: Manifest,
+    members: Members,
+    value: Callable[[Measures], float],
+    color: Any,
 ) -> None:
     """Values that last until the next step: the mean, its standard error, and each member."""
-    measured = [_measured(steps) for steps in members]
+    measured = [_measured(manifest, steps) for steps in members]
     found = spread([(at, [value(m) for m in measures]) for at, measures in measured])
     for values in found.values:
         axes.step(found.at, values, where="post", color=color, **THIN)
@@ -73,7 +79,7 @@ def _draw_spread(
 
 def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
     """The axis of time below, and above what lines and bands are."""
-    rows[-1].set_xlabel(clock_label(manifest, [step for steps in members for step in steps]))
+    show_clock(rows[-1], manifest, [step for steps in members for step in steps])
     handles = [
         Line2D([], [], color=BLACK, label=f"mean of {len(members)} members"),
         Patch(color=BLACK, label="its standard error", **BAND),
@@ -82,7 +88,7 @@ def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
     legend_above(rows[0], len(handles), handles)
 
 
-def _measured(steps: Sequence[Step]) -> tuple[list[float], list[Measures]]:
+def _measured(manifest: Manifest, steps: Sequence[Step]) -> tuple[list[float], list[Measures]]:
     """Times and measures of the steps that were measured."""
     seen = [step for step in steps if step.measures is not None]
-    return clock(seen), [step.measures for step in seen if step.measures is not None]
+    return clock(manifest, seen), [step.measures for step in seen if step.measures is not None]

@@ -91,7 +91,7 @@ def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) ->
     tallest = max(row[0].image.shape[0] / row[0].image.shape[1] for row in rows)
     figure = new_figure(WIDTH / 2 * tallest + 0.95)
     panels = figure.subplots(1, 2)
-    add_depths(figure, panels, bottom, depth_label(manifest))
+    add_depths(figure, panels, manifest.shown.length.of(bottom), depth_label(manifest))
     for step, *views in zip(steps, *rows, strict=True):
         for axes, view in zip(panels, views, strict=True):
             axes.clear()

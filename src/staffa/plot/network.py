@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from staffa.manifest import Manifest
 from staffa.measure.network import Network
 from staffa.plot.cracks import extent, layout
-from staffa.plot.labels import moment, with_unit
+from staffa.plot.labels import moment
 from staffa.plot.style import WIDTH, new_figure
 from staffa.records import Step
 
@@ -26,16 +26,16 @@ Moment = tuple[Step, Network]
 
 def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
     """One panel a moment, at most a few, in 3-D the last one alone; all with one scale."""
-    widest = max(float(cracks.opening.max(initial=0.0)) for _, cracks in moments) or 1.0
-    norm = Normalize(0.0, widest)
+    unit = manifest.shown.opening
+    widest = max(float(cracks.opening.max(initial=0.0)) for _, cracks in moments) or unit.size
+    norm = Normalize(0.0, unit.of(widest))
     if len(manifest.size) == 3:
         figure, axes = _solid(manifest, moments[-1], norm)
     else:
         figure, axes = _plane(manifest, moments, norm)
-    label = with_unit("opening", manifest, "m")
     figure.colorbar(
         ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40,
-        label=label, ticks=MaxNLocator(4),
+        label=unit.label("opening"), ticks=MaxNLocator(4),
     )  # fmt: skip
     return figure
 
@@ -53,9 +53,9 @@ def _plane(
             axes.set_axis_off()
             continue
         step, cracks = moments[number]
-        opening = cracks.opening[cracks.elements].mean(axis=1)
+        opening = mean_opening(manifest, cracks)
         widths = NARROW + (WIDE - NARROW) * np.clip(norm(opening), 0, 1)
-        lines = cracks.points[cracks.elements][..., :2]
+        lines = manifest.shown.length.of(cracks.points[cracks.elements][..., :2])
         axes.add_collection(
             LineCollection(
                 lines, array=opening, norm=norm, cmap=COLORS, linewidths=widths, capstyle="round"
@@ -67,28 +67,35 @@ def _plane(
             side.set_visible(True)
         axes.set_title(moment(manifest, step), loc="left", pad=3)
         if number + columns >= len(moments):
-            axes.set_xlabel(with_unit("x", manifest, "m"))
+            axes.set_xlabel(manifest.shown.length.label("x"))
             axes.tick_params(labelbottom=True)
         if number % columns == 0:
-            axes.set_ylabel(with_unit("y", manifest, "m"))
+            axes.set_ylabel(manifest.shown.length.label("y"))
     return figure, list(grid.flat)
 
 
 def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, list[Axes]]:
-    step, cracks = last
+    (step, cracks), length = last, manifest.shown.length
     figure = new_figure(WIDTH * 0.8)
     axes = figure.add_subplot(projection="3d")
-    opening = cracks.opening[cracks.elements].mean(axis=1)
-    colors = ScalarMappable(norm, COLORS).to_rgba(opening)
+    colors = ScalarMappable(norm, COLORS).to_rgba(mean_opening(manifest, cracks))
     axes.add_collection3d(
         Poly3DCollection(
-            cracks.points[cracks.elements], facecolors=colors, edgecolors="#0003", linewidths=0.2
+            length.of(cracks.points[cracks.elements]),
+            facecolors=colors,
+            edgecolors="#0003",
+            linewidths=0.2,
         )
     )
     x, y, z = extent(manifest)
     axes.set(xlim=x, ylim=y, zlim=z, aspect="equal")
-    axes.set_xlabel(with_unit("x", manifest, "m"))
-    axes.set_ylabel(with_unit("y", manifest, "m"))
-    axes.set_zlabel(with_unit("z", manifest, "m"))
+    axes.set_xlabel(manifest.shown.length.label("x"))
+    axes.set_ylabel(manifest.shown.length.label("y"))
+    axes.set_zlabel(manifest.shown.length.label("z"))
     axes.set_title(moment(manifest, step), loc="left")
     return figure, [axes]
+
+
+def mean_opening(manifest: Manifest, cracks: Network) -> np.ndarray:
+    """The mean opening of each element in the unit that is shown, shape (n,)."""
+    return manifest.shown.opening.of(cracks.opening[cracks.elements].mean(axis=1))

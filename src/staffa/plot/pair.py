@@ -1,6 +1,6 @@
 """Two runs in one picture: their curves on one clock, their cracks and what tells these apart."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from staffa.plot.cracks import (
     triangulation,
 )
 from staffa.plot.frames import Frame
-from staffa.plot.labels import moment, with_unit
+from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
 from staffa.plot.volume import add_depths, deepest, rendered
@@ -49,13 +49,20 @@ class Panel:
     counts: bool = False
 
 
-def curves_figure(names: Sequence[str], clock: str, panels: Sequence[Panel]) -> Figure:
-    """One panel a quantity, a color for each run; what belongs to both is black."""
+def curves_figure(
+    names: Sequence[str],
+    panels: Sequence[Panel],
+    named: Callable[[Axes], None],
+) -> Figure:
+    """One panel a quantity, a color for each run; what belongs to both is black.
+
+    named: names the axis of time of the last panel.
+    """
     figure = new_figure(0.9 + 1.7 * len(panels))
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, panel in zip(rows, panels, strict=True):
         _draw_curves(axes, panel)
-    rows[-1].set_xlabel(clock)
+    named(rows[-1])
     handles = [
         Line2D([], [], color=color, linewidth=width, label=name)
         for name, color, width in zip(names, COLORS, WIDTHS, strict=True)
@@ -100,14 +107,14 @@ def fields_figure(
     for line, both, gap in zip(grid, frames, apart, strict=True):
         for axes, name, manifest, frame in zip(line, names, manifests, both, strict=False):
             dT = temperature_drop(manifest, [frame])
-            draw_panel(axes, manifest, frame, triangulation(frame.grid), dT)
+            draw_panel(axes, manifest, frame, triangulation(frame.grid, manifest), dT)
             entitle(axes, f"{_short(name)}, {moment(manifest, frame.step)}", manifest)
         if across == 3:
             _draw_difference(line[2], manifests[0], both[0], gap, largest)
     for axes in grid[:, 0]:
-        axes.set_ylabel(with_unit("y", manifests[0], "m"))
+        axes.set_ylabel(manifests[0].shown.length.label("y"))
     for axes, manifest in zip(grid[-1], (*manifests, manifests[0]), strict=False):
-        axes.set_xlabel(with_unit("x", manifest, "m"))
+        axes.set_xlabel(manifest.shown.length.label("x"))
     first = [both[0] for both in frames]
     add_legend(figure, manifests[0], first, temperature_drop(manifests[0], first))
     if across == 3:
@@ -146,7 +153,7 @@ def _draw_difference(
         return
     axes.grid(False)
     axes.set_aspect("equal")
-    triangles = triangulation(frame.grid)
+    triangles = triangulation(frame.grid, manifest)
     axes.tripcolor(triangles, gap, cmap=DIFFERENCE, vmin=-largest, vmax=largest, shading="gouraud")
     x, y = extent(manifest)
     axes.set(xlim=x, ylim=y)

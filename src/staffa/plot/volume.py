@@ -20,7 +20,7 @@ from staffa.errors import StaffaError
 from staffa.grid import SIDES
 from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
-from staffa.plot.labels import moment, with_unit
+from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import WIDTH, new_figure
 from staffa.records import Step
@@ -57,10 +57,11 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
     panels = figure.subplots(2, 1, height_ratios=heights)
     for axes, view in zip(panels, views, strict=True):
         draw_view(axes, manifest, view)
-    face, tips = (", its cooled face up", ", turned over") if manifest.face else ("", "")
+    known = bool(manifest.cooled_side)
+    face, tips = (f", its {manifest.surface} up", ", turned over") if known else ("", "")
     panels[0].set_title(f"{moment(manifest, frame.step)}: the rock{face}", loc="left")
     panels[1].set_title(f"the cracks alone{tips}", loc="left")
-    add_depths(figure, panels[-1], bottom, depth_label(manifest))
+    add_depths(figure, panels[-1], manifest.shown.length.of(bottom), depth_label(manifest))
     return figure
 
 
@@ -69,7 +70,7 @@ def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
     axes.imshow(view.image, interpolation="antialiased")
     axes.set_axis_off()
     for length, (x, y) in zip(manifest.size, view.places, strict=True):
-        said = f"{length:.3g}" + ("" if manifest.scaled else " m")
+        said = manifest.shown.length.text(length, 3)
         style: Any = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
         axes.text(x, y, said, **style, in_layout=False)  # within the image
 
@@ -84,7 +85,8 @@ def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
 
 def depth_label(manifest: Manifest) -> str:
     """Label of a scale of depth."""
-    return with_unit(f"depth below the {'cooled face' if manifest.face else 'top'}", manifest, "m")
+    where = manifest.surface if manifest.cooled_side else "top"
+    return manifest.shown.length.label(f"depth below the {where}")
 
 
 def rendered(

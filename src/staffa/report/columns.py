@@ -1,24 +1,22 @@
 """The cells on planes below the cooled face: a table by depth, of a run or of many, and as CSV."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from staffa.display_units import NONE, Unit
 from staffa.io.run_directory import Run
 from staffa.measure.borders import Junction
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.records import CellSection, Step
 from staffa.report.comparison import Table
 from staffa.report.ensemble import number
-from staffa.report.series import clock, csv_text
+from staffa.report.series import clock, clock_header, csv_text
 
 ESTIMATES = (
     *("area", "whole_area", "diameter", "spacing", "area_cv"),
     *("sides", "sides_variance", "hexagonality", "disorder", "t_share"),
 )
-# The columns of both tables, each estimate with its standard error.
-NUMBERS = (
-    *("cells", "interior", *Junction),
-    *(column for name in ESTIMATES for column in (name, f"{name}_error")),
-)
+# Powers of a length that they are; others have no unit.
+POWERS = {"area": 2, "whole_area": 2, "diameter": 1, "spacing": 1}
 SHOWN = {
     "spacing": "spacing",
     "diameter": "diameter",
@@ -40,16 +38,20 @@ NOTES = (
 def columns(runs: Sequence[Run]) -> Table | None:
     """The cells at the last step by depth, those of all runs of one case together; None without
     any."""
+    return cells_by_depth(by_depth(runs), runs[0].manifest.shown.length) if runs else None
+
+
+def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | None:
+    """The table of these patterns; None without any. unit: of lengths."""
     rows = [
-        (f"{depth:.4g}", str(found.number), str(found.interior), *_shown(found))
-        for depth, found in by_depth(runs).items()
+        (f"{unit.of(depth):.4g}", str(found.number), str(found.interior), *_shown(found, unit))
+        for depth, found in patterns.items()
     ]
     if not rows:
         return None
-    unit = "" if runs[0].manifest.scaled else " (m)"
-    lengths = ("spacing", "diameter")
-    names = (name + unit * (key in lengths) for key, name in SHOWN.items())
-    return Table(header=(f"depth{unit}", "cells", "inside", *names), rows=tuple(rows), notes=NOTES)
+    names = (_power(unit, key).header(name) for key, name in SHOWN.items())
+    header = (unit.header("depth"), "cells", "inside", *names)
+    return Table(header=header, rows=tuple(rows), notes=NOTES)
 
 
 def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
@@ -63,34 +65,56 @@ def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
 
 def cells_table(run: Run) -> str | None:
     """One row for each step and depth; None without any."""
+    m, unit = run.manifest, run.manifest.shown.length
     rows = (
-        [step.index, *clock(step.time, step.tau), section.depth, *_numbers(pattern([section]))]
+        [*clock(m, step), unit.of(section.depth), *_numbers(pattern([section]), unit)]
         for step in run.steps
         for section in _sections(step)
     )
-    return csv_text(["step", "time", "tau", "depth", *NUMBERS], rows)
+    return csv_text([*clock_header(m), unit.column("depth"), *_names(unit)], rows)
 
 
 def pooled_table(runs: Iterable[Run]) -> str | None:
     """One row for each depth, of the last steps of all runs; None without any."""
-    rows = ([depth, found.sections, *_numbers(found)] for depth, found in by_depth(runs).items())
-    return csv_text(["depth", "sections", *NUMBERS], rows)
+    runs = list(runs)
+    unit = runs[0].manifest.shown.length if runs else NONE
+    rows = (
+        [unit.of(depth), found.sections, *_numbers(found, unit)]
+        for depth, found in by_depth(runs).items()
+    )
+    return csv_text([unit.column("depth"), "sections", *_names(unit)], rows)
 
 
-def _numbers(found: Pattern) -> list[object]:
-    """A row of NUMBERS; what is not known is empty."""
-    estimates: list[Estimate] = [getattr(found, name) for name in ESTIMATES]
-    pairs = (number for estimate in estimates for number in (estimate.value, estimate.error))
+def _names(unit: Unit) -> list[str]:
+    """The columns of both tables, each estimate with its standard error."""
+    pairs = ((name, ending) for name in ESTIMATES for ending in ("", "_error"))
+    estimates = (_power(unit, name).column(name + ending) for name, ending in pairs)
+    return ["cells", "interior", *Junction, *estimates]
+
+
+def _power(unit: Unit, name: str) -> Unit:
+    """The unit of an estimate, from that of a length."""
+    return unit.power(POWERS[name]) if name in POWERS else NONE
+
+
+def _numbers(found: Pattern, unit: Unit) -> list[object]:
+    """A row of these columns; what is not known is empty."""
+    numbers: list[object] = []
+    for name in ESTIMATES:
+        estimate: Estimate = getattr(found, name)
+        of = _power(unit, name).of
+        numbers += ["" if n is None else of(n) for n in (estimate.value, estimate.error)]
     counts = (found.number, found.interior, *(found.junctions[kind] for kind in Junction))
-    return [*counts, *("" if number is None else number for number in pairs)]
+    return [*counts, *numbers]
 
 
 def _sections(step: Step) -> tuple[CellSection, ...]:
     return step.measures.cells if step.measures else ()
 
 
-def _shown(found: Pattern) -> Iterator[str]:
+def _shown(found: Pattern, unit: Unit) -> Iterator[str]:
     for name in SHOWN:
         estimate: Estimate = getattr(found, name)
-        error = "" if estimate.error is None else f" ± {number(estimate.error, 2)}"
-        yield number(estimate.value) + error
+        of = _power(unit, name).of
+        error = "" if estimate.error is None else f" ± {number(of(estimate.error), 2)}"
+        yield number(None if estimate.value is None else of(estimate.value)) + error

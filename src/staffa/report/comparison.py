@@ -40,7 +40,7 @@ def table(run: Run) -> Table | None:
     return Table(
         header=("", "p", *names),
         rows=tuple(_row(line, most) for line in lines),
-        notes=(*DEFINITIONS, *_remarks(run, found)),
+        notes=(*definitions(manifest), *_remarks(run, found)),
     )
 
 
@@ -53,9 +53,20 @@ def run_arrests(run: Run) -> Arrests | None:
     return arrests(run.steps, axis=axis, ell=manifest.ell, sharp=manifest.sharp)
 
 
-DEFINITIONS = (
-    "tau = 2 sqrt(kappa t)/L, so that T = -dT erfc(y/(tau L)) in a half-space; lengths are over "
-    "L, the depth of the body below the cooled face.",
+def definitions(manifest: Manifest) -> tuple[str, ...]:
+    """What the columns of the table are; with the temperature of tau where that is the run's."""
+    profile = (
+        ", so that T = -dT erfc(y/(tau L)) at depth y" if manifest.profile == "half-space" else ""
+    )
+    return (
+        f"tau = 2 sqrt(kappa t)/L{profile}; lengths are over L = "
+        f"{manifest.shown.length.text(manifest.L)}, the depth of the body below the "
+        f"{manifest.surface}.",
+        *GENERATIONS,
+    )
+
+
+GENERATIONS = (
     "p: mean spacing of all cracks of the last step. a0, tau0: median depth and tau of the first "
     "step with at least half of these cracks (and two).",
     "ak, tauk: median depth and tau of arrest of generation k, the shallower half of the cracks "

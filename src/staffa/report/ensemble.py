@@ -9,7 +9,7 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.run_directory import Run, write_aside
 from staffa.measure.averages import Average, average
-from staffa.report.comparison import ABSENT, DEFINITIONS, own_line, run_arrests, tip
+from staffa.report.comparison import ABSENT, definitions, own_line, run_arrests, tip
 from staffa.report.summary import Fact, summary
 
 MEANS = (
@@ -57,9 +57,9 @@ def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
     """The paper's numbers where a face is cooled, and the crack network of the last step."""
     arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
     ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
-    definitions = (*DEFINITIONS, tip(ensemble.first.manifest), MEANS)
+    told = (*definitions(ensemble.first.manifest), tip(ensemble.first.manifest), MEANS)
     found = (
-        _sheet(ensemble, "Nucleation and arrests", arrests, definitions),
+        _sheet(ensemble, "Nucleation and arrests", arrests, told),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
     )
     return tuple(sheet for sheet in found if sheet.names)
@@ -95,7 +95,8 @@ def _end(run: Run) -> Numbers:
         return {}
     plane = len(manifest.size) == 2
     found: dict[str, float | None] = {
-        f"cracks at {section.height:g}": section.cracks for section in measures.sections
+        f"cracks at {manifest.shown.length.text(section.height, 6)}": section.cracks
+        for section in measures.sections
     }
     if manifest.face:
         found["front"] = manifest.sharp(measures.front) / manifest.L
@@ -105,12 +106,13 @@ def _end(run: Run) -> Numbers:
 
 def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, ...]:
     names = {name for numbers in found.values() for name in numbers}
-    unit = "" if ensemble.first.manifest.scaled else " (m)"
+    manifest = ensemble.first.manifest
+    L = f"L = {manifest.shown.length.text(manifest.L)}"
     told = (
-        ("cracks", f"cracks at d: how many cross the depth d{unit} below the cooled face."),
-        ("front", "front: depth of the deepest crack over L."),
-        ("length", f"length: of all cracks over L, {BY_ENERGY}."),
-        ("area", f"area: of all cracks over L^2, {BY_ENERGY}."),
+        ("cracks", f"cracks at d: how many cross the depth d below the {manifest.surface}."),
+        ("front", f"front: depth of the deepest crack over {L}."),
+        ("length", f"length: of all cracks over {L}, {BY_ENERGY}."),
+        ("area", f"area: of all cracks over L^2, {L}, {BY_ENERGY}."),
     )
     return (*(text for name, text in told if any(n.startswith(name) for n in names)), MEANS)
 

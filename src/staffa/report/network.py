@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from staffa.display_units import NONE, Unit
 from staffa.io.network import write_table, write_vtp
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import read_vtkhdf
@@ -62,9 +63,13 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
         _write_vtp(path, drawn.network)
         write_table(path.with_suffix(".csv"), _elements(drawn.network, run))
         written += [path, path.with_suffix(".csv")]
-    rows = [dict(_numbers(drawn, run)) for drawn in found]
+    rows = [list(_numbers(drawn, run)) for drawn in found]
     if rows:
-        table = {name: np.array([row[name] for row in rows], dtype=object) for name in rows[0]}
+        names = [unit.column(name) for name, unit, _ in rows[0]]
+        values = zip(*([value for *_, value in row] for row in rows), strict=True)
+        table = {
+            name: np.array(column, dtype=object) for name, column in zip(names, values, strict=True)
+        }
         write_table(run.path / TABLE, table)
         written.append(run.path / TABLE)
     return written
@@ -72,11 +77,11 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
 
 def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:
     """The table of all networks as a page shows it: its header, and a row a moment."""
-    rows = [dict(_numbers(drawn, run)) for drawn in found if drawn.network.size]
+    rows = [list(_numbers(drawn, run)) for drawn in found if drawn.network.size]
     if not rows:
         return [], []
-    header = [name.replace("_", " ") for name in rows[0]]
-    return header, [[v if isinstance(v, str) else f"{v:.4g}" for v in row.values()] for row in rows]
+    header = [unit.header(name.replace("_", " ")) for name, unit, _ in rows[0]]
+    return header, [[v if isinstance(v, str) else f"{v:.4g}" for *_, v in row] for row in rows]
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:
@@ -100,26 +105,34 @@ def _write_vtp(path: Path, cracks: Network) -> None:
 def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
     """The columns of a network's table, a row a segment or triangle."""
     axes, corners = "xyz"[: len(run.manifest.size)], cracks.elements.shape[1]
+    shown = run.manifest.shown
     columns = {"crack": cracks.cracks}
     if corners == 2:
         columns["branch"] = cracks.branches
     for corner in range(corners):
         for k, axis in enumerate(axes):
-            columns[f"{axis}{corner}"] = cracks.points[cracks.elements[:, corner], k]
-    columns["length" if corners == 2 else "area"] = cracks.sizes
+            places = cracks.points[cracks.elements[:, corner], k]
+            columns[shown.length.column(f"{axis}{corner}")] = shown.length.of(places)
+    name = "length" if corners == 2 else "area"
+    columns[shown.crack.column(name)] = shown.crack.of(cracks.sizes)
     across = normals(cracks.points, cracks.elements)
     columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}
-    columns["opening"] = cracks.opening[cracks.elements].mean(axis=1)
+    opening = cracks.opening[cracks.elements].mean(axis=1)
+    columns[shown.opening.column("opening")] = shown.opening.of(opening)
     return columns
 
 
-def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, str | float]]:
-    """A row of the table of all networks."""
-    step, cracks = drawn.step, drawn.network
-    yield from {"step": step.index, "time": step.time}.items()
-    yield "tau", "" if step.tau is None else step.tau
-    yield "cracks", int(cracks.cracks.max(initial=-1)) + 1
-    yield "length" if len(run.manifest.size) == 2 else "area", cracks.size
-    yield "volume", cracks.volume
-    yield "mean_opening", cracks.volume / cracks.size if cracks.size else 0.0
-    yield "largest_opening", float(cracks.opening.max(initial=0.0))
+def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, Unit, str | float]]:
+    """A row of the table of all networks: names, units, and numbers counted in these."""
+    step, cracks, shown = drawn.step, drawn.network, run.manifest.shown
+    yield "step", NONE, step.index
+    yield "time", shown.time, shown.time.of(step.time)
+    yield "tau", NONE, "" if step.tau is None else step.tau
+    yield "cracks", NONE, int(cracks.cracks.max(initial=-1)) + 1
+    name = "length" if run.manifest.plane else "area"
+    yield name, shown.crack, shown.crack.of(cracks.size)
+    yield "volume", shown.volume, shown.volume.of(cracks.volume)
+    mean = cracks.volume / cracks.size if cracks.size else 0.0
+    largest = float(cracks.opening.max(initial=0.0))
+    for name, opening in (("mean_opening", mean), ("largest_opening", largest)):
+        yield name, shown.opening, shown.opening.of(opening)

@@ -5,37 +5,19 @@ from pathlib import Path
 
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
+from staffa.manifest import Manifest
+from staffa.records import Step
 from staffa.report import comparison, pieces
 from staffa.report.agreement import agreement
+from staffa.report.captions import caption
 from staffa.report.columns import columns
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.ensemble import ensemble_title, facts, sheets
 from staffa.report.network import Drawing, lines_of
 from staffa.report.pair import Pair, pair_title
 from staffa.report.results import common_times, results
+from staffa.report.spacing import TITLE, spacing
 from staffa.report.summary import summary, title
-
-CAPTIONS = {
-    "cracks": "The cracks, at chosen times; in 3-D at the last one, in the rock and alone.",
-    "sections": "Planes below the cooled face: what is broken is dark, and each cell that cracks "
-    "cut out has the color of the number of its neighbors.",
-    "spacing": "How far apart the cracks are, and how large the cells, at each depth: means and "
-    "standard errors of the cells of one plane.",
-    "growing": "The cracks growing.",
-    "network": "The crack network, and how far it is open.",
-    "energies": "Energies of each step.",
-    "reactions": "What the supports carry: the force of each held side on the body.",
-    "heat": "Heat stored since the start, and from where it came (or, negative, went).",
-    "lengths": "Length of the cracks, depth of each tip, and how many cross each depth.",
-    "counts": "How many cracks cross each depth: the mean of the finished members, its standard "
-    "error as a band, and each member as a thin line.",
-    "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
-    "total energies are, over the larger of them, parts below zero counted by size.",
-    "growth-of-both": "Growth of the cracks of both runs.",
-    "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
-    "growth": "Growth of the cracks: the mean of the finished members, its standard error as a "
-    "band, and each member as a thin line.",
-}
 
 
 def page(
@@ -45,9 +27,9 @@ def page(
     parts = [
         pieces.fact_list(summary(run)),
         _compared(run),
-        _columns([run]),
+        _plain(TITLE, spacing(run)),
         _networks(run, found),
-        *_pictures(pictures, skipped),
+        *_pictures(pictures, skipped, run.manifest, run.steps),
         pieces.case_text(run.case),
         pieces.footer(_origin(run)),
     ]
@@ -70,7 +52,7 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
         pieces.fact_list(facts(ensemble)),
         *tables,
         _columns(list(ensemble.finished.values())),
-        *_pictures(pictures, skipped),
+        *_pictures(pictures, skipped, ensemble.first.manifest, ensemble.first.steps),
         pieces.case_text(ensemble.first.case),
         pieces.footer(f"of the first member: {_origin(ensemble.first)}"),
     ]
@@ -85,7 +67,7 @@ def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> s
         _plain("What differs in the runs", manifest_differences(pair)),
         _plain("Results", results(pair)),
         _plain("At common times", common_times(pair)),
-        *_pictures(pictures, skipped),
+        *_pictures(pictures, skipped, pair.first.run.manifest, pair.first.run.steps),
         *(pieces.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
         *(pieces.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
     ]
@@ -108,7 +90,7 @@ def _columns(runs: Sequence[Run]) -> str:
     found = columns(runs)
     if found is None:
         return ""
-    heading = "Cells at the last step" + (f", {len(runs)} runs together" if len(runs) > 1 else "")
+    heading = f"Cells at the last step, {len(runs)} runs together"
     return pieces.table(heading, found.header, found.rows, under=found.notes, plain=True)
 
 
@@ -122,8 +104,10 @@ def _networks(run: Run, found: Sequence[Drawing]) -> str:
     return pieces.table("Crack network", header, rows, under=[note])
 
 
-def _pictures(pictures: Sequence[Path], skipped: Sequence[str]) -> list[str]:
-    figures = (pieces.figure(path, CAPTIONS.get(path.stem, path.stem)) for path in pictures)
+def _pictures(
+    pictures: Sequence[Path], skipped: Sequence[str], manifest: Manifest, steps: Sequence[Step]
+) -> list[str]:
+    figures = (pieces.figure(path, caption(path.stem, manifest, steps)) for path in pictures)
     return ["<h2>Pictures</h2>", *figures, pieces.notes(skipped)]
 
 

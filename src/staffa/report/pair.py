@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isclose
+from math import isclose, sqrt
 
 import numpy as np
 
 from staffa.cases.model import Case
+from staffa.display_units import Shown
 from staffa.io.run_directory import Run
 from staffa.plot.labels import has_tau
 from staffa.records import Step
@@ -19,8 +20,9 @@ SAME = 1e-6
 class Side:
     """One of the two runs.
 
-    name: what tells it from the other. length, energy: what its lengths (m) and energies (J/m, in
-    3-D J) are divided by: 1, or L and Gc L (in 3-D Gc L^2) where only one of the runs has units.
+    name: what tells it from the other. length, energy, time: what its lengths (m), energies (J/m,
+    in 3-D J) and times (s) are divided by: the units of the first run, or L and Gc L (in 3-D
+    Gc L^2) where only one of the runs has units.
     """
 
     name: str
@@ -28,6 +30,7 @@ class Side:
     case: Case
     length: float = 1.0
     energy: float = 1.0
+    time: float = 1.0
 
     @property
     def dim(self) -> int:
@@ -66,30 +69,52 @@ class Pair:
 
     @property
     def clock(self) -> str | None:
-        """What both count in: "tau", or the time "t" (s); None where the latter has two units."""
-        if all(has_tau(side.run.steps) for side in self.sides):
+        """What both count in: the time "t", or "tau" where either is scaled or a tau is not the
+        same time in both; None without either."""
+        if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
             return "tau"
         return None if self.mixed else "t"
 
     @property
+    def root(self) -> float | None:
+        """sqrt(time) over tau, if both runs have units and in both it is the same."""
+        if any(side.run.manifest.scaled for side in self.sides):
+            return None
+        late = [side.run.steps[-1] for side in self.sides]
+        roots = [sqrt(step.time) / step.tau for step in late if step.tau]
+        return roots[0] if len(roots) == 2 and isclose(*roots, rel_tol=SAME) else None
+
+    @property
+    def shown(self) -> Shown:
+        """The units of the first run."""
+        return self.first.run.manifest.shown
+
+    @property
     def length_unit(self) -> str:
-        """Of lengths: "m", "L", or nothing where both are scaled."""
-        return "L" if self.mixed else "" if self.first.run.manifest.scaled else "m"
+        """Of lengths: that of the first run, "L", or nothing where both are scaled."""
+        return "L" if self.mixed else self.shown.length.name
 
     @property
     def energy_unit(self) -> str:
         """Of energies of bodies of one dimension."""
         if self.mixed:
             return "Gc L" if self.dim == 2 else "Gc L²"
-        return "" if self.first.run.manifest.scaled else "J/m" if self.dim == 2 else "J"
+        return self.shown.energy.name
+
+    @property
+    def time_unit(self) -> str:
+        """Of the clock, nothing if that is tau."""
+        return self.shown.time.name if self.clock == "t" else ""
 
     def at(self, step: Step) -> float | None:
         """When a step is, on the clock of both."""
-        return None if self.clock is None else step.tau if self.clock == "tau" else step.time
+        if self.clock is None:
+            return None
+        return step.tau if self.clock == "tau" else step.time / self.first.time
 
     def moment(self, at: float | None) -> str:
         """A time on that clock in words."""
-        unit = " s" if self.clock == "t" and not self.first.run.manifest.scaled else ""
+        unit = f" {self.time_unit}" if self.time_unit else ""
         return "no common clock" if at is None else f"{self.clock} = {at:.4g}{unit}"
 
     def common(self) -> list[tuple[Step, Step]]:

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from functools import partial
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from staffa.plot.frames import Frame, read_frames, spread
-from staffa.plot.labels import clock_label
+from staffa.plot.labels import TAU, add_tau, tau_label
 from staffa.plot.pair import FEW, LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
 from staffa.report.agreement import gap_between_steps
 from staffa.report.pair import Pair, Side
@@ -40,9 +41,20 @@ def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:
 
 
 def _curves(pair: Pair, panels: list[Panel]) -> Callable[[], Figure]:
-    steps = [step for side in pair.sides for step in side.run.steps]
-    label = clock_label(pair.first.run.manifest, steps)
-    return partial(curves_figure, pair.names, label, panels)
+    return partial(curves_figure, pair.names, panels, partial(_name_clock, pair))
+
+
+def _name_clock(pair: Pair, axes: Axes) -> None:
+    """Name the axis of time, with tau below it where it is the same of both."""
+    manifest = pair.first.run.manifest
+    if pair.clock == "tau":
+        alike = {side.run.manifest.profile for side in pair.sides} == {manifest.profile}
+        axes.set_xlabel(tau_label(manifest) if alike else TAU)
+        return
+    axes.set_xlabel(pair.shown.time.label("time"))
+    last = pair.first.run.steps[-1]
+    if pair.root is not None and last.tau:
+        add_tau(axes, pair.shown.time.of(last.time), last.tau, tau_label(manifest))
 
 
 def _panels(pair: Pair, names: tuple[str, ...]) -> list[Panel]:

@@ -31,7 +31,7 @@ def read_pair(one: Path, other: Path) -> Pair:
         Side(name=name, run=run, case=_case(run)) for name, run in zip(names, runs, strict=True)
     ]
     mixed = runs[0].manifest.scaled != runs[1].manifest.scaled
-    first, second = map(_over_sizes, sides) if mixed else sides
+    first, second = map(_over_sizes, sides) if mixed else _in_units(*sides)
     return Pair(first=first, second=second, mixed=mixed)
 
 
@@ -77,6 +77,16 @@ def _case(run: Run) -> Case:
         return parse_case(run.case, folder=run.path)
     except InputError as error:
         raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
+
+
+def _in_units(first: Side, second: Side) -> tuple[Side, Side]:
+    """Both in the units of the first; an energy of 2-D and of 3-D has none in common."""
+    units = first.run.manifest.shown
+    one, other = (
+        replace(side, length=units.length.size, energy=units.energy.size, time=units.time.size)
+        for side in (first, second)
+    )
+    return one, other
 
 
 def _over_sizes(side: Side) -> Side:

@@ -63,7 +63,9 @@ def common_times(pair: Pair) -> Table:
             "zero counted by size."
         )
     return Table(
-        header=(pair.clock or "", *map(named, shown), *apart), rows=tuple(rows), notes=(note,)
+        header=(_clock(pair) if pair.clock else "", *map(named, shown), *apart),
+        rows=tuple(rows),
+        notes=(note,),
     )
 
 
@@ -150,15 +152,18 @@ def _generations(pair: Pair) -> Iterator[Row]:
         ]
         yield _row(pair, f"{name}, depth{unit}", (depths[0], depths[1]))
         if pair.clock:
-            when = [None if e is None else e.tau if pair.clock == "tau" else e.time for e in ends]
+            when = [
+                None if e is None else e.tau if pair.clock == "tau" else e.time / pair.first.time
+                for e in ends
+            ]
             yield _row(pair, f"{name}, {_clock(pair)}", (when[0], when[1]))
     yield _row(pair, "in no generation", (found[0].left, found[1].left), whole=True)
     yield _row(pair, "of these growing", (found[0].growing, found[1].growing), whole=True)
 
 
 def _clock(pair: Pair) -> str:
-    seconds = pair.clock == "t" and not pair.first.run.manifest.scaled
-    return f"{pair.clock or 'time'}{' (s)' if seconds else ''}"
+    unit = f" ({pair.time_unit})" if pair.time_unit else ""
+    return f"{pair.clock or 'time'}{unit}"
 
 
 def _row(

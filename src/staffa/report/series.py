@@ -7,39 +7,66 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from staffa.io.run_directory import Run
+from staffa.manifest import Manifest
+from staffa.records import Step
 
 
 def reactions_table(run: Run) -> str | None:
     """One row for each step and held side: the force on the body there; None without any."""
-    axes = "xyz"[: len(run.manifest.size)]
+    axes, unit = "xyz"[: len(run.manifest.size)], run.manifest.shown.force
     rows = [
-        [step.index, *clock(step.time, step.tau), side, *force]
+        [*clock(run.manifest, step), side, *map(unit.of, force)]
         for step in run.steps
         for side, force in step.reactions.items()
     ]
-    return csv_text(["step", "time", "tau", "side", *(f"f{axis}" for axis in axes)], rows)
+    header = [*clock_header(run.manifest), "side", *(unit.column(f"f{axis}") for axis in axes)]
+    return csv_text(header, rows)
 
 
 def probes_table(run: Run) -> str | None:
-    """One row for each step, probe and point; s: distance from the probe's first point (m)."""
-    axes, probes = "xyz"[: len(run.manifest.size)], run.manifest.probes
+    """One row for each step, probe and point; s: distance from the probe's first point.
+
+    T: the change of temperature, as in the fields; temperature: itself, where the case tells it.
+    """
+    m, shown = run.manifest, run.manifest.shown
+    axes, probes, known = "xyz"[: len(m.size)], m.probes, m.reference is not None
     places = []
     for probe in probes:
         points = np.array(probe.points)
         along = np.linalg.norm(points - points[0], axis=1)
-        places += [[probe.name, s, *p] for s, p in zip(along, probe.points, strict=True)]
+        places += [
+            [probe.name, *map(shown.length.of, (float(s), *p))]
+            for s, p in zip(along, probe.points, strict=True)
+        ]
+
+    def read(T: float, *others: float) -> list[float]:
+        itself = [shown.temperature.of((m.reference or 0.0) + T)] if known else []
+        return [shown.difference.of(T), *itself, *map(shown.length.of, others[:-1]), others[-1]]
+
     rows = [
-        [step.index, *clock(step.time, step.tau), *place, *values]
+        [*clock(m, step), *place, *read(*values)]
         for step in run.steps
         for place, values in zip(places, step.probed, strict=False)  # a failed step has none
     ]
-    fields = ["T", *(f"u{axis}" for axis in axes), "alpha"]
-    return csv_text(["step", "time", "tau", "name", "s", *axes, *fields], rows)
+    fields = [
+        shown.difference.column("T"),
+        *([shown.temperature.column("temperature")] if known else []),
+        *(shown.length.column(f"u{axis}") for axis in axes),
+        "alpha",
+    ]
+    where = [shown.length.column(name) for name in ("s", *axes)]
+    return csv_text([*clock_header(m), "name", *where, *fields], rows)
 
 
-def clock(time: float, tau: float | None) -> list[object]:
+def clock_header(manifest: Manifest) -> list[str]:
+    """Names of the columns that tell when."""
+    return ["step", manifest.shown.time.column("time"), "tau"]
+
+
+def clock(manifest: Manifest, step: Step) -> list[object]:
     """The columns that tell when: tau is empty where nothing diffuses."""
-    return [time, "" if tau is None else tau]
+    time = manifest.shown.time.of(step.time)
+    return [step.index, time, "" if step.tau is None else step.tau]
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | None:

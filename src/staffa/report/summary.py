@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
+from staffa.display_units import Unit
 from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
 from staffa.plot.labels import reading
-from staffa.records import Effort, Heat, Step
+from staffa.records import Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
 
@@ -39,15 +40,15 @@ def title(run: Run) -> str:
 
 def _case(run: Run) -> Iterator[Fact]:
     manifest = run.manifest
-    unit = "" if manifest.scaled else " m"
-    size = " x ".join(f"{length:g}" for length in manifest.size)
-    severity = manifest.scales.get("severity")
-    own_load = manifest.own_load
-    cooled = f", cooled on face '{manifest.face}'" if manifest.face and not own_load else ""
-    yield Fact(
-        name="body", text=f"{size}{unit}{cooled}, {manifest.cells} cells of {manifest.h:g}{unit}"
-    )
-    text = f"{manifest.law}, ell = {manifest.ell:g}{unit}"
+    unit, severity = manifest.shown.length, manifest.scales.get("severity")
+    size = " x ".join(f"{unit.of(length):g}" for length in manifest.size)
+    face, own_load = "", manifest.own_load
+    if manifest.face:
+        what = "cooled on" if manifest.cools else "depths from"
+        face = f", {what} face '{manifest.face}'"
+    cells = f"{manifest.cells} cells of {unit.text(manifest.h, 6)}"
+    yield Fact(name="body", text=f"{size}{unit.behind}{face}, {cells}")
+    text = f"{manifest.law}, ell = {unit.text(manifest.ell, 6)}"
     text += f", energy split {manifest.split}" if manifest.split != "none" else ""
     yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
     if own_load:
@@ -91,43 +92,37 @@ def _progress(run: Run) -> Iterator[Fact]:
 
 def _time(manifest: Manifest, step: Step) -> str:
     text = reading(manifest, step.time)
-    return text if step.tau is None else f"tau = {step.tau:.4g}, {text}"
+    return text if step.tau is None else f"{text}, tau = {step.tau:.4g}"
 
 
 def _state(run: Run) -> Iterator[Fact]:
     if not run.steps:
         return
-    step, plane = run.steps[-1], len(run.manifest.size) == 2
-    scaled = run.manifest.scaled
-    unit = "" if scaled else " J/m" if plane else " J"
-    e = step.energies
-    loads = f", of loads {e.loads:.5g}" if e.loads else ""
-    text = f"elastic {e.elastic:.5g}, surface {e.surface:.5g}{loads}, total {e.total:.5g}{unit}"
-    yield Fact(name="energies", text=text)
+    step, shown, plane = run.steps[-1], run.manifest.shown, run.manifest.plane
+    yield Fact(name="energies", text=_energies(shown.energy, step.energies))
     measures = step.measures
     if measures is None:
         return
     if run.manifest.face:
-        deepest = f", the deepest {run.manifest.sharp(measures.front):.4g}{'' if scaled else ' m'}"
+        deepest = f", the deepest {shown.length.text(run.manifest.sharp(measures.front))}"
         text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
         yield Fact(name="cracks", text=text)
-    unit = "" if scaled else " m" if plane else " m²"
-    text = (
-        f"{measures.length_surface:.4g} by energy, {measures.length_geometry:.4g} by geometry{unit}"
-    )
+    by_energy = shown.crack.text(measures.length_surface)
+    text = f"{by_energy} by energy, {shown.crack.text(measures.length_geometry)} by geometry"
     yield Fact(name="crack length" if plane else "crack area", text=text)
     yield from _far_side(run)
     if measures.fluid:
-        pressure, volume = measures.fluid.pressure, measures.fluid.volume
-        units = ("", "") if scaled else (" Pa", " m²" if plane else " m³")
-        text = f"pressure {pressure:.5g}{units[0]}, volume {volume:.5g}{units[1]}"
+        pressure = shown.stress.text(measures.fluid.pressure, 5)
+        text = f"pressure {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
         yield Fact(name="fluid in cracks", text=text)
-    if measures.sections:
-        counts = (f"{s.cracks} at {s.height:.3g}" for s in measures.sections)
-        yield Fact(name="cracks at depth", text=", ".join(counts))
-    if measures.cells:
-        counts = (f"{cells.number} at {cells.depth:.3g}" for cells in measures.cells)
-        yield Fact(name="cells at depth", text=", ".join(counts))
+
+
+def _energies(unit: Unit, e: Energies) -> str:
+    """Energies in words; what counts from a state of rest says so."""
+    rest = " since rest" if e.at_rest else ""
+    loads = f", of loads {unit.of(e.loads):.5g}{rest}" if e.loads else ""
+    parts = f"elastic {unit.of(e.elastic):.5g}{rest}, surface {unit.of(e.surface):.5g}{loads}"
+    return f"{parts}, total {unit.text(e.total, 5)}"
 
 
 def _far_side(run: Run) -> Iterator[Fact]:
@@ -137,9 +132,9 @@ def _far_side(run: Run) -> Iterator[Fact]:
     for step in run.steps if manifest.face else ():
         if step.measures is None or manifest.sharp(step.measures.front) < manifest.L - near:
             continue
-        unit = "" if manifest.scaled else " m"
+        length, front = manifest.shown.length, manifest.sharp(step.measures.front)
         text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
-        text += f"{manifest.sharp(step.measures.front):.4g} of {manifest.L:.4g}{unit}; what comes "
+        text += f"{length.of(front):.4g} of {length.text(manifest.L)}; what comes "
         text += "after tells of this body, no more of deep rock"
         yield Fact(name="far side", text=text, alarm=True)
         return
@@ -151,9 +146,9 @@ def _heat(run: Run) -> Iterator[Fact]:
     if not heats:
         return
     spent = reduce(Heat.then, heats)
-    unit = "" if run.manifest.scaled else " J/m" if len(run.manifest.size) == 2 else " J"
-    parts = [f"{name} {amount:.4g}" for name, amount in spent.entered.items() if amount]
-    text = f"stored {spent.stored:.4g}{unit}; entered: {', '.join(parts) or 'none'}"
+    unit = run.manifest.shown.heat
+    parts = [f"{name} {unit.of(amount):.4g}" for name, amount in spent.entered.items() if amount]
+    text = f"stored {unit.text(spent.stored)}; entered: {', '.join(parts) or 'none'}"
     yield Fact(name="heat", text=f"{text}; balance {spent.imbalance:.1e}")
     seconds = sum(step.seconds for step in run.steps)
     share = f", {spent.seconds / seconds:.1%} of the time" if seconds else ""
@@ -165,14 +160,15 @@ def _arrests(run: Run) -> Iterator[Fact]:
     found = run_arrests(run)
     if found is None or not (found.generations or found.left):
         return
-    unit = "" if run.manifest.scaled else " m"
+    unit = run.manifest.shown.length
     for g in found.generations:
-        when = reading(run.manifest, g.time) if g.tau is None else f"tau = {g.tau:.3g}"
+        when = [] if g.tau is not None and run.manifest.scaled else [reading(run.manifest, g.time)]
+        when += [] if g.tau is None else [f"tau = {g.tau:.3g}"]
         cracks = "1 crack" if g.cracks == 1 else f"{g.cracks} cracks"
-        text = f"{cracks} stopped at depth {g.depth:.3g}{unit}, {when}"
+        text = f"{cracks} stopped at depth {unit.text(g.depth, 3)}, {', '.join(when)}"
         yield Fact(name=f"generation {g.number}", text=text)
     if found.left and found.depth is not None:
-        text = f"{remaining(found)}, median depth {found.depth:.3g}{unit}"
+        text = f"{remaining(found)}, median depth {unit.text(found.depth, 3)}"
         yield Fact(name="at the end", text=text)
 
 

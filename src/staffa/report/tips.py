@@ -1,19 +1,17 @@
 """Each crack's tip followed in time, as a table that a spreadsheet reads."""
 
-import csv
-import io
-
 from staffa.grid import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import tracks
+from staffa.report.series import clock, clock_header, csv_text
 
 
 def tips_table(run: Run) -> str | None:
     """One row for each crack of the last step and step; None without a cooled face or cracks.
 
     crack: its number along the face, the same at all steps; x, y(, z): the last point above
-    measures.threshold; depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json (m;
-    see `measure.tip`), or of that point where that is not known.
+    measures.threshold; depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json
+    (see `measure.tip`), or of that point where that is not known.
     """
     manifest = run.manifest
     if manifest.cooled_side is None:
@@ -22,12 +20,12 @@ def tips_table(run: Run) -> str | None:
     followed = tracks(run.steps, axis=axis, sharp=manifest.sharp)
     if not followed:
         return None
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["crack", "step", "time", "tau", *"xyz"[: len(manifest.size)], "depth"])
+    unit = manifest.shown.length
+    places = [unit.column(name) for name in (*"xyz"[: len(manifest.size)], "depth")]
+    rows: list[list[object]] = []
     for number, track in enumerate(sorted(followed, key=lambda track: track.place)):
         for step, position, depth in zip(run.steps, track.path, track.depths, strict=True):
             if position is not None:
-                clock = [step.time, "" if step.tau is None else step.tau]
-                writer.writerow([number, step.index, *clock, *position, depth])
-    return text.getvalue()
+                where = map(unit.of, (*position, depth))
+                rows.append([number, *clock(manifest, step), *where])
+    return csv_text(["crack", *clock_header(manifest), *places], rows)

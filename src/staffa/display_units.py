@@ -1,0 +1,160 @@
+"""Units in which results are shown: those of the case, else a readable SI prefix."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
+
+# Length of a body (m) from which its lengths are shown in this unit.
+LENGTHS = {"km": 1e3, "m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 0.0}
+# Last time of a run (s) from which its times are shown in this unit: twice the unit.
+DAY, YEAR = 86400.0, 365.25 * 86400.0
+TIMES = {"a": YEAR, "d": DAY, "h": 3600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "µs": 1e-6}
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+METERS = {"km": 1e3, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
+# A crack's mean opening over the depth of the body, as an order of magnitude.
+SLENDER = 1e-5
+POWERS = {1: "", 2: "²", 3: "³"}
+PLAIN = str.maketrans({"²": "2", "³": "3", "µ": "u", "μ": "u", "°": "deg", "·": "_", "*": "_"})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unit:
+    """A unit that numbers are shown in.
+
+    name: empty for a number without a unit, as of a scaled case. size: of one, in SI units.
+    zero: the SI value that it counts from (K; only a scale of temperature has one).
+    """
+
+    name: str = ""
+    size: float = 1.0
+    zero: float = 0.0
+
+    def of[V](self, value: V) -> V:
+        """An SI value, or an array of them, counted in this unit."""
+        return (value - self.zero) / self.size  # type: ignore[operator, return-value]
+
+    def text(self, value: float, digits: int = 4) -> str:
+        """An SI value in words: "3.2 mm"."""
+        return f"{self.of(value):.{digits}g}{self.behind}"
+
+    @property
+    def behind(self) -> str:
+        """Text that follows a number: a blank and the name, or nothing."""
+        return f" {self.name}" if self.name else ""
+
+    def header(self, name: str) -> str:
+        """A heading of a column for people: "spacing (mm)"."""
+        return f"{name} ({self.name})" if self.name else name
+
+    def label(self, name: str) -> str:
+        """A label of an axis, which also says where there is no unit: "spacing (scaled)"."""
+        return f"{name} ({self.name or 'scaled'})"
+
+    def column(self, name: str) -> str:
+        """A heading of a column for programs: "spacing_mm", "fx_kN_per_m"."""
+        plain = self.name.translate(PLAIN).replace("/", "_per_")
+        return f"{name}_{plain}" if plain else name
+
+    def power(self, exponent: int) -> "Unit":
+        """This unit of length as one of area or volume."""
+        if exponent == 1 or not self.name:
+            return self
+        return Unit(name=self.name + POWERS[exponent], size=self.size**exponent)
+
+
+NONE = Unit()
+KELVIN = Unit(name="K")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """The units of one run; without names where the case is scaled.
+
+    crack: length of cracks in 2-D, area in 3-D. volume: of cracks; area in 2-D. energy, force:
+    per thickness in 2-D. heat: likewise. difference: of temperatures.
+    """
+
+    length: Unit = NONE
+    opening: Unit = NONE
+    crack: Unit = NONE
+    volume: Unit = NONE
+    energy: Unit = NONE
+    heat: Unit = NONE
+    force: Unit = NONE
+    stress: Unit = NONE
+    temperature: Unit = NONE
+    difference: Unit = NONE
+    time: Unit = NONE
+
+
+@dataclass(frozen=True, kw_only=True)
+class Magnitudes:
+    """Orders of magnitude by which prefixes are chosen, in SI units; energy, heat and force of a
+    2-D body per thickness.
+
+    extent: largest extent of the body (m). depth: L (m). last: time at the end of the run (s).
+    """
+
+    extent: float
+    depth: float
+    last: float
+    energy: float = 1.0
+    heat: float = 1.0
+    force: float = 1.0
+    stress: float = 1e6
+
+
+def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None) -> Shown:
+    """Choose the units of a run that has units: the written ones, else readable prefixes.
+
+    Parameters
+    ----------
+    dim : 2 or 3.
+    written : units that the case file is written in, of "length", "time", "temperature", "stress"
+        and "volume"; absent where it has several or none.
+    """
+    written = written or {}
+    length = written.get("length", _length(sizes.extent))
+    return Shown(
+        length=length,
+        opening=Unit(name="µm", size=1e-6) if sizes.depth >= 1e-4 else Unit(name="nm", size=1e-9),
+        crack=length.power(dim - 1),
+        volume=written.get("volume", _volume(dim, length, sizes.depth)),
+        energy=_prefixed("J/m" if dim == 2 else "J", sizes.energy),
+        heat=_prefixed("J/m" if dim == 2 else "J", sizes.heat),
+        force=_prefixed("N/m" if dim == 2 else "N", sizes.force),
+        stress=written.get("stress", _prefixed("Pa", sizes.stress)),
+        temperature=written.get("temperature", KELVIN),
+        difference=KELVIN,
+        time=written.get("time", _time(sizes.last)),
+    )
+
+
+def _length(extent: float) -> Unit:
+    """In which a body of this extent (m) is one or more."""
+    name = next(name for name, least in LENGTHS.items() if extent >= 0.9995 * least)
+    return Unit(name=name, size=METERS[name])
+
+
+def _time(last: float) -> Unit:
+    """In which the last time (s) is two or more."""
+    found = ((name, size) for name, size in TIMES.items() if last >= 1.999 * size)
+    name, size = next(found, ("s", 1.0))
+    return Unit(name=name, size=size)
+
+
+def _prefixed(name: str, size: float) -> Unit:
+    """In which a magnitude is between 1 and 1000, as far as prefixes go."""
+    found = ((prefix, factor) for prefix, factor in PREFIXES.items() if size >= factor)
+    prefix, factor = next(found, ("n", 1e-9)) if 0 < size < inf else ("", 1.0)
+    return Unit(name=prefix + name, size=factor)
+
+
+def _volume(dim: int, length: Unit, depth: float) -> Unit:
+    """The power of a length below the meter, else one in which an opening that is SLENDER, over
+    all of the depth (m), is one or more."""
+    if length.size < 1:
+        return length.power(dim)
+    size = SLENDER * depth**dim
+    found = (Unit(name=name, size=m).power(dim) for name, m in METERS.items() if m != 1e3)
+    return next((unit for unit in found if size >= unit.size), Unit(name="m").power(dim))

@@ -1,0 +1,111 @@
+"""What each picture of a run shows, in words that are true for the case at hand."""
+
+from collections.abc import Callable, Sequence
+
+from staffa.manifest import Manifest
+from staffa.plot.labels import since_rest
+from staffa.records import Step
+
+Steps = Sequence[Step]
+
+
+def caption(name: str, manifest: Manifest, steps: Steps) -> str:
+    """The caption of a picture, by its name, of a run or of the members of an ensemble."""
+    found = CAPTIONS.get(name, name)
+    return found if isinstance(found, str) else found(manifest, steps)
+
+
+def _cracks(manifest: Manifest, steps: Steps) -> str:
+    if not manifest.plane:
+        return (
+            "The cracks at the last moment whose fields are kept: in the rock, its near quarter "
+            "cut away, and alone."
+        )
+    text = "The damage, dark where the rock is cracked, at moments whose fields are kept."
+    if manifest.profile == "none":
+        return text
+    lines = f"{text} Colored lines: isotherms"
+    if manifest.scaled:
+        return f"{lines}, T the change of temperature, ΔT its largest."
+    if manifest.reference is None:
+        return f"{lines}, T₀ the temperature that the change is counted from."
+    return f"{lines}."
+
+
+def _sections(manifest: Manifest, steps: Steps) -> str:
+    return (
+        f"Planes below the {manifest.surface}: what is broken is dark, and each cell that cracks "
+        f"cut out has the color of the number of its neighbors."
+    )
+
+
+def _energies(manifest: Manifest, steps: Steps) -> str:
+    text = "Energies of each step" + (", per unit thickness." if manifest.plane else ".")
+    if not since_rest(steps):
+        return text
+    which, are = "The elastic energy", "is the change"
+    if any(step.energies.loads for step in steps):
+        which, are = "The elastic energy and that of the loads", "are changes"
+    return (
+        f"{text} {which} {are} since the state of rest under the forces, before the first step; "
+        f"the surface energy is that of all cracks."
+    )
+
+
+def _reactions(manifest: Manifest, steps: Steps) -> str:
+    per = ", per unit thickness" if manifest.plane else ""
+    return f"What the supports carry: the force of each held side on the body{per}."
+
+
+def _heat(manifest: Manifest, steps: Steps) -> str:
+    per = ", per unit thickness" if manifest.plane else ""
+    return f"Heat stored since the start{per}, and from where it came (or, negative, went)."
+
+
+def _lengths(manifest: Manifest, steps: Steps) -> str:
+    parts = ["Length of the cracks" if manifest.plane else "Area of the cracks"]
+    if manifest.cooled_side:
+        parts.append(f"depth of each tip below the {manifest.surface}")
+    if any(step.measures and step.measures.sections for step in steps):
+        parts.append("how many cross each depth")
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts) + "."
+
+
+def _spacing(manifest: Manifest, steps: Steps) -> str:
+    theory = manifest.scales.get("ell0")
+    lines = " Black lines: the spacings between which parallel cracks double, by theory."
+    return (
+        "How far apart the cracks are, and how large the cells, at each depth: means and "
+        "standard errors of the cells of one plane." + (lines if theory else "")
+    )
+
+
+def _growing(manifest: Manifest, steps: Steps) -> str:
+    return "The cracks growing." if manifest.plane else "The cracks growing, in the rock and alone."
+
+
+def _network(manifest: Manifest, steps: Steps) -> str:
+    when = "" if manifest.plane else " at the last moment whose fields are kept"
+    return f"The crack network{when}, and how far it is open."
+
+
+BAND = (
+    "the mean of the finished members, its standard error as a band, and each member as a thin line"
+)
+CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
+    "cracks": _cracks,
+    "sections": _sections,
+    "spacing": _spacing,
+    "growing": _growing,
+    "network": _network,
+    "energies": _energies,
+    "reactions": _reactions,
+    "heat": _heat,
+    "lengths": _lengths,
+    "counts": f"How many cracks cross each depth: {BAND}.",
+    "growth": f"Growth of the cracks: {BAND}.",
+    "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
+    "total energies are, over the larger of them, parts below zero counted by size.",
+    "growth-of-both": "Growth of the cracks of both runs.",
+    "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
+}

@@ -1,0 +1,109 @@
+"""How far apart the cracks of a run are at each depth, as a table."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import floor, log10
+
+import numpy as np
+
+from staffa.grid import face_axis
+from staffa.io.run_directory import Run
+from staffa.manifest import Manifest
+from staffa.measure.cells import section
+from staffa.measure.patterns import pattern
+from staffa.plot.frames import read_frames, with_fields
+from staffa.plot.labels import moment
+from staffa.records import Measures, Section
+from staffa.report.columns import cells_by_depth, columns
+from staffa.report.comparison import Table
+from staffa.report.ensemble import number
+from staffa.report.planes import planes_of
+
+ROWS = 5  # depths, where the case gives none
+TITLE = "Spacing by depth, at the last step"
+BY_TIPS = (
+    "The case gives no measures.depths: depths are round ones above the deepest tip, and each "
+    "crack counts down to its tip, at the place of its tip."
+)
+ALONG = "Spacing: mean distance along the face of neighboring cracks at that depth."
+
+
+def spacing(run: Run) -> Table:
+    """Cracks and their spacing at each depth at the last step, in the units of the case.
+
+    In 3-D the cells there; without rows but with a note where there is none.
+    """
+    m, step = run.manifest, run.steps[-1] if run.steps else None
+    if step is None or step.measures is None:
+        return _without("no step was measured")
+    if m.cooled_side is None:
+        return _without("the body has no flat cooled face from which depths are measured")
+    if not m.plane:
+        return columns([run]) or by_fields(run) or _without("no crack, or no fields to look at")
+    found = step.measures.sections or by_tips(m, step.measures)
+    if not found:
+        return _without("no crack goes deeper than the layer at the face that is broken all over")
+    unit = m.shown.length
+    rows = [
+        (
+            number(unit.of(crossed.height)),
+            str(crossed.cracks),
+            number(None if crossed.spacing is None else unit.of(crossed.spacing)),
+        )
+        for crossed in found
+    ]
+    notes = [ALONG] if step.measures.sections else [ALONG, BY_TIPS]
+    header = (unit.header("depth"), "cracks", unit.header("spacing"))
+    return Table(header=header, rows=tuple(rows), notes=tuple(notes))
+
+
+def _without(why: str) -> Table:
+    return Table(header=(), rows=(), notes=(f"No spacing by depth: {why}.",))
+
+
+def by_tips(manifest: Manifest, measures: Measures) -> list[Section]:
+    """Sections of a 2-D body from the tips of its cracks, at round depths; none without cracks."""
+    along = 1 - face_axis(str(manifest.cooled_side), 2)
+    tips = [(tip.position[along], manifest.sharp(tip.depth)) for tip in measures.tips]
+    deepest = max((depth for _, depth in tips), default=0.0)
+    sections = []
+    for height in round_depths(deepest):
+        places = sorted(place for place, depth in tips if depth > height)
+        apart = float(np.diff(places).mean()) if len(places) > 1 else None
+        sections.append(
+            Section(height=height, cracks=len(places), spacing=apart, positions=tuple(places))
+        )
+    return sections
+
+
+def by_fields(run: Run) -> Table | None:
+    """Cells of a 3-D body in the last fields that are kept; None without any."""
+    frames, _ = read_frames(run, with_fields(run)[-1:])
+    if not frames:
+        return None
+    m, frame = run.manifest, frames[-1]
+    pixel = (m.h / 2, m.h / 2)
+    found = {
+        plane.depth: pattern([section(plane.cells, depth=plane.depth, pixel=pixel)])
+        for plane in planes_of(m, frame)
+    }
+    table = cells_by_depth(found, m.shown.length)
+    if table is None:
+        return None
+    note = (
+        f"The case gives no measures.depths: even depths down to the deepest crack, in the fields "
+        f"at {moment(m, frame.step)}."
+    )
+    return replace(table, notes=(note, *table.notes))
+
+
+def round_depths(deepest: float) -> Sequence[float]:
+    """At most five depths of one leading digit, 1, 2 or 5, or multiples of it, above the deepest
+    tip (same unit)."""
+    if deepest <= 0:
+        return []
+    power = 10.0 ** floor(log10(deepest / ROWS))
+    step = next(power * k for k in (1, 2, 5, 10) if power * k * ROWS >= deepest * (1 - 1e-9))
+    return [step * k for k in range(1, ROWS + 1) if step * k < deepest * (1 - 1e-9)] or [
+        deepest / 2
+    ]
