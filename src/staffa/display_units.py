@@ -6,7 +6,7 @@ from math import inf
 
 # Length of a body (m) from which its lengths are shown in this unit.
 LENGTHS = {"km": 1e3, "m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 0.0}
-# Last time of a run (s) from which its times are shown in this unit: twice the unit.
+# Units of time (s), the longest first.
 DAY, YEAR = 86400.0, 365.25 * 86400.0
 TIMES = {"a": YEAR, "d": DAY, "h": 3600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "µs": 1e-6}
 PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
@@ -137,8 +137,10 @@ def _length(extent: float) -> Unit:
 
 
 def _time(last: float) -> Unit:
-    """In which the last time (s) is two or more."""
-    found = ((name, size) for name, size in TIMES.items() if last >= 1.999 * size)
+    """In which the last time (s) is one or more, of minutes and longer ones two or more."""
+    found = (
+        (name, size) for name, size in TIMES.items() if last >= 0.9995 * size * (1 + (size > 1))
+    )
     name, size = next(found, ("s", 1.0))
     return Unit(name=name, size=size)
 

@@ -67,7 +67,8 @@ def by_tips(manifest: Manifest, measures: Measures) -> list[Section]:
     tips = [(tip.position[along], manifest.sharp(tip.depth)) for tip in measures.tips]
     deepest = max((depth for _, depth in tips), default=0.0)
     sections = []
-    for height in round_depths(deepest):
+    unit = manifest.shown.length
+    for height in (unit.size * depth for depth in round_depths(unit.of(deepest))):
         places = sorted(place for place, depth in tips if depth > height)
         apart = float(np.diff(places).mean()) if len(places) > 1 else None
         sections.append(
@@ -99,7 +100,7 @@ def by_fields(run: Run) -> Table | None:
 
 def round_depths(deepest: float) -> Sequence[float]:
     """At most five depths of one leading digit, 1, 2 or 5, or multiples of it, above the deepest
-    tip (same unit)."""
+    tip, in the unit of that."""
     if deepest <= 0:
         return []
     power = 10.0 ** floor(log10(deepest / ROWS))
