@@ -9,8 +9,8 @@ from runs import ROOT, ready_case, verify_case
 from staffa.io.run_directory import Run
 
 WAYS = {
-    "alone": (),
-    "with backtracking": ("solver.backtracking=true",),
+    "alone": ("solver.stability=none",),
+    "with backtracking": ("solver.backtracking=true", "solver.stability=none"),
     "with stability": ("solver.stability=follow",),
 }
 # The slab is cooled little more than what starts damage: its first crack is late, and then long.
