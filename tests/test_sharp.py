@@ -5,6 +5,7 @@ The pair of cracks lies on two planes of symmetry, half an even array of spacing
 """
 
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from staffa.measure.tip import reach
 from staffa.records import Step
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "verify"))
+from pairs import pairs
 from sharp import first_doubling, length_at
 
 P, COLUMNS, ELL = 0.257, 40, 0.026
@@ -110,3 +112,19 @@ def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
     assert len(apart), "they never part"
     assert (change[apart] < 0).all(), f"relative change {change[apart]}"
     assert change[-1] < change[apart[0]], "and more so as time goes on"
+
+
+def test_nothing_but_the_two_cracks_breaks() -> None:
+    """The walls of the ready case reach from the face to the far side, 3 ell from each crack."""
+    case = tomllib.loads((Path(staffa.__file__).parent / "cases" / "two-cracks.toml").read_text())
+    quiet, wall = case["toughness"]["bands"][:2]
+    ell, (width, height) = case["damage"]["ell"], case["domain"]["size"]
+    assert quiet["upper"][0] == width and quiet["lower"] == [0.0, 0.0]
+    assert wall["lower"] == [pytest.approx(3 * ell), quiet["upper"][1]]
+    assert wall["upper"] == [pytest.approx(width - 3 * ell), height]
+
+
+def test_kept_pairs_broke_nothing_beside_their_cracks_and_tend_to_sharp_ones() -> None:
+    """verify/pairs.json: at ell = 0 within 2 %, against sharp cracks in a body as deep."""
+    figures = pairs().figures
+    assert [figure.what for figure in figures if not figure.met] == []

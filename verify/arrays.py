@@ -6,6 +6,7 @@ import numpy as np
 from figures import Figure
 from runs import HERE, ready_case, verify_case
 from sharp import DOUBLING, SHARP, array_growth, first_doubling
+from surfing import ON_A_SIDE
 
 from staffa.io.run_directory import Run
 from staffa.measure.tip import reach
@@ -40,7 +41,26 @@ def array(section: str) -> list[Figure]:
                 tolerance=max(run.manifest.ell, 0.03 * expected),
             )
         )
-    return figures
+    assert run.steps[-1].measures is not None
+    deep = run.steps[-1].measures.front + sharp_tip(run)
+    return [*figures, alone(run, f"section {section}", [deep], run.manifest.toughness_factor)]
+
+
+def alone(run: Run, what: str, lengths: list[float], toughness: float) -> Figure:
+    """The surface length at the last step over that of the cracks that the case is about.
+
+    toughness: energy of a unit of these cracks over Gc. Branches sideways made it 1.3 and more.
+    """
+    measures = run.steps[-1].measures
+    assert measures is not None
+    surface = measures.length_surface * run.manifest.toughness_factor
+    return Figure(
+        what=f"surface length over that of the cracks, {what}",
+        source="nothing else breaks",
+        reference=1.0,
+        measured=surface / (toughness * sum(lengths)),
+        tolerance=0.1,
+    )
 
 
 def stopped(run: Run, among: tuple[int, ...]) -> tuple[float, float]:
@@ -74,6 +94,17 @@ def compared(
     ]
 
 
+def alone_on_sides(run: Run, what: str, half: tuple[bool, ...]) -> Figure:
+    """The same of cracks of which those on a plane of symmetry have half of their energy here."""
+    measures = run.steps[-1].measures
+    assert measures is not None
+    lengths = [
+        (tip.depth + sharp_tip(run, layers=2)) / (2 if side else 1)
+        for tip, side in zip(measures.tips, half, strict=True)
+    ]
+    return alone(run, what, lengths, ON_A_SIDE["two-cracks"][1])
+
+
 def even_bands() -> str:
     """The bands of the case without the imperfection, as a setting."""
     case = tomllib.loads((HERE / "two-cracks.toml").read_text())
@@ -89,12 +120,16 @@ def doubling() -> list[Figure]:
     """The first doubling with an imperfection and without, and the second."""
     uneven = verify_case("two-cracks", "doubling-uneven")
     even = (even_bands(), "time.tau={start=0.08,stop=0.12,steps=21}")
-    alone = verify_case("two-cracks", "doubling-even", *even)
+    alone = verify_case("two-cracks", "doubling-even", *even, "solver.stability=none")
+    tested = verify_case("two-cracks", "doubling-even-tested", *even)
     left = verify_case("two-cracks", "doubling-even-follow", *even, "solver.stability=follow")
     escapes = [s.tau for s in left.steps if s.stability and s.stability.escapes]
     four = verify_case("four-cracks", "doubling-four")
     tau, a = first_doubling("fixed", P)
     return [
+        alone_on_sides(uneven, "toughness 1 % apart", (True, True)),
+        alone_on_sides(left, "alike, left along the mode", (True, True)),
+        alone_on_sides(four, "three cracks", (True, False, True)),
         *compared("toughness 1 % apart", SHARP, stopped(uneven, (0, 1)), (0.1356, 0.100), 0.05),
         *compared(
             "alike, left along the mode",
@@ -103,6 +138,7 @@ def doubling() -> list[Figure]:
             (a, tau),
             0.05,
         ),
+        *compared("alike, by default", SHARP, stopped(tested, (0, 1)), (a, tau), 0.05),
         Figure(
             what="tau at which the second order is first not stable, alike",
             source=f"{SHARP}, loss of stability",

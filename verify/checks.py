@@ -11,6 +11,7 @@ from injection import injection
 from layers import layers
 from neighbors import neighbors
 from onset import onset
+from pairs import pairs
 from quench import quench
 from saddles import saddles
 from second_order import second_order
@@ -140,9 +141,25 @@ CHECKS = {
         text="`verify/two-cracks` (section held): cracks on two planes of symmetry. a: length at "
         "which the slower one stops, tau: when it got there. Then the same with both alike: "
         'alternate minimization alone lets them go on together, `solver.stability = "follow"` '
-        "finds that this is no longer stable, and leaves along the mode. `verify/four-cracks` goes "
-        "on to the second doubling. Tolerances are fractions of the reference.",
+        "finds that this is no longer stable, and leaves along the mode; the default tests for a "
+        "way down. `verify/four-cracks` goes "
+        "on to the second doubling. Tolerances are fractions of the reference. Figures from before "
+        "2026-11-29 are of cases whose cracks also grew branches sideways.",
         measure=doubling,
+    ),
+    "pairs": Check(
+        title="Two cracks, one a little tougher: what their arrest depends on",
+        text="Cracks on two planes of symmetry, as in `two-cracks`, with walls that leave only "
+        "their ways to break; the tougher one stops. h = ell/4.15 but in one run. Half the step "
+        "of tau, or a hundredth of the minimization's tolerances (not kept), changes the arrest "
+        "by less than 1e-5; halving h by 0.7 %. The arrest comes early, by the same amount "
+        "whatever the contrast: the loss of stability itself is early. What remains is of first "
+        "order in ell; the value at ell = 0 is that of a parabola through three. The body is 0.3 "
+        "deep, to be cheap, and sharp cracks in it stop 1.6 % short of those in one 1 deep "
+        "(0.1347, tau 0.0997). The far side counts that much while the cold is far from it: in "
+        "a body 0.22 deep sharp cracks stop at 0.1175, those of ell = 0.0022 at 0.1177 (not kept).",
+        measure=pairs,
+        kept="pairs.json",
     ),
     "energies": Check(
         title="Energy against tau, minimized in three ways",
