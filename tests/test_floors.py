@@ -17,7 +17,7 @@ FLOORS = [
     },
     {"physics"},
     {"domain", "fields", "cut"},
-    {"energy", "external", "strain", "supports", "loads"},
+    {"energy", "external", "openings", "strain", "supports", "loads"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -35,7 +35,7 @@ WITHIN = {
     "fields": ["domain"],
     "cut": ["fields"],
     "external": ["loads", "strain"],
-    "energy": ["external", "loads", "strain"],
+    "energy": ["external", "loads", "openings", "strain"],
     "report": ["plot"],
 }
 LIGHT = [

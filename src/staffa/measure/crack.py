@@ -4,16 +4,20 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
 from staffa.loads.closed_form import Face
-from staffa.measure.opening import sliver
+from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
 from staffa.records import Fluid, Measures, Section, Tip
+
+# Places that are less apart than this, over the cell edge, are the same.
+SAME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +26,7 @@ class Gauge:
 
     face: where depth is measured from, None for a body without a cooled face (no tips then).
     depths: where cracks are counted (m). threshold: the damage that is a crack.
-    prominence: how much deeper than its surroundings a crack's tip is (m). h: cell edge (m).
+    prominence: how much deeper than its surroundings a crack's tip is, ell (m). h: cell edge (m).
     toughness_factor: the discrete toughness over Gc, measured on the same cells.
     """
 
@@ -32,6 +36,11 @@ class Gauge:
     prominence: float
     h: float
     toughness_factor: float
+
+    @property
+    def reach(self) -> float:
+        """How far from what is cracked rock may be soft because of it (m)."""
+        return REACH * self.prominence + (1 + SAME) * self.h
 
 
 def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
@@ -53,7 +62,7 @@ def measures(
         front=max((tip.depth for tip in found), default=0.0),
         length_surface=energy.crack_length() / gauge.toughness_factor,
         length_geometry=energy.crack_variation(),
-        volume=crack_volume(domain, state),
+        volume=crack_volume(domain, state, energy, gauge),
         fluid=fluid(energy),
         cells=below(state) if below else (),
     )
@@ -67,22 +76,24 @@ def fluid(energy: Energy) -> Fluid | None:
     return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
 
 
-# VTK's order of the vertices of a quadrilateral and a hexahedron, from that of a tensor product.
-AROUND = {(2, 4): [0, 1, 3, 2], (3, 8): [0, 1, 3, 2, 4, 5, 7, 6]}
-
-
 # Edges of a triangle, and of a quadrilateral, whose fields are straight along these alone.
 EDGES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 3), (3, 2), (2, 0)]}
 
 
-def crack_volume(domain: Domain, state: State) -> float:
-    """int alpha^4 div u: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
-    cells, dim = _cells(domain, state), domain.dim
-    cells = cells[:, AROUND.get((dim, cells.shape[1]), slice(None))]
-    x = vertices(state.alpha.function_space)
-    u = state.u.x.array.reshape(-1, dim)
-    pieces = sliver(x, cells, u=u, alpha=state.alpha.x.array, dim=dim)[1]
-    return sum_over_ranks(domain.comm, float(pieces.sum()))
+def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> float:
+    """By how much cracks are open (m^3; area in 2-D): the opening strain near them, summed.
+    Collective."""
+    space = state.alpha.function_space
+    x = vertices(space)
+    cracked = owned(state.alpha) > gauge.threshold
+    parts = gather(domain.comm, x[: len(cracked)][cracked])
+    points = on_root(domain.comm, lambda: np.concatenate(parts or []))
+    volumes = energy.openings.volumes()
+    middles = x[_cells(domain, state)].mean(axis=1)
+    if not len(points):
+        return 0.0
+    near = cKDTree(points).query(middles, distance_upper_bound=gauge.reach)[0] < np.inf
+    return sum_over_ranks(domain.comm, float(volumes[near].sum()))
 
 
 def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:

@@ -26,7 +26,7 @@ Moment = tuple[Step, Network]
 
 def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
     """One panel a moment, at most a few, in 3-D the last one alone; all with one scale."""
-    widest = max(float(cracks.opening.max(initial=0.0)) for _, cracks in moments) or 1.0
+    widest = max(float(np.nanmax(cracks.opening, initial=0.0)) for _, cracks in moments) or 1.0
     norm = Normalize(0.0, widest)
     if len(manifest.size) == 3:
         figure, axes = _solid(manifest, moments[-1], norm)
@@ -54,7 +54,7 @@ def _plane(
             continue
         step, cracks = moments[number]
         opening = cracks.opening[cracks.elements].mean(axis=1)
-        widths = NARROW + (WIDE - NARROW) * np.clip(norm(opening), 0, 1)
+        widths = NARROW + (WIDE - NARROW) * np.clip(norm(np.nan_to_num(opening)), 0, 1)
         lines = cracks.points[cracks.elements][..., :2]
         axes.add_collection(
             LineCollection(

@@ -14,6 +14,7 @@ from staffa.measure.tip import damage_at_tip
 from staffa.measure.tracing import network
 from staffa.records import Step
 
+STRAINS = ("opening_strain", "intact_strain")
 FOLDER, TABLE = "network", "network.csv"
 
 
@@ -35,13 +36,18 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             continue
         try:
             grid, values = read_vtkhdf(run.path / step.fields)
-            alpha, u = values["alpha"], values["u"]
+            alpha = values["alpha"]
         except (OSError, KeyError, ValueError, IndexError) as error:
             reasons.append(f"{step.fields} is left out: it cannot be read: {error}")
             continue
+        strains = None
+        if set(STRAINS) <= set(values):
+            strains = np.stack([values[name] for name in STRAINS], axis=1)
+        else:
+            reasons.append(f"{step.fields} has no openings: an earlier version wrote it")
         cracks = network(
-            grid.points, grid.cells, alpha=alpha, u=u, dim=len(m.size), h=m.h, ell=m.ell,
-            crack=m.threshold, tip=tip,
+            grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
+            ell=m.ell, crack=m.threshold, tip=tip,
         )  # fmt: skip
         found.append(Drawing(step=step, network=cracks))
     return found, reasons
@@ -92,7 +98,11 @@ def _write_vtp(path: Path, cracks: Network) -> None:
         cracks.points,
         cells,
         surface=surface,
-        at_points={"opening": cracks.opening, "alpha": cracks.damage},
+        at_points={
+            "opening": cracks.opening,
+            "uncertainty": cracks.uncertainty,
+            "alpha": cracks.damage,
+        },
         on_cells={"crack": crack, "area" if surface else "length": size},
     )
 
@@ -110,6 +120,7 @@ def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
     across = normals(cracks.points, cracks.elements)
     columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}
     columns["opening"] = cracks.opening[cracks.elements].mean(axis=1)
+    columns["uncertainty"] = cracks.uncertainty[cracks.elements].mean(axis=1)
     return columns
 
 
@@ -123,3 +134,4 @@ def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, str | float]]:
     yield "volume", cracks.volume
     yield "mean_opening", cracks.volume / cracks.size if cracks.size else 0.0
     yield "largest_opening", float(cracks.opening.max(initial=0.0))
+    yield "mean_uncertainty", cracks.uncertain_volume / cracks.size if cracks.size else 0.0
