@@ -27,6 +27,7 @@ FLOORS = [
 # Modules of one floor that serve others of it.
 WITHIN = {
     "units": ["errors"],
+    "manifest": ["records"],
     "parallel": ["errors", "stack"],
     "options": ["errors", "parallel", "stack"],
     "jit": ["parallel", "stack"],

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from staffa.records import Measures
+
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
@@ -70,7 +72,14 @@ class Manifest:
         """The side of a box that the cooled face is."""
         return self.side or self.face
 
-    def sharp(self, depth: float) -> float:
+    def sharp(self, depth: float, room: float | None = None) -> float:
         """Depth (m) of the sharp tip of a crack whose recorded tip is so deep: at most that of the
-        body; 0 stays 0."""
-        return min(depth + (self.tip_reach or 0.0), self.L) if depth else 0.0
+        body, which goes on by `room` beyond it; 0 stays 0."""
+        reach = self.tip_reach or 0.0
+        beyond = reach if room is None else min(reach, room)
+        return min(depth + beyond, self.L) if depth else 0.0
+
+    def deepest(self, measures: Measures) -> float:
+        """Depth (m) of the sharp tip of the deepest crack, 0 without one."""
+        found = (self.sharp(tip.depth, tip.room) for tip in measures.tips)
+        return max(found, default=self.sharp(measures.front))

@@ -215,7 +215,7 @@ class Follower:
             return []
         assert self.manifest is not None
         unit, count = "" if self.manifest.scaled else " m", len(step.measures.tips)
-        front = self.manifest.sharp(step.measures.front)
+        front = self.manifest.deepest(step.measures)
         return [f"{count} crack{'s' * (count > 1)} to {front:.3g}{unit}"]
 
     def _done(self, step: Step) -> float:

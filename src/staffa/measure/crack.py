@@ -1,6 +1,6 @@
 """From a state to its cracks: how many cross each height, how deep each runs, how long they are."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -12,10 +12,13 @@ from staffa.fields import State, owned, vertices
 from staffa.loads.closed_form import Face
 from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
+from staffa.measure.room import room
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
 from staffa.records import Fluid, Measures, Section, Tip
 
+# A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
+FARTHEST = 3.0
 # Places that are less apart than this, over the cell edge, are the same.
 SAME = 1e-9
 
@@ -101,6 +104,7 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Sectio
     assert gauge.face is not None and domain.dim == 2
     x = vertices(state.alpha.function_space)
     side = gauge.face.depth(x.T) - depth
+    side[np.abs(side) < SAME * gauge.h] = 0.0
     cells = _cells(domain, state)
     across = (side[cells] <= 0).any(axis=1) & (side[cells] > 0).any(axis=1)
     ends = cells[across][:, EDGES[cells.shape[1]]].reshape(-1, 2)
@@ -121,7 +125,8 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
     """The tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective."""
     assert gauge.face is not None
     space = state.alpha.function_space
-    below = gauge.face.depth(vertices(space).T) > damaged_layer(domain, state, gauge)
+    layer = damaged_layer(domain, state, gauge)
+    below = gauge.face.depth(vertices(space).T) > layer + SAME * gauge.h
     cracked = below & (state.alpha.x.array > gauge.threshold)
     cells = _cells(domain, state)
     pairs = _pairs(cells[cracked[cells].sum(axis=1) >= 2])
@@ -142,7 +147,17 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
         depth = gauge.face.depth(points.T)
         return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence)
 
-    return on_root(domain.comm, find)
+    found = on_root(domain.comm, find)
+    if not found:
+        return found
+    way = np.zeros(domain.dim)
+    way[gauge.face.axis] = gauge.face.inward
+    places = np.array([tip.position for tip in found])
+    left = room(domain, places, way, reach=FARTHEST * gauge.prominence + gauge.h)
+    return tuple(
+        replace(tip, room=float(r)) if np.isfinite(r) else tip
+        for tip, r in zip(found, left, strict=True)
+    )
 
 
 def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
@@ -151,7 +166,7 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
     n_owned = state.alpha.function_space.dofmap.index_map.size_local
     depth = gauge.face.depth(vertices(state.alpha.function_space)[:n_owned].T)
     cracked = owned(state.alpha) > gauge.threshold
-    bins = np.rint(depth / gauge.h).astype(np.int64)
+    bins = np.floor(depth / gauge.h + 0.5 + SAME).astype(np.int64)
     count = int(np.rint(max(domain.size) / gauge.h)) + 2
     points = sum_over_ranks(domain.comm, np.bincount(bins, minlength=count))
     broken = sum_over_ranks(domain.comm, np.bincount(bins[cracked], minlength=count))

@@ -1,7 +1,7 @@
 """How far cracks are open, at each point of their network.
 
-The opening strain (see `staffa.openings`), integrated over the body, is the crack volume; each piece
-of it belongs to the point of the network that is nearest.
+The opening strain (see `staffa.openings`), integrated over the body, is the crack volume; each
+piece of it belongs to the point of the network that is nearest.
 """
 
 from itertools import combinations, product

@@ -43,7 +43,7 @@ def growth_figure(manifest: Manifest, members: Members) -> Figure:
     panels = [(crack_label(manifest), ORANGE, lambda measures: measures.length_surface)]
     if manifest.face:
         label = with_unit("deepest crack", manifest, "m")
-        panels.append((label, BLUE, lambda measures: manifest.sharp(measures.front)))
+        panels.append((label, BLUE, lambda measures: manifest.deepest(measures)))
     figure = new_figure(0.9 + 2.1 * len(panels))
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (label, color, value) in zip(rows, panels, strict=True):

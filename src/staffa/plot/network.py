@@ -24,14 +24,19 @@ NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
 Moment = tuple[Step, Network]
 
 
-def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
-    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale."""
+def network_figure(
+    manifest: Manifest, moments: Sequence[Moment], outline: np.ndarray | None = None
+) -> Figure:
+    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale.
+
+    outline: sides of a 2-D body, of its holes too, shape (k, 2, 2).
+    """
     widest = max(float(np.nanmax(cracks.opening, initial=0.0)) for _, cracks in moments) or 1.0
     norm = Normalize(0.0, widest)
     if len(manifest.size) == 3:
         figure, axes = _solid(manifest, moments[-1], norm)
     else:
-        figure, axes = _plane(manifest, moments, norm)
+        figure, axes = _plane(manifest, moments, norm, outline)
     label = with_unit("opening", manifest, "m")
     figure.colorbar(
         ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40,
@@ -41,7 +46,7 @@ def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
 
 
 def _plane(
-    manifest: Manifest, moments: Sequence[Moment], norm: Normalize
+    manifest: Manifest, moments: Sequence[Moment], norm: Normalize, outline: np.ndarray | None
 ) -> tuple[Figure, list[Axes]]:
     columns, height = layout(manifest.size, len(moments))
     figure = new_figure(height)
@@ -61,6 +66,8 @@ def _plane(
                 lines, array=opening, norm=norm, cmap=COLORS, linewidths=widths, capstyle="round"
             )
         )
+        if outline is not None:
+            axes.add_collection(LineCollection(list(outline), colors="0.6", linewidths=0.6))
         axes.grid(False)
         axes.set(xlim=x, ylim=y, aspect="equal")
         for side in axes.spines.values():

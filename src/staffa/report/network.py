@@ -1,29 +1,31 @@
 """The crack networks of a run as files, one pair for each moment whose fields were kept."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from staffa.io.network import write_table, write_vtp
 from staffa.io.run_directory import Run
-from staffa.io.vtkhdf import read_vtkhdf
+from staffa.io.vtkhdf import Grid, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip
 from staffa.measure.tracing import network
 from staffa.records import Step
 
 STRAINS = ("opening_strain", "intact_strain")
+UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The network of one step."""
+    """The network of one step, and the outline of a 2-D body, shape (k, 2, 2)."""
 
     step: Step
     network: Network
+    outline: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
 
 def networks(run: Run) -> tuple[list[Drawing], list[str]]:
@@ -49,8 +51,16 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
             ell=m.ell, crack=m.threshold, tip=tip,
         )  # fmt: skip
-        found.append(Drawing(step=step, network=cracks))
+        outline = _outline(grid) if len(m.size) == 2 else np.zeros((0, 2, 2))
+        found.append(Drawing(step=step, network=cracks, outline=outline))
     return found, reasons
+
+
+def _outline(grid: Grid) -> np.ndarray:
+    """The sides of cells that belong to one cell alone, holes included."""
+    sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
+    sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    return grid.points[sides[counts == 1]][..., :2]
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
@@ -83,6 +93,30 @@ def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[s
         return [], []
     header = [name.replace("_", " ") for name in rows[0]]
     return header, [[v if isinstance(v, str) else f"{v:.4g}" for v in row.values()] for row in rows]
+
+
+def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
+    """Sentences on openings that are not known, or negative."""
+    said = []
+    for drawn in found:
+        cracks, step = drawn.network, f"step {drawn.step.index}"
+        if not cracks.size or np.isnan(cracks.volume):
+            continue
+        mean = cracks.elements.shape[1]
+        opening = np.abs(cracks.opening[cracks.elements].sum(axis=1)) / mean
+        unknown = cracks.uncertainty[cracks.elements].sum(axis=1) / mean > opening
+        part = cracks.sizes[unknown].sum() / cracks.size
+        if part > UNKNOWN:
+            said.append(
+                f"{step}: on {part:.0%} of the network the bands of cracks are too wide to say how "
+                "far they are open: less than their uncertainty"
+            )
+        if cracks.volume < 0:
+            said.append(
+                f"{step}: the mean opening is negative: the sides of closed cracks overlap, which "
+                "only an energy split (damage.split) prevents"
+            )
+    return said
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:

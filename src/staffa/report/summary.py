@@ -105,7 +105,7 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures is None:
         return
     if run.manifest.face:
-        deepest = f", the deepest {run.manifest.sharp(measures.front):.4g}{'' if scaled else ' m'}"
+        deepest = f", the deepest {run.manifest.deepest(measures):.4g}{'' if scaled else ' m'}"
         text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
         yield Fact(name="cracks", text=text)
     unit = "" if scaled else " m" if plane else " m²"
