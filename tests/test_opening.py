@@ -157,3 +157,27 @@ class Uniform:
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
         """At points of shape (3, n)."""
         return np.full(x.shape[1], -1e-3)
+
+
+@pytest.mark.parametrize(("split", "within"), [("none", 0.035), ("no-tension", 0.055)])
+def test_a_pressed_crack_holds_what_its_energy_says(
+    split: str, within: float, tmp_path: Path
+) -> None:
+    """V = 2 (elastic energy)/p; and open like a sharp crack of this volume, an ellipse."""
+    a, ell, p = 0.3, 0.03, 0.1
+    crack = FlatCrack(center=(0.0, 0.802, 0.0), normal=(0.0, 1.0, 0.0), radius=a)
+    left = SideSupport(side="left", components={0: lambda x, t: 0.0})
+    problem = body(
+        (1.2, 1.6), 0.01, sides=(left,), forces=Forces(crack_pressure=lambda t: p * t),
+        material=rock(
+            nu=NU, Gc=1e6, ell=ell, state="plane strain", split=SPLITS[split], cracks=(crack,)
+        ),
+    )  # fmt: skip
+    system = build(problem)
+    (step,) = march(problem, system)
+    fluid = system.energy.crack_volume()
+    system.destroy()
+    assert 2 * step.energies.elastic / p == pytest.approx(fluid, rel=1e-4)
+    found = seen(problem, tmp_path / "fields.vtkhdf")
+    assert found.network.volume == pytest.approx(fluid, rel=within)
+    assert found.opening.max() == pytest.approx(4 * fluid / (np.pi * a), rel=0.09)

@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_edt
 
 # Places that are less apart than this, over the cell edge, are the same.
 SAME = 1e-9
-# Rounded numbers in a file leave a place so far outside, over the cell edge.
+# Round-off leaves a place so far outside at most, over the cell edge.
 OUTSIDE = 1e-6
 # VTK's cell types, by dimension and number of vertices.
 TYPES = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}
@@ -41,7 +41,9 @@ class Body:
         """
         import pyvista
 
-        lower, upper = self.points.min(axis=0), self.points.max(axis=0)
+        # Within by what round-off cannot take away: else it would say which points are inside.
+        within = np.array([OUTSIDE * self.h] * self.dim + [0.0] * (3 - self.dim))
+        lower, upper = self.points.min(axis=0) + within, self.points.max(axis=0) - within
         counts = np.maximum(np.rint((upper - lower) / self.h).astype(int), 1)
         counts[self.dim :] = 0
         edge = (upper - lower) / np.maximum(counts, 1)
