@@ -45,8 +45,6 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
         strains = None
         if set(STRAINS) <= set(values):
             strains = np.stack([values[name] for name in STRAINS], axis=1)
-        else:
-            reasons.append(f"{step.fields} has no openings: an earlier version wrote it")
         cracks = network(
             grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
             ell=m.ell, crack=m.threshold, tip=tip,
@@ -100,7 +98,10 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
     said = []
     for drawn in found:
         cracks, step = drawn.network, f"step {drawn.step.index}"
-        if not cracks.size or np.isnan(cracks.volume):
+        if not cracks.size:
+            continue
+        if np.isnan(cracks.volume):
+            said.append(f"{step}: an earlier version wrote its fields, without openings")
             continue
         mean = cracks.elements.shape[1]
         opening = np.abs(cracks.opening[cracks.elements].sum(axis=1)) / mean
