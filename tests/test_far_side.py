@@ -54,7 +54,9 @@ def test_the_first_step_that_reaches_it_is_told() -> None:
     """Within ell of it: a sharp tip at 0.96, which is REACH beyond the recorded one."""
     run = drawn([0.3, 0.92, 0.93, 0.99])
     found = told(run)
-    assert found is not None and found.startswith("a crack reached it by step 2, tau = 0.3")
+    assert found is not None and found.startswith(
+        "a crack reached it by step 2, t = 0.3, tau = 0.3"
+    )
     assert "at a depth of 0.965 of 1" in found and "no more of deep rock" in found
     assert "a crack reached it by step 2" in page(run, (), (), ())
 

@@ -28,7 +28,7 @@ FLOORS = [
     },
     {"physics"},
     {"domain", "fields", "cut"},
-    {"energy", "external", "strain", "supports", "loads"},
+    {"energy", "external", "openings", "strain", "supports", "loads"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -39,7 +39,7 @@ FLOORS = [
 WITHIN = {
     "arguments": ["errors"],
     "units": ["display_units", "errors"],
-    "manifest": ["display_units"],
+    "manifest": ["display_units", "records"],
     "parallel": ["errors", "stack"],
     "options": ["errors", "parallel", "stack"],
     "jit": ["parallel", "stack"],
@@ -48,7 +48,7 @@ WITHIN = {
     "fields": ["domain"],
     "cut": ["fields"],
     "external": ["loads", "strain"],
-    "energy": ["external", "loads", "strain"],
+    "energy": ["external", "loads", "openings", "strain"],
     "report": ["plot"],
 }
 LIGHT = [

@@ -203,7 +203,7 @@ def test_in_three_dimensions_tips_are_told_apart_in_both_directions():
 def test_the_way_to_the_sharp_tip_is_added_to_every_depth():
     steps = doubling(4, (0.1,), 0.4)
     raw = arrests(steps, axis=1, ell=ELL)
-    sharp = arrests(steps, axis=1, ell=ELL, sharp=lambda depth: depth + 0.015)
+    sharp = arrests(steps, axis=1, ell=ELL, sharp=lambda depth, room: depth + 0.015)
     assert raw.generations and raw.nucleation and raw.depth is not None
     assert sharp.nucleation is not None and sharp.depth is not None
     assert sharp.generations[0].depth == pytest.approx(raw.generations[0].depth + 0.015)

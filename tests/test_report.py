@@ -513,7 +513,9 @@ def test_no_sharp_tip_lies_beyond_the_body():
     found = [manifest.sharp(depth) for depth in (0.0, 0.5, 0.98, 1.0)]
     assert found == pytest.approx([0.0, 0.53, 1.0, 1.0])
     steps = [drawn_step(index, SLAB, None) for index in range(N)]
-    deepest = max(track.final for track in tracks(steps, axis=1, sharp=lambda depth: depth + 9.0))
+    deepest = max(
+        track.final for track in tracks(steps, axis=1, sharp=lambda depth, room: depth + 9.0)
+    )
     assert deepest > 9 and max(
         track.final for track in tracks(steps, axis=1, sharp=replace(manifest, tip_reach=9.0).sharp)
     ) == pytest.approx(1.0)

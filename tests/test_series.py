@@ -137,7 +137,7 @@ from bodies import body, rock
 from staffa.cut import FlatCrack
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
-from staffa.measure.crack import crack_volume
+from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.probes import Probes
 from staffa.supports import SideSupport
 from test_series import LINE, SPOT
@@ -148,7 +148,8 @@ problem = body((1.0, 0.6), 0.05, material=rock(cracks=(crack,)), sides=(
 system = build(problem)
 looks = Probes(problem.domain, [LINE, SPOT])
 (step,) = march(problem, system, Observers(probe=lambda: looks(system.state)))
-volume = crack_volume(problem.domain, system.state)
+gauge = Gauge(face=None, depths=(), threshold=0.8, prominence=0.1, h=0.05, toughness_factor=1.0)
+volume = crack_volume(problem.domain, system.state, system.energy, gauge)
 if MPI.COMM_WORLD.rank == 0:
     for values in (*step.reactions.values(), *step.probed, [volume]):
         print(*values)

@@ -16,6 +16,7 @@ from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
 from staffa.loads.forces import Forces
+from staffa.openings import Openings
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
@@ -135,6 +136,7 @@ class Energy:
         u, alpha, T = state.u, state.alpha, state.T
         dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
 
+        ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
         numbers = ("ell", "residual_stiffness")
         constants = {
@@ -170,6 +172,11 @@ class Energy:
 
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
+        lost = ufl.diff(rock.elasticity.strained(e).psi, e) - self._stress_density
+        if self.external.forces.in_cracks:  # the fluid's share of the traction
+            lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
+        self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
+        self._dx, self._ell = dx, ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(jit.form, comm=domain.comm)
@@ -279,6 +286,12 @@ class Energy:
             "swelling": form(cold),
             "widening": form(ufl.derivative(volume, u, v)),
         }
+
+    @cached_property
+    def openings(self) -> Openings:
+        """How far cracks are open, cell by cell. Collective where it is first asked for."""
+        state, strain = self.state, self._opening_strain
+        return Openings(state.u, state.alpha, strain, ell=self._ell, dx=self._dx)
 
     @cached_property
     def _stress(self) -> fem.Expression:

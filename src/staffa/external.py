@@ -112,11 +112,14 @@ class External:
         """
         terms = list(self._terms(u, dx))
         if self.forces.in_cracks:
-            pressure = self.pressure
-            if self.pore_pressure is not None:  # which acts in cracks too, as in all rock
-                pressure = pressure - self._biot * self.pore_pressure
-            terms.append(-pressure * crack_volume(u, alpha, swelling) * dx)
+            terms.append(-self.in_excess() * crack_volume(u, alpha, swelling) * dx)
         return sum(terms[1:], terms[0]) if terms else None
+
+    def in_excess(self) -> ufl.core.expr.Expr:
+        """Pressure of the fluid in cracks, less what the pores carry, which acts there too."""
+        if self.pore_pressure is None:
+            return self.pressure
+        return self.pressure - self._biot * self.pore_pressure
 
     def _terms(self, u: fem.Function, dx: ufl.Measure) -> list[ufl.Form]:
         mesh, forces, terms = self._domain.mesh, self.forces, []

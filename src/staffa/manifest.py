@@ -1,10 +1,10 @@
 """What a run is, for those who read it later: written once, before its first step."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from staffa.display_units import Magnitudes, Shown, Unit, shown
+from staffa.records import Measures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ class Manifest:
     identity: str | None = None
     own: dict[str, Own] | None = None
     profile: str = ""
-    units: Mapping[str, Unit] = field(default_factory=dict)
+    units: dict[str, Unit] = field(default_factory=dict)
     reference: float | None = None
     format: int = 1
 
@@ -124,7 +124,14 @@ class Manifest:
         """The load that a script gave, if it did."""
         return (self.own or {}).get("temperature")
 
-    def sharp(self, depth: float) -> float:
+    def sharp(self, depth: float, room: float | None = None) -> float:
         """Depth (m) of the sharp tip of a crack whose recorded tip is so deep: at most that of the
-        body; 0 stays 0."""
-        return min(depth + (self.tip_reach or 0.0), self.L) if depth else 0.0
+        body, which goes on by `room` beyond it; 0 stays 0."""
+        reach = self.tip_reach or 0.0
+        beyond = reach if room is None else min(reach, room)
+        return min(depth + beyond, self.L) if depth else 0.0
+
+    def deepest(self, measures: Measures) -> float:
+        """Depth (m) of the sharp tip of the deepest crack, 0 without one."""
+        found = (self.sharp(tip.depth, tip.room) for tip in measures.tips)
+        return max(found, default=self.sharp(measures.front))

@@ -169,10 +169,14 @@ class CellSection:
 
 @dataclass(frozen=True, kw_only=True)
 class Tip:
-    """One crack: where it ends, and how far that is from the cooled face."""
+    """One crack: where it ends, and how far that is from the cooled face.
+
+    room: how far the body goes on beyond, away from the face (m); None if that is more than 3 ell.
+    """
 
     position: tuple[float, ...]
     depth: float
+    room: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

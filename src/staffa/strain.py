@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 
 from staffa.physics.elasticity import PAIRS
-from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
+from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID, lame
 from staffa.physics.split import Strained, in_order, isotropic_strain
 
 # Principal strains have no derivative where two are equal. In 2-D their difference is kept from
@@ -44,6 +44,11 @@ class IsotropicRock:
         identity = ufl.Identity(stress.ufl_shape[0])
         return ((1 + self.nu) * stress - self.nu * ufl.tr(stress) * identity) / self.E
 
+    def opened(self, lost: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        """The opening strain across n of a stress that rock has lost, see `openings`."""
+        lambda_, mu = lame(self.E, self.nu, self.state)
+        return ufl.dot(n, _across(lost, n)) / (lambda_ + 2 * mu)
+
 
 @dataclass(frozen=True, kw_only=True)
 class AnisotropicRock:
@@ -76,6 +81,31 @@ class AnisotropicRock:
             return strain[k] if i == j else strain[k] / 2
 
         return ufl.as_tensor([[entry(i, j) for j in range(dim)] for i in range(dim)])
+
+    def opened(self, lost: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        """See `IsotropicRock`."""
+        place = {ij: k for k, ij in enumerate(_places(lost))}
+
+        def stiffness(i: int, j: int, k: int, m: int) -> ufl.core.expr.Expr:
+            return self.C[place[min(i, j), max(i, j)], place[min(k, m), max(k, m)]]
+
+        plane = range(n.ufl_shape[0])
+        acoustic = ufl.as_matrix(
+            [
+                [
+                    sum(n[j] * stiffness(i, j, k, m) * n[m] for j in plane for m in plane)
+                    for k in plane
+                ]
+                for i in plane
+            ]
+        )
+        return ufl.dot(n, ufl.dot(ufl.inv(acoustic), _across(lost, n)))
+
+
+def _across(stress: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+    """Traction on a plane of normal n, which has as many components as the body."""
+    plane = range(n.ufl_shape[0])
+    return ufl.as_vector([sum(stress[i, j] * n[j] for j in plane) for i in plane])
 
 
 def _places(e: ufl.core.expr.Expr) -> tuple[tuple[int, int], ...]:

@@ -231,10 +231,11 @@ def _observers(
         if not (case.output.fields == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        stress = system.energy.stress()
+        stress = system.energy.stress().reshape(-1, 9)
+        in_cells = {"stress": stress, **system.energy.openings.strains()}
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         with on_disk(directory):
-            writer.write(directory / name, system.state, stress)
+            writer.write(directory / name, system.state, in_cells)
             on_root(comm, lambda: run_directory.write_series(directory, written))
         return name
 

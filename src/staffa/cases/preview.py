@@ -267,7 +267,7 @@ def _time(case: Case, planned: Steps) -> tuple[str, str]:
     seconds = duration(case, planned.number)
     low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
     slower = {
-        "stability": case.solver.stability != "none",
+        "stability": case.solver.stability in ("report", "follow"),
         "backtracking": case.solver.backtracking,
     }
     asked = [f"solver.{name}" for name, given in slower.items() if given]

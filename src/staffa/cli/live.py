@@ -235,7 +235,7 @@ class Follower:
         if not step.measures or not step.measures.tips:
             return []
         assert self.manifest is not None
-        count, front = len(step.measures.tips), self.manifest.sharp(step.measures.front)
+        count, front = len(step.measures.tips), self.manifest.deepest(step.measures)
         return [f"{count} crack{'s' * (count > 1)} to {self._shown.length.text(front, 3)}"]
 
     def _done(self, step: Step) -> float:

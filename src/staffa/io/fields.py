@@ -1,5 +1,6 @@
 """Brings a distributed state to rank 0 and into a file that ParaView reads."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from staffa.stack import MPI
@@ -31,9 +32,11 @@ class FieldWriter:
                 points=np.concatenate(points), cells=np.concatenate(connected), type=kind
             )
 
-    def write(self, path: Path, state: State, stress: np.ndarray | None = None) -> None:
-        """Write u (m, three components), alpha and T (K) of a state; and, in its cells, the stress
-        (Pa) if it is given, shape (n_owned, 3, 3). Collective."""
+    def write(
+        self, path: Path, state: State, in_cells: Mapping[str, np.ndarray] | None = None
+    ) -> None:
+        """Write u (m, three components), alpha and T (K) of a state; and values in its cells, shape
+        (n_owned, ...). Collective."""
         dim = state.u.function_space.dofmap.index_map_bs
         u = owned(state.u).reshape(-1, dim)
         local = {
@@ -42,12 +45,12 @@ class FieldWriter:
             "T": owned(state.T).copy(),
         }
         parts = {name: gather(self.comm, values) for name, values in local.items()}
-        tensors = None if stress is None else gather(self.comm, stress.reshape(-1, 9))
+        cells = {name: gather(self.comm, values) for name, values in (in_cells or {}).items()}
 
         def put() -> None:
             assert self.grid is not None
             whole = {name: np.concatenate(part) for name, part in parts.items() if part}
-            in_cells = {"stress": np.concatenate(tensors)} if tensors else {}
-            write_vtkhdf(path, self.grid, whole, in_cells)
+            together = {name: np.concatenate(part) for name, part in cells.items() if part}
+            write_vtkhdf(path, self.grid, whole, together)
 
         on_root(self.comm, put)

@@ -73,7 +73,7 @@ def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
 
 
 def read_vtkhdf(path: Path) -> tuple[Grid, dict[str, np.ndarray]]:
-    """The mesh and the point values of a file that `write_vtkhdf` wrote."""
+    """The mesh and the values, of points and of cells, of a file that `write_vtkhdf` wrote."""
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         kind = int(root["Types"][0])
@@ -82,4 +82,5 @@ def read_vtkhdf(path: Path) -> tuple[Grid, dict[str, np.ndarray]]:
             cells=root["Connectivity"][:].reshape(-1, VERTICES[kind]),
             type=kind,
         )
-        return grid, {name: values[:] for name, values in root["PointData"].items()}
+        data = {**root["PointData"], **root.get("CellData", {})}
+        return grid, {name: values[:] for name, values in data.items()}

@@ -1,19 +1,26 @@
 """From a state to its cracks: how many cross each height, how deep each runs, how long they are."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
 from staffa.loads.closed_form import Face
-from staffa.measure.opening import sliver
+from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
+from staffa.measure.room import room
 from staffa.measure.statistics import layer_depth, section, tips
 from staffa.parallel import gather, on_root, sum_over_ranks
 from staffa.records import Fluid, Measures, Section, Tip
+
+# A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
+FARTHEST = 3.0
+# Places that are less apart than this, over the cell edge, are the same.
+SAME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +29,7 @@ class Gauge:
 
     face: where depth is measured from, None for a body without a cooled face (no tips then).
     depths: where cracks are counted (m). threshold: the damage that is a crack.
-    prominence: how much deeper than its surroundings a crack's tip is (m). h: cell edge (m).
+    prominence: how much deeper than its surroundings a crack's tip is, ell (m). h: cell edge (m).
     toughness_factor: the discrete toughness over Gc, measured on the same cells.
     """
 
@@ -32,6 +39,11 @@ class Gauge:
     prominence: float
     h: float
     toughness_factor: float
+
+    @property
+    def reach(self) -> float:
+        """How far from what is cracked rock may be soft because of it (m)."""
+        return REACH * self.prominence + (1 + SAME) * self.h
 
 
 def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
@@ -53,7 +65,7 @@ def measures(
         front=max((tip.depth for tip in found), default=0.0),
         length_surface=energy.crack_length() / gauge.toughness_factor,
         length_geometry=energy.crack_variation(),
-        volume=crack_volume(domain, state),
+        volume=crack_volume(domain, state, energy, gauge),
         fluid=fluid(energy),
         cells=below(state) if below else (),
     )
@@ -67,22 +79,24 @@ def fluid(energy: Energy) -> Fluid | None:
     return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
 
 
-# VTK's order of the vertices of a quadrilateral and a hexahedron, from that of a tensor product.
-AROUND = {(2, 4): [0, 1, 3, 2], (3, 8): [0, 1, 3, 2, 4, 5, 7, 6]}
-
-
 # Edges of a triangle, and of a quadrilateral, whose fields are straight along these alone.
 EDGES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 3), (3, 2), (2, 0)]}
 
 
-def crack_volume(domain: Domain, state: State) -> float:
-    """int alpha^4 div u: the volume (m^3; area in 2-D) by which cracks are open. Collective."""
-    cells, dim = _cells(domain, state), domain.dim
-    cells = cells[:, AROUND.get((dim, cells.shape[1]), slice(None))]
-    x = vertices(state.alpha.function_space)
-    u = state.u.x.array.reshape(-1, dim)
-    pieces = sliver(x, cells, u=u, alpha=state.alpha.x.array, dim=dim)[1]
-    return sum_over_ranks(domain.comm, float(pieces.sum()))
+def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> float:
+    """By how much cracks are open (m^3; area in 2-D): the opening strain near them, summed.
+    Collective."""
+    space = state.alpha.function_space
+    x = vertices(space)
+    cracked = owned(state.alpha) > gauge.threshold
+    parts = gather(domain.comm, x[: len(cracked)][cracked])
+    points = on_root(domain.comm, lambda: np.concatenate(parts or []))
+    volumes = energy.openings.volumes()
+    middles = x[_cells(domain, state)].mean(axis=1)
+    if not len(points):
+        return 0.0
+    near = cKDTree(points).query(middles, distance_upper_bound=gauge.reach)[0] < np.inf
+    return sum_over_ranks(domain.comm, float(volumes[near].sum()))
 
 
 def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:
@@ -90,6 +104,7 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Sectio
     assert gauge.face is not None and domain.dim == 2
     x = vertices(state.alpha.function_space)
     side = gauge.face.depth(x.T) - depth
+    side[np.abs(side) < SAME * gauge.h] = 0.0
     cells = _cells(domain, state)
     across = (side[cells] <= 0).any(axis=1) & (side[cells] > 0).any(axis=1)
     ends = cells[across][:, EDGES[cells.shape[1]]].reshape(-1, 2)
@@ -110,7 +125,8 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
     """The tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective."""
     assert gauge.face is not None
     space = state.alpha.function_space
-    below = gauge.face.depth(vertices(space).T) > damaged_layer(domain, state, gauge)
+    layer = damaged_layer(domain, state, gauge)
+    below = gauge.face.depth(vertices(space).T) > layer + SAME * gauge.h
     cracked = below & (state.alpha.x.array > gauge.threshold)
     cells = _cells(domain, state)
     pairs = _pairs(cells[cracked[cells].sum(axis=1) >= 2])
@@ -131,7 +147,17 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
         depth = gauge.face.depth(points.T)
         return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence)
 
-    return on_root(domain.comm, find)
+    found = on_root(domain.comm, find)
+    if not found:
+        return found
+    way = np.zeros(domain.dim)
+    way[gauge.face.axis] = gauge.face.inward
+    places = np.array([tip.position for tip in found])
+    left = room(domain, places, way, reach=FARTHEST * gauge.prominence + gauge.h)
+    return tuple(
+        replace(tip, room=float(r)) if np.isfinite(r) else tip
+        for tip, r in zip(found, left, strict=True)
+    )
 
 
 def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
@@ -140,7 +166,7 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
     n_owned = state.alpha.function_space.dofmap.index_map.size_local
     depth = gauge.face.depth(vertices(state.alpha.function_space)[:n_owned].T)
     cracked = owned(state.alpha) > gauge.threshold
-    bins = np.rint(depth / gauge.h).astype(np.int64)
+    bins = np.floor(depth / gauge.h + 0.5 + SAME).astype(np.int64)
     count = int(np.rint(max(domain.size) / gauge.h)) + 2
     points = sum_over_ranks(domain.comm, np.bincount(bins, minlength=count))
     broken = sum_over_ranks(domain.comm, np.bincount(bins[cracked], minlength=count))

@@ -17,6 +17,14 @@ MAJORITY = 0.5
 # with the heat, to about a half, and stopped ones creep within ell/2.
 SLOW = 0.25
 
+# From the depth (m) of a recorded tip, and the room beyond it, to that of the sharp one.
+type Sharp = Callable[[float, float | None], float]
+
+
+def as_recorded(depth: float, room: float | None) -> float:
+    """The depth itself."""
+    return depth
+
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
@@ -78,9 +86,7 @@ class Arrests:
     depth: float | None
 
 
-def arrests(
-    steps: Sequence[Step], *, axis: int, ell: float, sharp: Callable[[float], float] = float
-) -> Arrests:
+def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_recorded) -> Arrests:
     """Sort the cracks of the last step into generations.
 
     A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
@@ -117,9 +123,7 @@ def arrests(
     )
 
 
-def tracks(
-    steps: Sequence[Step], *, axis: int, sharp: Callable[[float], float] = float
-) -> tuple[Track, ...]:
+def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> tuple[Track, ...]:
     """The cracks of the last step that was measured, each followed back from step to step.
 
     A crack's tip one step earlier is the nearest one along the face, if it is nearer than half
@@ -143,7 +147,9 @@ def tracks(
         Track(
             place=_along(tip, axis),
             path=tuple(None if seen is None else seen.position for seen in history),
-            depths=tuple(None if seen is None else sharp(seen.depth) for seen in history),
+            depths=tuple(
+                None if seen is None else sharp(seen.depth, seen.room) for seen in history
+            ),
         )
         for tip, history in zip(tips, followed, strict=True)
     )
@@ -209,16 +215,14 @@ def _generation(
     )
 
 
-def _nucleation(
-    steps: Sequence[Step], cracks: Sequence[Track], sharp: Callable[[float], float]
-) -> Nucleation | None:
+def _nucleation(steps: Sequence[Step], cracks: Sequence[Track], sharp: Sharp) -> Nucleation | None:
     enough = max(2, len(cracks) / 2)
     for step in steps:
         if len(_tips(step)) >= enough:
             return Nucleation(
                 cracks=len(_tips(step)),
                 spacing=_spacing(cracks),
-                depth=median(sharp(tip.depth) for tip in _tips(step)),
+                depth=median(sharp(tip.depth, tip.room) for tip in _tips(step)),
                 tau=step.tau,
                 time=step.time,
             )

@@ -58,7 +58,6 @@ def joined(found: Network, crack: float, ell: float) -> Network:
         points=np.concatenate(points),
         elements=np.concatenate(elements),
         damage=np.append(found.damage, np.ones(more)),
-        opening=np.zeros(n + more),
     )
 
 

@@ -1,6 +1,6 @@
 """The crack network of one state: polylines in 2-D, triangles in 3-D, with each point's opening."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,14 +13,16 @@ class Network:
     """The cracks of one state.
 
     points: shape (n, 3). elements: the points of each segment, shape (m, 2), or of each triangle,
-    shape (m, 3). damage, opening (m): at the points. The opening between points is linear, and
-    so its integral over the network is the crack volume.
+    shape (m, 3). damage, opening (m), uncertainty of the opening (m): at the points, shape (n,);
+    empty where it is not known yet. The opening between points is linear, and so its integral over
+    the network is the crack volume.
     """
 
     points: np.ndarray
     elements: np.ndarray
     damage: np.ndarray
-    opening: np.ndarray
+    opening: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    uncertainty: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -46,6 +48,11 @@ class Network:
     def volume(self) -> float:
         """Integral of the opening: area in 2-D (m^2), volume in 3-D (m^3)."""
         return float(self.sizes @ self.opening[self.elements].mean(axis=1))
+
+    @property
+    def uncertain_volume(self) -> float:
+        """Integral of the uncertainty."""
+        return float(self.sizes @ self.uncertainty[self.elements].mean(axis=1))
 
 
 def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
@@ -91,13 +98,12 @@ def _walk(segments: np.ndarray) -> np.ndarray:
 
 
 def selected(found: Network, elements: np.ndarray) -> Network:
-    """Only these elements, and the points that they use."""
+    """Only these elements, and the points that they use; without openings."""
     used, numbers = np.unique(elements, return_inverse=True)
     return Network(
         points=found.points[used],
         elements=numbers.reshape(elements.shape),
         damage=found.damage[used],
-        opening=found.opening[used],
     )
 
 

@@ -1,80 +1,96 @@
-"""How far cracks are open: the crack volume, int alpha^4 div u, and its share of each point.
+"""How far cracks are open, at each point of their network.
 
-Across a crack alpha rises to 1 and falls again while u jumps by w: the line integral of alpha div u
-across it is the opening, w . n; by parts it is that of -u . grad alpha (Bourdin, Chukwudozie,
-Yoshioka, SPE 159154, 2012), with the mouths of cracks on the surface. So is that of any power of
-alpha; but beside the crack u strains too. In cooled rock that is 10 to 20 % of the volume; with
-alpha^4, which is narrower, 1 %.
+The opening strain (see `staffa.openings`), integrated over the body, is the crack volume; each
+piece of it belongs to the point of the network that is nearest.
 """
 
 from itertools import combinations, product
 
 import numpy as np
 from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-from staffa.measure.network import normals
-
-SHARPENED = 4
+# So many ell from a crack its damage ends (AT1), or is 0.14 (AT2).
+REACH = 2.0
+EVENED = 0.5  # over so many ell an opening is a mean
 SHORTEST = 1e-3  # sides shorter than this, over the width, would only spoil the matrix
 
 
-def sliver(
-    points: np.ndarray, cells: np.ndarray, *, u: np.ndarray, alpha: np.ndarray, dim: int
+def pieces(
+    points: np.ndarray, cells: np.ndarray, strains: np.ndarray, dim: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces of the crack volume int alpha^4 div u dx, cell by cell where there is damage.
+    """Strains of cells, integrated over pieces of them, where the first one is not 0.
 
     Parameters
     ----------
-    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. u, alpha : at the points, of
-        shape (n, 3) and (n,).
+    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. strains : of each cell, shape
+        (m, k).
 
     Returns
     -------
-    places : shape (k, 3). volumes : of the pieces, shape (k,); area in 2-D.
+    places : of the pieces, shape (p, 3). volumes : shape (p, k); areas in 2-D.
     """
-    cells, sharp = cells[alpha[cells].max(axis=1) > 0], alpha**SHARPENED
+    open_ = strains[:, 0] != 0
+    cells, strains = cells[open_], strains[open_]
     x = points[cells][..., :dim]
-    places, volumes = [np.zeros((0, 3))], [np.zeros(0)]
+    places, volumes = [np.zeros((0, 3))], [np.zeros((0, strains.shape[1]))]
     for shape, slopes, weight in _rule(dim, cells.shape[1]):
         jacobian = np.einsum("mvi,vj->mij", x, slopes)
-        gradient = np.linalg.solve(
-            np.swapaxes(jacobian, 1, 2), np.einsum("mvi,vj->mji", u[cells][..., :dim], slopes)
-        )
-        scale = weight * np.abs(np.linalg.det(jacobian))
-        volumes.append(scale * (sharp[cells] @ shape) * np.einsum("mii->m", gradient))
+        volumes.append((weight * np.abs(np.linalg.det(jacobian)))[:, None] * strains)
         places.append(np.einsum("mvi,v->mi", points[cells], shape))
     return np.concatenate(places), np.concatenate(volumes)
 
 
-def opening(
+def openings(
     places: np.ndarray,
     volumes: np.ndarray,
     points: np.ndarray,
     elements: np.ndarray,
     sizes: np.ndarray,
     *,
-    width: float,
-    reach: float,
-) -> np.ndarray:
-    """The opening (m) at each point of a network, whose integral is the volume within reach of it.
+    h: float,
+    ell: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The opening (m) at each point of a network, and its uncertainty (m).
 
-    Each piece of volume goes to the point nearest to it, V_i, if it is beside the crack and not
-    beyond its end, where the rock may be broken all over. The opening is (M + width^2 K) w = V,
-    with the lumped mass M and the stiffness K of the network: even over the width, without a
-    change of the integral or of a constant.
+    Each piece of volume goes to the point nearest to it, if it is beside the crack and not beyond
+    its end, where the rock may be broken all over. The uncertainty has two parts. The strain of
+    intact rock need not be even across the band: the opening would change by its difference between
+    the inner and the outer half, times 4 ell, if the strain at the band's edge were that of all.
+    And opening strain in rock that is not broken may be no opening.
 
     Parameters
     ----------
-    places, volumes : the pieces. points, elements, sizes : of the network, (n, 3), (m, 2 or 3) and
-        (m,).
+    places, volumes : the pieces, (p, 3) and (p, 4): of the opening strain, of that of intact rock,
+        of the size of the opening strain where rock is not broken, and of 1. points, elements,
+        sizes : of the network, (n, 3), (m, 2 or 3) and (m,). h, ell : cell edge, regularization
+        length (m).
+    """
+    distance, nearest = cKDTree(points).query(places, distance_upper_bound=REACH * ell + h)
+    near = np.isfinite(distance)
+    offset = places[near] - points[nearest[near]]
+    near[near] = np.einsum("ij,ij->i", offset, _outward(points, elements)[nearest[near]]) <= 0
+    volumes, nearest = volumes[near], nearest[near]
+    outer = (distance[near] > REACH / 2 * ell)[:, None]
+    halves = np.hstack([np.where(outer, 0, volumes[:, [1, 3]]), volumes[:, [1, 3]] * outer])
+    columns = np.hstack([volumes[:, [0, 2]], halves]).T
+    gathered = [np.bincount(nearest, weights=column, minlength=len(points)) for column in columns]
+    even = _evened(np.stack(gathered, axis=1), points, elements, sizes, EVENED * ell)
+    opening, soft, inner, inner_size, outer, outer_size = even.T
+    known = np.minimum(inner_size, outer_size) > h
+    uneven = inner / np.where(known, inner_size, 1) - outer / np.where(known, outer_size, 1)
+    return opening, np.abs(soft) + 2 * REACH * ell * np.where(known, np.abs(uneven), 0)
+
+
+def _evened(
+    gathered: np.ndarray, points: np.ndarray, elements: np.ndarray, sizes: np.ndarray, width: float
+) -> np.ndarray:
+    """What points of a network have gathered, shape (n, k), a unit of its size and even over a
+    width: w with (M + width^2 K) w = V, M the lumped mass and K the stiffness of the network. The
+    integral and a constant stay.
     """
     n, corners = len(points), elements.shape[1]
-    distance, nearest = cKDTree(points).query(places, distance_upper_bound=reach)
-    near = np.isfinite(distance)
-    near[near] = _beside(places[near], points[nearest[near]], points, elements) <= width
-    gathered = np.bincount(nearest[near], weights=volumes[near], minlength=n)
     mass = np.bincount(elements.ravel(), weights=np.repeat(sizes / corners, corners), minlength=n)
     i, j = np.concatenate([elements[:, pair] for pair in combinations(range(corners), 2)]).T
     square = ((points[i] - points[j]) ** 2).sum(axis=1)
@@ -83,17 +99,28 @@ def opening(
     tie = share / np.maximum(square, (SHORTEST * width) ** 2)
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     stiffness = diags_array(ties.sum(axis=1)) - ties
-    return spsolve((diags_array(mass) + width**2 * stiffness).tocsc(), gathered)
+    return splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered)
 
 
-def _beside(
-    places: np.ndarray, nearest: np.ndarray, points: np.ndarray, elements: np.ndarray
-) -> np.ndarray:
-    """How far along the crack the places are from the points nearest to them."""
-    element = cKDTree(points[elements].mean(axis=1)).query(places)[1]
-    across = normals(points, elements)[element]
-    offset = places - nearest
-    return np.linalg.norm(offset - np.einsum("ij,ij->i", offset, across)[:, None] * across, axis=1)
+def _outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """At each point on the end or edge of a network, out of it, along it; 0 at others; (n, 3)."""
+    corners, m = elements.shape[1], len(elements)
+    sides = np.concatenate([np.delete(elements, k, axis=1) for k in range(corners)])
+    opposite = points[elements.T.ravel()]
+    _, number, counts = np.unique(
+        np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    free = counts[number.reshape(corners * m)] == 1
+    sides, opposite = sides[free], opposite[free]
+    out = points[sides[:, 0]] - opposite
+    if corners == 3:
+        along = points[sides[:, 1]] - points[sides[:, 0]]
+        square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
+        out -= (np.einsum("ij,ij->i", out, along) / square)[:, None] * along
+    outward = np.zeros_like(points)
+    for column in sides.T:
+        np.add.at(outward, column, out)
+    return outward
 
 
 def _rule(dim: int, width: int) -> list[tuple[np.ndarray, np.ndarray, float]]:

@@ -4,6 +4,9 @@ import numpy as np
 
 from staffa.records import Section, Tip
 
+# Lengths that differ by less, over one of them, are the same.
+SAME = 1e-9
+
 
 def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float) -> Section:
     """The cracks along a line: each run of neighboring samples with alpha > threshold is one.
@@ -19,7 +22,9 @@ def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float
     x, cracked = x[order], (alpha[order] > threshold).astype(np.int8)
     jumps = np.diff(np.concatenate([[0], cracked, [0]]))
     starts, ends = np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1) - 1
-    narrow = x[ends] - x[starts] <= np.ptp(x) / 2 if len(x) else np.zeros(0, dtype=bool)
+    narrow = (
+        x[ends] - x[starts] <= (1 + SAME) * np.ptp(x) / 2 if len(x) else np.zeros(0, dtype=bool)
+    )
     positions = (x[starts[narrow]] + x[ends[narrow]]) / 2
     spacing = float(np.diff(positions).mean()) if len(positions) > 1 else None
     return Section(
@@ -45,7 +50,8 @@ def tips(
     points : shape (n, dim); depth : distance from the cooled face, shape (n,).
     edges : pairs of neighboring points, shape (m, 2).
     """
-    order = np.lexsort((*points.T, -depth))
+    place = np.rint(np.column_stack([points, -depth]) / (SAME * prominence))
+    order = np.lexsort(place.T)
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     neighbors = _neighbors(len(points), edges)
@@ -65,7 +71,7 @@ def tips(
                 continue
             deep, shallow = sorted((root(int(i)), root(int(j))), key=lambda k: rank[k])
             if deep != shallow:
-                if depth[shallow] - depth[i] > prominence:
+                if depth[shallow] - depth[i] > (1 + SAME) * prominence:
                     found.append(shallow)
                 crack[shallow] = deep
     shallowest = np.full(len(points), np.inf)
@@ -73,7 +79,9 @@ def tips(
         top = root(i)
         shallowest[top] = min(shallowest[top], depth[i])
     found += [
-        i for i in range(len(points)) if crack[i] == i and depth[i] - shallowest[i] > prominence
+        i
+        for i in range(len(points))
+        if crack[i] == i and depth[i] - shallowest[i] > (1 + SAME) * prominence
     ]
     found.sort(key=lambda k: tuple(points[k]))
     return tuple(

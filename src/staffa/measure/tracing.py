@@ -3,20 +3,19 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, map_coordinates
+from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
+from staffa.measure.body import Body
 from staffa.measure.junctions import joined, largest, pruned
 from staffa.measure.network import Network, normals, selected
-from staffa.measure.opening import opening, sliver
+from staffa.measure.opening import openings, pieces
 from staffa.measure.ridge import crest
 
 # The Gaussian that takes the steps of a layer of cells out of a crack: fractions of ell.
 SMOOTHING = 0.5
 # A crest bends down by more than this over ell^2; that of a straight crack by 1.1 (AT1), smoothed.
 SHARPEST = 0.2
-# Farther from a crack than so many ell, alpha^4 is less than 0.01 (AT2) or 0.001 (AT1).
-REACH = 1.25
 # By how much (radians) a crest may turn between where it is broken and its tip.
 TURN = 0.6
 
@@ -26,84 +25,64 @@ def network(
     cells: np.ndarray,
     *,
     alpha: np.ndarray,
-    u: np.ndarray,
+    strains: np.ndarray | None,
     dim: int,
     h: float,
     ell: float,
     crack: float,
     tip: float,
 ) -> Network:
-    """The network of the fields on a mesh.
+    """The network of the fields on a mesh, whatever the order of its points and cells.
 
     Parameters
     ----------
-    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha, u : at the points,
-        u of shape (n, 3). dim : 2 or 3. h, ell : cell edge, regularization length (m).
+    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha : at the points.
+        strains : of the cells, that of the opening and that of intact rock (see `staffa.openings`),
+        shape (m, 2); None if they were not kept, and openings are nan. dim : 2 or 3. h, ell : cell
+        edge, regularization length (m).
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
     """
-    found = _crest(points, cells, alpha, dim=dim, h=h, ell=ell, tip=tip)
+    body = Body(points, cells, dim=dim, h=h)
+    alpha = alpha[body.vertices]
+    found = _crest(body, alpha, ell=ell, tip=tip)
     found = _steady(_clipped(found, tip, dim), crack)
-    found = _kept(found, crack, ell)
+    found = _kept(_within(found, body), crack, ell)
     if dim == 2:
-        found = joined(pruned(found, crack, ell), crack, ell)
-    at, volumes = sliver(points, cells, u=u, alpha=alpha, dim=dim)
-    if not len(found.points):
-        return found
-    drawn = (found.points, found.elements, found.sizes)
-    reach = REACH * ell + h
-    return replace(found, opening=opening(at, volumes, *drawn, width=SMOOTHING * ell, reach=reach))
+        found = _within(joined(pruned(found, crack, ell), crack, ell), body)
+    if strains is None or not len(found.points):
+        unknown = np.full(len(found.points), np.nan)
+        return replace(found, opening=unknown, uncertainty=unknown)
+    strains = strains[body.members]
+    broken = alpha[body.cells].max(axis=1) >= crack
+    soft = np.where(broken, 0.0, np.abs(strains[:, 0]))
+    columns = np.column_stack([strains, soft, np.ones_like(soft)])
+    volumes = pieces(body.points, body.cells, columns, dim)
+    opening, uncertainty = openings(
+        *volumes, found.points, found.elements, found.sizes, h=h, ell=ell
+    )
+    return replace(found, opening=opening, uncertainty=uncertainty)
 
 
-def _crest(
-    points: np.ndarray,
-    cells: np.ndarray,
-    alpha: np.ndarray,
-    *,
-    dim: int,
-    h: float,
-    ell: float,
-    tip: float,
-) -> Network:
-    """The crest of the damage, with the damage on it; no opening yet."""
-    origin, edge, field = _raster(points, cells, alpha, dim, h)
+def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:
+    """The crest of the damage, with the damage on it."""
+    origin, edge, field = body.raster(alpha)
     found, elements = crest(
         field,
-        sigma=max(SMOOTHING * ell / h, 1.0),
+        sigma=max(SMOOTHING * ell / body.h, 1.0),
         lowest=tip / 2,  # smoothing lowers the damage: what is too much is clipped
-        sharpest=SHARPEST * (h / ell) ** 2,
+        sharpest=SHARPEST * (body.h / ell) ** 2,
     )
     at = np.zeros((len(found), 3))
-    at[:, :dim] = origin[:dim] + found * edge[:dim]
+    at[:, : body.dim] = origin[: body.dim] + found * edge[: body.dim]
     damage = map_coordinates(field, found.T, order=1, mode="nearest")
-    return Network(points=at, elements=elements, damage=damage, opening=np.zeros(len(at)))
+    return Network(points=at, elements=elements, damage=damage)
 
 
-def _raster(
-    points: np.ndarray, cells: np.ndarray, alpha: np.ndarray, dim: int, h: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lower corner, edges and values of the damage on a raster over the body, edges about h.
-
-    Outside of the body, in holes too, the value is that of the nearest point inside.
-    """
-    import pyvista
-
-    lower, upper = points.min(axis=0), points.max(axis=0)
-    counts = np.maximum(np.rint((upper - lower) / h).astype(int), 1)
-    counts[dim:] = 0
-    edge = (upper - lower) / np.maximum(counts, 1)
-    image = pyvista.ImageData(dimensions=counts + 1, spacing=np.where(edge > 0, edge, 1.0))
-    image.origin = lower
-    kind = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}[dim, cells.shape[1]]
-    body = pyvista.UnstructuredGrid({kind: cells}, points)
-    body["alpha"] = alpha
-    probed = image.sample(body)
-    shape = tuple(counts[:dim] + 1)
-    field = np.asarray(probed["alpha"]).reshape(shape, order="F")
-    inside = np.asarray(probed["vtkValidPointMask"]).reshape(shape, order="F").astype(bool)
-    if not inside.all():
-        nearest = distance_transform_edt(~inside, return_distances=False, return_indices=True)
-        field = field[tuple(nearest)]
-    return lower, edge, field
+def _within(found: Network, body: Body) -> Network:
+    """What lies in the body, not in its holes nor beyond its faces, and ends there."""
+    _, outside = body.nearest(found.points[found.elements].mean(axis=1))
+    found = selected(found, found.elements[~outside])
+    return replace(found, points=body.nearest(found.points)[0])
 
 
 def _clipped(found: Network, tip: float, dim: int) -> Network:
@@ -125,7 +104,6 @@ def _clipped(found: Network, tip: float, dim: int) -> Network:
         points=points,
         elements=rows[:, 1:],
         damage=np.asarray(mesh["damage"]) if len(points) else np.zeros(0),
-        opening=np.zeros(len(points)),
     )
 
 

@@ -45,7 +45,7 @@ def growth_figure(manifest: Manifest, members: Members) -> Figure:
     panels = [(label, ORANGE, lambda measures: size.of(measures.length_surface))]
     if manifest.cooled_side:
         label = depth.label("deepest crack")
-        panels.append((label, BLUE, lambda measures: depth.of(manifest.sharp(measures.front))))
+        panels.append((label, BLUE, lambda measures: depth.of(manifest.deepest(measures))))
     figure = new_figure(0.9 + 2.1 * len(panels))
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (label, color, value) in zip(rows, panels, strict=True):

@@ -24,15 +24,20 @@ NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
 Moment = tuple[Step, Network]
 
 
-def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
-    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale."""
+def network_figure(
+    manifest: Manifest, moments: Sequence[Moment], outline: np.ndarray | None = None
+) -> Figure:
+    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale.
+
+    outline: sides of a 2-D body, of its holes too, shape (k, 2, 2).
+    """
     unit = manifest.shown.opening
-    widest = max(float(cracks.opening.max(initial=0.0)) for _, cracks in moments) or unit.size
-    norm = Normalize(0.0, unit.of(widest))
+    widest = max(float(np.nanmax(cracks.opening, initial=0.0)) for _, cracks in moments)
+    norm = Normalize(0.0, unit.of(widest or unit.size))
     if len(manifest.size) == 3:
         figure, axes = _solid(manifest, moments[-1], norm)
     else:
-        figure, axes = _plane(manifest, moments, norm)
+        figure, axes = _plane(manifest, moments, norm, outline)
     figure.colorbar(
         ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40,
         label=unit.label("opening"), ticks=MaxNLocator(4),
@@ -41,7 +46,7 @@ def network_figure(manifest: Manifest, moments: Sequence[Moment]) -> Figure:
 
 
 def _plane(
-    manifest: Manifest, moments: Sequence[Moment], norm: Normalize
+    manifest: Manifest, moments: Sequence[Moment], norm: Normalize, outline: np.ndarray | None
 ) -> tuple[Figure, list[Axes]]:
     columns, height = layout(manifest.size, len(moments))
     figure = new_figure(height)
@@ -54,13 +59,19 @@ def _plane(
             continue
         step, cracks = moments[number]
         opening = mean_opening(manifest, cracks)
-        widths = NARROW + (WIDE - NARROW) * np.clip(norm(opening), 0, 1)
+        widths = NARROW + (WIDE - NARROW) * np.clip(norm(np.nan_to_num(opening)), 0, 1)
         lines = manifest.shown.length.of(cracks.points[cracks.elements][..., :2])
         axes.add_collection(
             LineCollection(
                 lines, array=opening, norm=norm, cmap=COLORS, linewidths=widths, capstyle="round"
             )
         )
+        if outline is not None:
+            axes.add_collection(
+                LineCollection(
+                    list(manifest.shown.length.of(outline)), colors="0.6", linewidths=0.6
+                )
+            )
         axes.grid(False)
         axes.set(xlim=x, ylim=y, aspect="equal")
         for side in axes.spines.values():

@@ -175,7 +175,7 @@ def _figures(
     shown = {frame.step.index for frame in frames}
     moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
     if moments:
-        figures["network"] = partial(network_figure, manifest, moments)
+        figures["network"] = partial(network_figure, manifest, moments, found[-1].outline)
     if len(steps) < 2:
         return figures, [*skipped, "curves: they need two steps"]
     figures["energies"] = partial(energies_figure, manifest, steps)

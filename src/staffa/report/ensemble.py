@@ -99,7 +99,7 @@ def _end(run: Run) -> Numbers:
         for section in measures.sections
     }
     if manifest.face:
-        found["front"] = manifest.sharp(measures.front) / manifest.L
+        found["front"] = manifest.deepest(measures) / manifest.L
     size = manifest.L if plane else manifest.L**2
     return found | {"length" if plane else "area": measures.length_surface / size}
 

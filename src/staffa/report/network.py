@@ -1,7 +1,7 @@
 """The crack networks of a run as files, one pair for each moment whose fields were kept."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -9,21 +9,24 @@ import numpy as np
 from staffa.display_units import NONE, Unit
 from staffa.io.network import write_table, write_vtp
 from staffa.io.run_directory import Run
-from staffa.io.vtkhdf import read_vtkhdf
+from staffa.io.vtkhdf import Grid, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip
 from staffa.measure.tracing import network
 from staffa.records import Step
 
+STRAINS = ("opening_strain", "intact_strain")
+UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The network of one step."""
+    """The network of one step, and the outline of a 2-D body, shape (k, 2, 2)."""
 
     step: Step
     network: Network
+    outline: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
 
 def networks(run: Run) -> tuple[list[Drawing], list[str]]:
@@ -36,16 +39,27 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             continue
         try:
             grid, values = read_vtkhdf(run.path / step.fields)
-            alpha, u = values["alpha"], values["u"]
+            alpha = values["alpha"]
         except (OSError, KeyError, ValueError, IndexError) as error:
             reasons.append(f"{step.fields} is left out: it cannot be read: {error}")
             continue
+        strains = None
+        if set(STRAINS) <= set(values):
+            strains = np.stack([values[name] for name in STRAINS], axis=1)
         cracks = network(
-            grid.points, grid.cells, alpha=alpha, u=u, dim=len(m.size), h=m.h, ell=m.ell,
-            crack=m.threshold, tip=tip,
+            grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
+            ell=m.ell, crack=m.threshold, tip=tip,
         )  # fmt: skip
-        found.append(Drawing(step=step, network=cracks))
+        outline = _outline(grid) if len(m.size) == 2 else np.zeros((0, 2, 2))
+        found.append(Drawing(step=step, network=cracks, outline=outline))
     return found, reasons
+
+
+def _outline(grid: Grid) -> np.ndarray:
+    """The sides of cells that belong to one cell alone, holes included."""
+    sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
+    sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    return grid.points[sides[counts == 1]][..., :2]
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
@@ -84,6 +98,33 @@ def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[s
     return header, [[v if isinstance(v, str) else f"{v:.4g}" for *_, v in row] for row in rows]
 
 
+def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
+    """Sentences on openings that are not known, or negative."""
+    said = []
+    for drawn in found:
+        cracks, step = drawn.network, f"step {drawn.step.index}"
+        if not cracks.size:
+            continue
+        if np.isnan(cracks.volume):
+            said.append(f"{step}: an earlier version wrote its fields, without openings")
+            continue
+        mean = cracks.elements.shape[1]
+        opening = np.abs(cracks.opening[cracks.elements].sum(axis=1)) / mean
+        unknown = cracks.uncertainty[cracks.elements].sum(axis=1) / mean > opening
+        part = cracks.sizes[unknown].sum() / cracks.size
+        if part > UNKNOWN:
+            said.append(
+                f"{step}: on {part:.0%} of the network the bands of cracks are too wide to say how "
+                "far they are open: less than their uncertainty"
+            )
+        if cracks.volume < 0:
+            said.append(
+                f"{step}: the mean opening is negative: the sides of closed cracks overlap, which "
+                "only an energy split (damage.split) prevents"
+            )
+    return said
+
+
 def _write_vtp(path: Path, cracks: Network) -> None:
     """A cell for each branch in 2-D, for each triangle in 3-D."""
     surface = cracks.elements.shape[1] == 3
@@ -97,7 +138,11 @@ def _write_vtp(path: Path, cracks: Network) -> None:
         cracks.points,
         cells,
         surface=surface,
-        at_points={"opening": cracks.opening, "alpha": cracks.damage},
+        at_points={
+            "opening": cracks.opening,
+            "uncertainty": cracks.uncertainty,
+            "alpha": cracks.damage,
+        },
         on_cells={"crack": crack, "area" if surface else "length": size},
     )
 
@@ -119,6 +164,8 @@ def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
     columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}
     opening = cracks.opening[cracks.elements].mean(axis=1)
     columns[shown.opening.column("opening")] = shown.opening.of(opening)
+    uncertainty = cracks.uncertainty[cracks.elements].mean(axis=1)
+    columns[shown.opening.column("uncertainty")] = shown.opening.of(uncertainty)
     return columns
 
 
@@ -134,5 +181,7 @@ def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, Unit, str | float]
     yield "volume", shown.volume, shown.volume.of(cracks.volume)
     mean = cracks.volume / cracks.size if cracks.size else 0.0
     largest = float(cracks.opening.max(initial=0.0))
-    for name, opening in (("mean_opening", mean), ("largest_opening", largest)):
+    uncertain = cracks.uncertain_volume / cracks.size if cracks.size else 0.0
+    openings = {"mean_opening": mean, "largest_opening": largest, "mean_uncertainty": uncertain}
+    for name, opening in openings.items():
         yield name, shown.opening, shown.opening.of(opening)

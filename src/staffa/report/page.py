@@ -13,7 +13,7 @@ from staffa.report.captions import caption
 from staffa.report.columns import columns
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.ensemble import ensemble_title, facts, sheets
-from staffa.report.network import Drawing, lines_of
+from staffa.report.network import Drawing, lines_of, words_on_openings
 from staffa.report.pair import Pair, pair_title
 from staffa.report.results import common_times, results
 from staffa.report.spacing import TITLE, spacing
@@ -101,7 +101,8 @@ def _networks(run: Run, found: Sequence[Drawing]) -> str:
     note = (
         "One row for each moment whose fields were kept; the volume is the integral of the opening."
     )
-    return pieces.table("Crack network", header, rows, under=[note])
+    under = [note, *words_on_openings(run, found)]
+    return pieces.table("Crack network", header, rows, under=under)
 
 
 def _pictures(

@@ -69,7 +69,7 @@ def _spacing(side: Side, step: Step) -> float | None:
 def _deepest(side: Side, step: Step) -> float | None:
     if side.run.manifest.face is None or step.measures is None:
         return None
-    return side.run.manifest.sharp(step.measures.front) / side.length
+    return side.run.manifest.deepest(step.measures) / side.length
 
 
 def _by_energy(side: Side, step: Step) -> float | None:

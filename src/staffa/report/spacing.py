@@ -64,7 +64,7 @@ def _without(why: str) -> Table:
 def by_tips(manifest: Manifest, measures: Measures) -> list[Section]:
     """Sections of a 2-D body from the tips of its cracks, at round depths; none without cracks."""
     along = 1 - face_axis(str(manifest.cooled_side), 2)
-    tips = [(tip.position[along], manifest.sharp(tip.depth)) for tip in measures.tips]
+    tips = [(tip.position[along], manifest.sharp(tip.depth, tip.room)) for tip in measures.tips]
     deepest = max((depth for _, depth in tips), default=0.0)
     sections = []
     unit = manifest.shown.length

@@ -104,7 +104,7 @@ def _state(run: Run) -> Iterator[Fact]:
     if measures is None:
         return
     if run.manifest.face:
-        deepest = f", the deepest {shown.length.text(run.manifest.sharp(measures.front))}"
+        deepest = f", the deepest {shown.length.text(run.manifest.deepest(measures))}"
         text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
         yield Fact(name="cracks", text=text)
     by_energy = shown.crack.text(measures.length_surface)
@@ -130,9 +130,9 @@ def _far_side(run: Run) -> Iterator[Fact]:
     manifest = run.manifest
     near = max(manifest.ell, manifest.h)
     for step in run.steps if manifest.face else ():
-        if step.measures is None or manifest.sharp(step.measures.front) < manifest.L - near:
+        if step.measures is None or manifest.deepest(step.measures) < manifest.L - near:
             continue
-        length, front = manifest.shown.length, manifest.sharp(step.measures.front)
+        length, front = manifest.shown.length, manifest.deepest(step.measures)
         text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
         text += f"{length.of(front):.4g} of {length.text(manifest.L)}; what comes "
         text += "after tells of this body, no more of deep rock"

@@ -1,0 +1,73 @@
+"""A meshed body as its cracks are traced in it: a raster of its damage, and where it ends."""
+
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+# Places that are less apart than this, over the cell edge, are the same.
+SAME = 1e-9
+# Round-off leaves a place so far outside at most, over the cell edge.
+OUTSIDE = 1e-6
+# VTK's cell types, by dimension and number of vertices.
+TYPES = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}
+
+
+class Body:
+    """A mesh in an order of its own, by position: that of its file depends on who wrote it.
+
+    points: shape (n, 3). cells: shape (m, vertices), in VTK's order. h: cell edge (m). vertices,
+    members: the given numbers of the points and of the cells, in the order of the body.
+    """
+
+    def __init__(self, points: np.ndarray, cells: np.ndarray, *, dim: int, h: float) -> None:
+        import pyvista
+
+        self.dim, self.h = dim, h
+        self.vertices = np.lexsort(np.rint(points / (SAME * h)).T)
+        number = np.empty_like(self.vertices)
+        number[self.vertices] = np.arange(len(points))
+        cells = number[cells]
+        self.members = np.lexsort(np.sort(cells, axis=1).T)
+        self.points, self.cells = points[self.vertices], cells[self.members]
+        kind = TYPES[dim, cells.shape[1]]
+        self._mesh: Any = pyvista.UnstructuredGrid({kind: self.cells}, self.points)
+        self._fills_its_box = False
+
+    def raster(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lower corner, edges and values of a field on a raster over the body, edges about h.
+
+        Outside of the body, in holes too, the value is that of the nearest point inside.
+        """
+        import pyvista
+
+        # Within by what round-off cannot take away: else it would say which points are inside.
+        within = np.array([OUTSIDE * self.h] * self.dim + [0.0] * (3 - self.dim))
+        lower, upper = self.points.min(axis=0) + within, self.points.max(axis=0) - within
+        counts = np.maximum(np.rint((upper - lower) / self.h).astype(int), 1)
+        counts[self.dim :] = 0
+        edge = (upper - lower) / np.maximum(counts, 1)
+        image = pyvista.ImageData(dimensions=counts + 1, spacing=np.where(edge > 0, edge, 1.0))
+        image.origin = lower
+        self._mesh["values"] = values
+        probed: Any = image.sample(self._mesh)
+        shape = tuple(counts[: self.dim] + 1)
+        field = np.asarray(probed["values"]).reshape(shape, order="F")
+        inside = np.asarray(probed["vtkValidPointMask"]).reshape(shape, order="F").astype(bool)
+        self._fills_its_box = bool(inside.all())
+        if not self._fills_its_box:
+            nearest = distance_transform_edt(~inside, return_distances=False, return_indices=True)
+            field = field[tuple(nearest)]
+        return lower, edge, field
+
+    def nearest(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The nearest places of the body, shape (n, 3), and whether these are others, shape (n,).
+
+        After `raster`, which tells whether anything can lie outside.
+        """
+        if self._fills_its_box or not len(places):
+            return places, np.zeros(len(places), dtype=bool)
+        _, found = self._mesh.find_closest_cell(places, return_closest_point=True)
+        found = np.atleast_2d(found)
+        outside = np.linalg.norm(found - places, axis=1) > OUTSIDE * self.h
+        return np.where(outside[:, None], found, places), outside

@@ -1,0 +1,94 @@
+"""How far cracks are open: the strain across them that intact rock would not have there.
+
+Intact rock beside a crack takes over its traction t = sigma n, and has its strain along it. So the
+strain across a crack of normal n is that of intact rock, with what cold and prestress add to it,
+and another one, n j and j n: with C the stiffness of intact rock and e the elastic strain,
+
+    t = C : (e - sym(n j)) . n,    j = (n C n)^-1 . (C : e - sigma) . n.
+
+The integral of j . n across the crack is its opening, that over a body the volume of its cracks.
+"""
+
+from collections.abc import Callable
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+
+from staffa import jit
+
+# A damage whose gradient's square is below this, in 1/ell^2, has no direction: it is no crack.
+FLAT = 1e-2
+
+
+class Openings:
+    """The opening strain of a state, cell by cell. Everything is collective."""
+
+    def __init__(
+        self,
+        u: fem.Function,
+        alpha: fem.Function,
+        strain: Callable[[fem.Function], ufl.core.expr.Expr],
+        *,
+        ell: float,
+        dx: ufl.Measure,
+    ) -> None:
+        """strain: j . n of a normal n, constant in each cell. ell: regularization length (m)."""
+        mesh = alpha.function_space.mesh
+        dim = mesh.geometry.dim
+        constants = fem.functionspace(mesh, ("Discontinuous Lagrange", 0))
+        self._alpha, self._flat = alpha, FLAT / ell**2
+        n = fem.Function(fem.functionspace(mesh, ("Discontinuous Lagrange", 0, (dim,))))
+        self._across = n
+        self._slopes = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (dim, dim))))
+        self._sums = fem.Function(constants)
+        slope = ufl.grad(alpha)
+        tests = ufl.TestFunction(self._slopes.function_space), ufl.TestFunction(constants)
+        self._squares = jit.form(ufl.inner(ufl.outer(slope, slope), tests[0]) * dx, mesh.comm)
+        self._opened = jit.form(strain(n) * tests[1] * dx, mesh.comm)
+        self._strained = jit.form(ufl.dot(n, ufl.grad(u) * n) * tests[1] * dx, mesh.comm)
+        count = mesh.topology.index_map(dim).size_local
+        self._cells = constants.dofmap.list[:count, 0]
+        self.sizes = self._integrals(jit.form(tests[1] * dx, mesh.comm))
+
+    def volumes(self) -> np.ndarray:
+        """Integral of the opening strain over each cell that this rank owns, shape (n,)."""
+        damaged = self._damage() > 0
+        cracked = self._turn_across() & damaged
+        return np.where(cracked, self._integrals(self._opened), 0.0)
+
+    def strains(self) -> dict[str, np.ndarray]:
+        """Means over each cell of the opening strain, and of what intact rock has across the crack
+        besides, shape (n,); 0 where there is no crack."""
+        opened = self.volumes()
+        whole = np.where(opened != 0, self._integrals(self._strained), 0.0)
+        return {
+            "opening_strain": opened / self.sizes,
+            "intact_strain": (whole - opened) / self.sizes,
+        }
+
+    def _damage(self) -> np.ndarray:
+        cells = self._alpha.function_space.dofmap.list[: len(self._cells)]
+        return self._alpha.x.array[cells].max(axis=1)
+
+    def _integrals(self, form: fem.Form) -> np.ndarray:
+        self._sums.x.array[:] = 0.0
+        fem.assemble_vector(self._sums.x.array, form)
+        return self._sums.x.array[self._cells].copy()
+
+    def _turn_across(self) -> np.ndarray:
+        """Let each cell's normal be the direction of the damage's gradient around it; whether it
+        has one. A broken cell's own gradient is 0, that of its neighbors is not."""
+        values, space = self._slopes.x, self._slopes.function_space
+        values.array[:] = 0.0
+        fem.assemble_vector(values.array, self._squares)
+        values.scatter_reverse(la.InsertMode.add)
+        values.scatter_forward()
+        dim = space.mesh.geometry.dim
+        n = len(self._cells)
+        around = values.array.reshape(-1, dim, dim)[space.dofmap.list[:n]].sum(axis=1)
+        squares, directions = np.linalg.eigh(around)
+        self._across.x.array.reshape(-1, dim)[self._cells] = directions[:, :, -1]
+        return squares[:, -1] > self._flat * self.sizes
