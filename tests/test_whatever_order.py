@@ -18,7 +18,7 @@ MIXED = """
 title = "Unstructured, layered, random, squeezed, heated"
 [domain]
 size = ["1 m", "0.5 m"]
-h = "20 mm"
+h = "12.5 mm"
 cells = "unstructured"
 [material]
 E = "65 GPa"
@@ -29,7 +29,7 @@ k = "3.05 W/(m K)"
 rho = "2750 kg/m^3"
 c = "790 J/(kg K)"
 [damage]
-ell = "60 mm"
+ell = "37.5 mm"
 [regions.seam]
 lower = ["0 m", "0.15 m"]
 upper = ["1 m", "0.22 m"]
