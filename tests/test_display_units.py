@@ -249,6 +249,7 @@ CRACK = Network(
     elements=np.array([[0, 1]]),
     damage=np.ones(2),
     opening=np.full(2, 2e-5),
+    uncertainty=np.full(2, 1e-6),
 )
 
 
