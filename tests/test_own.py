@@ -10,7 +10,7 @@ import pytest
 import staffa
 from bodies import RANKS, printed_on
 from staffa.cases.experiment import Watcher
-from staffa.cases.own import identity
+from staffa.cases.own import Given, identity, unrecorded
 from staffa.errors import InputError, StoppedError
 from staffa.io.run_directory import MANIFEST
 from staffa.physics.damage import AT1, LAWS
@@ -430,3 +430,11 @@ def test_wrong_types_get_a_sentence(call: str, tmp_path: Path, monkeypatch) -> N
     said = refusal(lambda: list(eval(f"staffa.{call}", {"staffa": staffa})))
     assert WRONG[call] in said, said
     assert not any(tmp_path.iterdir())
+
+
+def test_an_old_run_that_goes_on_says_what_was_not_recorded() -> None:
+    """Its manifest does not tell whether a script gave it a load, so that it cannot be refused."""
+    said = unrecorded(None, Given())
+    assert said is not None and "did not record" in said and "from Python" in said
+    assert unrecorded({}, Given()) is None
+    assert unrecorded(None, Given(temperature=Zero())) is None

@@ -16,7 +16,8 @@ from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System, build
-from staffa.records import Curvature, Outcome, Step
+from staffa.records import Curvature, Energies, Outcome, Step
+from staffa.report.summary import _curvature
 from test_stability import ELL, perfect_bar, uniform
 
 # Uniform rock cooled from one face, without a seed: alternate minimization lands on the state that
@@ -172,6 +173,26 @@ def test_the_test_starts_from_position_alone() -> None:
         system.destroy()
     assert numbers[0] == pytest.approx(numbers[1], abs=1e-6)
     assert abs(numbers[0].mean()) < 0.05 and np.abs(numbers[0]).max() <= 1
+
+
+def test_the_summary_tells_minima_bifurcations_saddles_and_untested_states_apart() -> None:
+    step = Step(
+        index=0, time=0.0, tau=None, energies=Energies(elastic=1.0, surface=0.0), sweeps=1,
+        status="converged", reason="",
+    )  # fmt: skip
+    found = (
+        Curvature(smallest=0.2, iterations=8),
+        Curvature(smallest=0.3, iterations=8, escapes=1),
+        Curvature(smallest=-0.1, iterations=8, bifurcation=True, reason="a bifurcation"),
+        Curvature(smallest=-0.2, iterations=8, reason="left 1 times"),
+        Curvature(reason="not tested: it is held"),
+    )
+    steps = [replace(step, index=n, curvature=c) for n, c in enumerate(found)]
+    assert _curvature(steps) == (
+        "no way down found from 2 of 4 states tested, a bifurcation at step 2, where only healing "
+        "would lower the energy, a saddle was kept at step 3, a saddle was left 1 times, smallest "
+        "curvature elsewhere 0.2 of 1, 1 states not tested: it is held"
+    )
 
 
 def test_the_record_is_read_back() -> None:

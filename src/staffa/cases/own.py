@@ -179,6 +179,23 @@ def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
         )
 
 
+def unrecorded(own: dict[str, Own] | None, given: Given) -> str | None:
+    """A sentence on a run whose manifest does not say what a script gave it.
+
+    Parameters
+    ----------
+    own : from the manifest, None if it was written before that was recorded.
+    given : by who goes on with the run.
+    """
+    if own is not None or given.names:
+        return None
+    return (
+        "an earlier version wrote this run and did not record whether a script gave it a law, a "
+        "split or a load of its own: it goes on with the case's; if a script did, stop it and go "
+        "on from Python with the same object"
+    )
+
+
 def require_same(given: Given, own: dict[str, Own] | None, setup: Problem, run: str) -> None:
     """Whether what is given is what the run began with. Collective.
 

@@ -16,7 +16,7 @@ from staffa.cases.build import COMM, problem
 from staffa.cases.experiment import Watcher, built, march_on, probes, watching, writing
 from staffa.cases.keeper import Keeper, on_disk, versions
 from staffa.cases.model import Case
-from staffa.cases.own import Given, require_given, require_same
+from staffa.cases.own import Given, require_given, require_same, unrecorded
 from staffa.cases.reading import parse_case, setting_names
 from staffa.cases.rules.times import counts_in
 from staffa.cases.writing import to_toml
@@ -110,7 +110,8 @@ def resume(
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
             watcher.started(manifest)
-            for sentence in filter(None, (said_by_lock, *taken.said)):
+            said = (said_by_lock, *taken.said, unrecorded(manifest.own, given))
+            for sentence in filter(None, said):
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
             return march_on(

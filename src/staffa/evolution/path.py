@@ -50,8 +50,9 @@ def integral(
     if not halvings or abs(halves - whole) <= accuracy:
         return halves
     half = (a + b) / 2
-    return integral(slope, (a, half), (first, left, middle), accuracy, halvings - 1) + integral(
-        slope, (half, b), (middle, right, last), accuracy, halvings - 1
+    share = accuracy / 2  # the errors of both add up
+    return integral(slope, (a, half), (first, left, middle), share, halvings - 1) + integral(
+        slope, (half, b), (middle, right, last), share, halvings - 1
     )
 
 

@@ -1,5 +1,6 @@
 """The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -222,20 +223,29 @@ def _second_order(steps: Sequence[Step]) -> str:
 
 def _curvature(steps: Sequence[Step]) -> str:
     """The results of the search for directions along which the energy falls."""
-    found = [step.curvature for step in steps if step.curvature is not None]
-    tested = [c for c in found if c.smallest is not None or c.reason is None]
-    untested = [c for c in found if c.smallest is None and c.reason is not None]
-    kept = [c for c in tested if c.reason is not None]
+    found = [(step.index, step.curvature) for step in steps if step.curvature is not None]
+    tested = [(n, c) for n, c in found if c.smallest is not None or c.reason is None]
+    many = [n for n, c in tested if c.bifurcation]
+    saddles = [n for n, c in tested if c.reason is not None and not c.bifurcation]
+    reasons = Counter(c.reason for _, c in found if c.smallest is None and c.reason is not None)
     parts = []
     if tested:
-        sound = len(tested) - len(kept)
+        sound = len(tested) - len(many) - len(saddles)
         parts.append(f"no way down found from {sound} of {len(tested)} states tested")
-        values = [c.smallest for c in tested if c.smallest is not None]
-        if values:
-            parts.append(f"smallest curvature {min(values):.2g} of 1")
-        escapes = sum(c.escapes for c in tested)
-        if escapes:
-            parts.append(f"a saddle was left {escapes} times")
-    if untested:
-        parts.append(f"{len(untested)} states {untested[0].reason}")
+    if many:
+        parts.append(f"a bifurcation at {_steps(many)}, where only healing would lower the energy")
+    if saddles:
+        parts.append(f"a saddle was kept at {_steps(saddles)}")
+    escapes = sum(c.escapes for _, c in tested)
+    if escapes:
+        parts.append(f"a saddle was left {escapes} times")
+    values = [c.smallest for _, c in tested if c.smallest is not None and c.reason is None]
+    if values:
+        parts.append(f"smallest curvature elsewhere {min(values):.2g} of 1")
+    parts += [f"{number} states {reason}" for reason, number in reasons.items()]
     return ", ".join(parts)
+
+
+def _steps(numbers: Sequence[int]) -> str:
+    """Step numbers in words."""
+    return f"step{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
