@@ -20,7 +20,7 @@ from ours import problem
 
 import staffa
 from staffa.cases.catalog import ready_case
-from staffa.evolution import saddle
+from staffa.evolution import second_order
 
 HERE = Path(__file__).parent
 NAMES = ("demo", "A30k", "A120k")
@@ -30,16 +30,16 @@ def measured(name: str) -> dict:
     """Seconds of the whole run, of its tests, and what these found."""
     case = staffa.problem(ready_case("slab")) if name == "demo" else None
     body = case or problem(CASES[name], MPI.COMM_WORLD)
-    spent, search = [], saddle._softest
+    spent, test = [], second_order.tested
 
     def timed(*args):
         start = process_time()
-        found = search(*args)
+        found = test(*args)
         spent.append(process_time() - start)
         return found
 
     system = staffa.build(body)
-    with patch.object(saddle, "_softest", timed):
+    with patch.object(second_order, "tested", timed):
         start = process_time()
         steps = list(staffa.march(body, system))
         whole = process_time() - start
@@ -47,7 +47,7 @@ def measured(name: str) -> dict:
     return {
         "steps": len(steps),
         "sweeps": sum(step.sweeps for step in steps),
-        "searches": len(spent),
+        "tests": len(spent),
         "iterations": sum(step.curvature.iterations for step in steps),
         "escapes": sum(step.curvature.escapes for step in steps),
         "seconds": round(whole, 1),

@@ -307,3 +307,30 @@ def test_option_prefixes_do_not_depend_on_the_rank() -> None:
     everywhere = PETSc.COMM_WORLD.tompi4py().allgather(prefixes)
     assert all(found == prefixes for found in everywhere)
     system.destroy()
+
+
+def test_a_guess_that_is_exact_renews_the_factorization_all_the_same() -> None:
+    """A solve that has nothing to do left the factors of another damage, as if they were new."""
+    system = build(cooled())
+    parts, alpha = system.alternation, system.state.alpha
+    values = np.zeros(len(system.supports.fixed))
+
+    def solved(damage: float) -> np.ndarray:
+        alpha.x.array[:] = damage
+        equilibrium(parts, values)
+        return parts.u.array_r.copy()
+
+    system.state.T.x.array[:] = -1.0
+    u = solved(0.5)
+    solved(0.0)
+    parts.u.array_w[:] = u
+    parts.elastic.forget()
+    solved(0.5)
+    w, force, back = (parts.u.duplicate() for _ in range(3))
+    w.array_w[:] = np.random.default_rng(0).normal(size=w.getLocalSize())
+    w.array_w[parts.elastic.held] = 0.0
+    parts.elastic.resist(w, force)
+    parts.elastic.precondition(force, back)
+    assert parts.elastic.exact
+    assert back.array_r == pytest.approx(w.array_r, rel=1e-8, abs=1e-8)
+    system.destroy()

@@ -14,8 +14,10 @@ from staffa.evolution.advance import Advance
 from staffa.evolution.audit import _second_order
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, SecondOrder
-from staffa.evolution.settle import Loads
+from staffa.evolution.second_order import modes
+from staffa.evolution.settle import Loads, raise_bounds
 from staffa.evolution.system import System, build
+from staffa.minimize.coupled import CoupledModel
 from staffa.records import Curvature, Energies, Outcome, Step
 from staffa.report.summary import _curvature
 from test_stability import ELL, perfect_bar, uniform
@@ -144,13 +146,40 @@ def test_a_direction_that_needs_damage_to_heal_is_a_bifurcation() -> None:
     system.destroy()
 
 
-def test_a_bar_of_6_ell_is_left_where_damage_only_grows() -> None:
-    system = uniform(6 * ELL, n=60)
-    way = saddle._softest(perfect_bar(SecondOrder()), system, system.alternation.model, 1e-3)
-    before, alpha = system.energy.total(), system.state.alpha.x.array.copy()
-    assert saddle._go(system, way)
-    assert system.energy.total() < before and (system.state.alpha.x.array >= alpha).all()
+def at_its_bounds(system: System, problem: Problem) -> tuple[float, Loads]:
+    """Raise the bounds to the damage at hand; the energy, and the loads at the end."""
+    raise_bounds(problem.irreversibility, system)
+    time = problem.schedule.times[-1]
+    return system.energy.total(), Loads(time=time, values=system.supports.values(time))
+
+
+@pytest.mark.parametrize(("tau", "stable"), [(0.16, True), (0.24, False)])
+def test_an_even_layer_whose_damage_cannot_heal_is_left_where_the_cone_says_so(tau, stable) -> None:
+    """All damage lies on its bound, without a force. The softest direction would heal half of it;
+    whether one that heals nothing lowers the energy is told by the exact value on the cone."""
+    case = even("quadrilateral", *SMALL, f"time.tau=[{tau}]")
+    problem = replace(case, second_order=None)
+    system = build(problem)
+    list(march(problem, system))
+    before, loads = at_its_bounds(system, problem)
+    _, cone = modes(system)
+    assert (cone.value > 0) == stable
+    alpha = system.state.alpha.x.array.copy()
+    found = saddle.tested(case, system, loads, reached(system)).curvature
+    assert found.bifurcation == stable and (found.escapes == 0) == stable, found
+    assert (system.energy.total() < before * (1 - 1e-4)) != stable
+    assert (system.state.alpha.x.array >= alpha).all()
     system.destroy()
+
+
+def test_a_solver_that_fails_in_the_search_costs_no_step(monkeypatch) -> None:
+    def fail(*args) -> None:
+        raise SolveError("no displacement")
+
+    monkeypatch.setattr(CoupledModel, "following", fail)
+    step = run(perfect_bar(SecondOrder()))[-1]
+    assert step.status == "converged"
+    assert step.curvature == Curvature(reason="not tested: no displacement")
 
 
 def test_a_start_that_fails_costs_no_step(monkeypatch) -> None:

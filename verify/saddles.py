@@ -121,9 +121,9 @@ def _searched(problem: Problem) -> Iterator[tuple[lanczos.Softest, lanczos.Softe
     system = staffa.build(problem)
     model, tolerance = system.alternation.model, saddle_tolerance()
     for _ in staffa.march(problem, system):
-        short = saddle._softest(problem, system, model, tolerance)
+        short = saddle._softest(problem, system, model, tolerance, saddle.BALANCED)
         with patch.object(lanczos, "KNOWN", 0.0), patch.object(saddle, "ITERATIONS", MANY):
-            long = saddle._softest(problem, system, model, tolerance)
+            long = saddle._softest(problem, system, model, tolerance, saddle.BALANCED)
         if short and long:
             yield short, long
     system.destroy()

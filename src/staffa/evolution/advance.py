@@ -252,8 +252,13 @@ def snapshot(system: System) -> tuple[np.ndarray, ...]:
 
     What comes then depends on these alone, so that it can be repeated to the last bit.
     """
-    state = system.state
     system.alternation.elastic.forget()
+    return copied(system)
+
+
+def copied(system: System) -> tuple[np.ndarray, ...]:
+    """The same copy, after which solvers go on with what they have."""
+    state = system.state
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
     loads = system.energy.external.kept()
     return (*(field.x.array.copy() for field in fields), loads)

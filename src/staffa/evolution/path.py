@@ -47,7 +47,7 @@ def integral(
     left, right = slope(a + (b - a) / 4), slope(b - (b - a) / 4)
     whole = (b - a) / 6 * (first + 4 * middle + last)
     halves = (b - a) / 12 * (first + 4 * left + 2 * middle + 4 * right + last)
-    if not halvings or abs(halves - whole) <= accuracy:
+    if not halvings or not abs(halves - whole) > accuracy:  # also where it is not finite
         return halves
     half = (a + b) / 2
     share = accuracy / 2  # the errors of both add up

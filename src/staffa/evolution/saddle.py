@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree, restore, snapshot
-from staffa.evolution.problem import Problem
+from staffa.evolution.advance import Advance, agree, copied, restore, snapshot
+from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector, vertices, write_vector
@@ -17,11 +17,14 @@ from staffa.minimize.bounded import AT_BOUND
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 from staffa.minimize.lanczos import Softest, softest
 from staffa.minimize.newton import search
+from staffa.parallel import max_over_ranks
 from staffa.records import Curvature
 
-# A force on the damage this small, over Gc/(4 c_w ell), counts as none: with 1e-2 a sound bar broke
-# at .995 of its strength.
-BALANCED = 1e-6
+# A force on the damage this small, over Gc/(4 c_w ell), counts as none; or one as small as those
+# that the minimization left, up to the second: with 1e-2 a sound bar broke at .995 of its strength.
+BALANCED, LOOSEST = 1e-6, 1e-3
+# Steps that turn a direction into one that heals nothing.
+TURNS = 16
 # The most applications of the second derivative in a search; most searches end after 8 to 14.
 ITERATIONS = 40
 # A state is left so often in a step.
@@ -32,6 +35,10 @@ ROUND_OFF = 1e-10
 # many ell. Even cracks that grow from the softest direction alone stop each other later, and end at
 # energies some 5 % higher (`make verify ONLY=saddles`).
 SCATTER, LENGTHS = 0.05, (2.0, 4.0)
+
+
+# Displacement and damage, owned entries.
+Direction = tuple[np.ndarray, np.ndarray]
 
 
 def tested(
@@ -54,8 +61,27 @@ def tested(
             else "the volume of the fluid in cracks is given, which the test does not know of"
         )
         return replace(advance, curvature=Curvature(reason=f"not tested: {why}"))
+    kept = copied(system)
+    try:
+        return _searched(problem, rule, system, model, loads, advance, watch)
+    except SolveError as error:
+        restore(system, kept)
+        return replace(advance, curvature=Curvature(reason=f"not tested: {error}"))
+
+
+def _searched(
+    problem: Problem,
+    rule: SecondOrder,
+    system: System,
+    model: CoupledModel,
+    loads: Loads,
+    advance: Advance,
+    watch: Watch,
+) -> Advance:
+    """Search, leave, and search again, until nothing is found or nothing is gained. Collective."""
     for escapes in range(MOST + 1):
-        way = _softest(problem, system, model, rule.tolerance)
+        slack = min(max(BALANCED, advance.outcome.residual), LOOSEST)
+        way = _softest(problem, system, model, rule.tolerance, slack)
         found = Curvature(
             smallest=None if way is None else way.value,
             iterations=0 if way is None else way.iterations,
@@ -63,27 +89,32 @@ def tested(
         )
         if way is None or not len(way.b):
             return replace(advance, curvature=found)
-        if not _falls(system, way):
-            reason = "a bifurcation: within its bounds no damage lowers the energy along it"
+        falling = _falling(system, model, loads, way)
+        if falling is None:
+            reason = "a bifurcation: no damage within its bounds was found to lower the energy"
             return replace(advance, curvature=replace(found, bifurcation=True, reason=reason))
-        left = _left(problem, system, loads, advance, way, watch) if escapes < MOST else None
-        if left is None:
-            reason = f"left {escapes} times, and no start beside it led to a lower state"
+        if escapes == MOST:
+            reason = f"left {escapes} times, and each time for another saddle"
             return replace(advance, curvature=replace(found, reason=reason))
-        advance = left
+        advance, reason = _left(problem, system, loads, advance, falling, watch)
+        if reason:
+            return replace(advance, curvature=replace(found, reason=reason))
     raise AssertionError
 
 
 def _softest(
-    problem: Problem, system: System, model: CoupledModel, tolerance: float
+    problem: Problem, system: System, model: CoupledModel, tolerance: float, slack: float
 ) -> Softest | None:
-    """Search from a random start that depends on position alone. Collective."""
+    """Search from a random start that depends on position alone. Collective.
+
+    slack : a force this small, in units, does not press damage against a bound.
+    """
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     start = model.pair()
     try:
         lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
-        model.move_to(parts.alpha, lower, upper, start, slack=BALANCED)
+        model.move_to(parts.alpha, lower, upper, start, slack=slack)
         force_u, force_alpha = start.getNestSubVecs()
         force_u.set(0.0)
         force_alpha.array_w[:] = _scattered(problem, system) * parts.damage.unit.array_r
@@ -105,75 +136,101 @@ def _left(
     system: System,
     loads: Loads,
     advance: Advance,
-    way: Softest,
+    falling: Direction,
     watch: Watch,
-) -> Advance | None:
-    """Go on from some starts beside this state to the lowest end, if one is lower. Collective."""
-    kept, before = snapshot(system), advance.outcome.energies.total
-    ends = []
-    starts: list[Callable[[], object]] = [partial(_go, system, way)]
+) -> tuple[Advance, str]:
+    """Go on from some starts beside this state to the lowest end. Collective.
+
+    Returns
+    -------
+    The advance, with the work of all starts on record, and why the state was kept, if it was.
+    """
+    kept, before = snapshot(system), advance.outcome.energies
+    spent, ends = advance.outcome, []
+    starts: list[Callable[[], object]] = [partial(go_along, system, *falling)]
     starts += [partial(_scatter, problem, system, length) for length in LENGTHS]
+    reasons = []
     for start in starts:
         restore(system, kept)
-        start()
         try:
+            start()
             equilibrium(system.alternation, loads.values)
             outcome, healing = descend(problem, system, loads, watch)
-        except SolveError:
+        except SolveError as error:
+            reasons.append(str(error))
             continue
-        advance = replace(advance, outcome=advance.outcome.then(outcome))
-        if outcome.converged and outcome.energies.total < before:
+        spent = replace(
+            spent,
+            sweeps=spent.sweeps + outcome.sweeps,
+            effort=spent.effort + outcome.effort,
+        )
+        if not outcome.converged:
+            reasons.append(outcome.reason)
+        elif outcome.energies.total < before.total - ROUND_OFF * before.scale:
             ends.append((outcome, healing, snapshot(system)))
-    if not ends:
-        restore(system, kept)
-        return None
-    outcome, healing, reached = min(ends, key=lambda end: end[0].energies.total)
-    restore(system, reached)
-    spent = advance.outcome
-    left = replace(
-        advance,
-        outcome=replace(
-            outcome,
-            reason=f"{outcome.reason}, after a saddle was left",
-            sweeps=spent.sweeps,
-            effort=spent.effort,
-            largest_rise=spent.largest_rise,
-            before=spent.before,
-        ),
-        healing=max(advance.healing, healing),
-        released=advance.released + before - outcome.energies.total,
-    )
-    try:
-        equilibrium(system.alternation, loads.values)
-        return agree(problem, system, loads, left, watch)
-    except SolveError:
-        restore(system, kept)
-        return None
-
-
-def _falls(system: System, way: Softest) -> bool:
-    """True if the energy falls along a direction; the state stays. Collective."""
-    kept = snapshot(system)
-    falls = _go(system, way)
+    stays = replace(advance, outcome=spent)
+    if ends:
+        outcome, healing, reached = min(ends, key=lambda end: end[0].energies.total)
+        restore(system, reached)
+        left = replace(
+            advance,
+            outcome=replace(
+                outcome,
+                reason=f"{outcome.reason}, after a saddle was left",
+                sweeps=spent.sweeps,
+                effort=spent.effort,
+                largest_rise=max(advance.outcome.largest_rise, outcome.largest_rise),
+                before=spent.before,
+            ),
+            healing=max(advance.healing, healing),
+            released=advance.released + before.total - outcome.energies.total,
+        )
+        try:
+            equilibrium(system.alternation, loads.values)
+            agreed = agree(problem, system, loads, left, watch)
+            if agreed.outcome.converged:
+                return agreed, ""
+            reasons.append(agreed.outcome.reason)
+        except SolveError as error:
+            reasons.append(str(error))
     restore(system, kept)
-    return falls
+    return stays, "; ".join(["no start beside it led to a lower state", *reasons])
 
 
-def _go(system: System, way: Softest) -> bool:
-    """Go along a direction, either way, within the bounds and as far as the energy falls.
+def _falling(system: System, model: CoupledModel, loads: Loads, way: Softest) -> Direction | None:
+    """A direction within the bounds along which the energy falls; the state stays. Collective.
 
-    Damage that lies on a bound moves off it alone, and the displacement follows the damage.
+    It begins with the softest direction, either way, and with its size everywhere. What would heal
+    damage that lies on a bound is cut off, and sweeps of the linearized alternate minimization,
+    each cut off likewise, turn it towards the softest direction that heals nothing.
     """
-    bounds, alpha, model = system.bounds, owned(system.state.alpha), system.alternation.model
+    bounds, alpha = system.bounds, owned(system.state.alpha)
     at_lower = alpha <= owned(bounds.lower) + AT_BOUND
     at_upper = alpha >= owned(bounds.upper) - AT_BOUND
-    assert model is not None
-    for sign in (1.0, -1.0):
-        b = np.where(at_lower, np.maximum(sign * way.b, 0.0), sign * way.b)
-        b = np.where(at_upper, np.minimum(b, 0.0), b)
-        if go_along(system, model.following(b), b):
-            return True
-    return False
+    comm = system.energy.comm
+
+    def admissible(b: np.ndarray) -> np.ndarray:
+        b = np.where(at_lower, np.maximum(b, 0.0), b)
+        return np.where(at_upper, np.minimum(b, 0.0), b)
+
+    kept = snapshot(system)
+    equilibrium(system.alternation, loads.values)  # also finds how a section responds
+    try:
+        for start in (way.b, -way.b, np.abs(way.b)):
+            b = admissible(start)
+            for _ in range(TURNS):
+                largest = max_over_ranks(comm, np.abs(b))
+                if not largest > 0:
+                    break
+                b = b / largest
+                v = model.following(b)
+                turned, curvature = model.swept(v, b)
+                if curvature < 0 and go_along(system, v, b):
+                    return v, b
+                b = admissible(turned)
+        return None
+    finally:
+        restore(system, kept)
 
 
 def _scatter(problem: Problem, system: System, length: float) -> None:

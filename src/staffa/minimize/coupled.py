@@ -152,6 +152,30 @@ class CoupledModel:
         finally:
             v.destroy()
 
+    def swept(self, v: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, float]:
+        """The damage of a direction after a sweep of the linearized alternate minimization.
+
+        Parameters
+        ----------
+        v, b : displacement and damage of the direction, owned entries; damage that is held stays.
+
+        Returns
+        -------
+        b less the preconditioned force along it, shape (n_owned,), and the curvature of the energy
+        along the direction.
+        """
+        move, force, answer = self.pair(), self.pair(), self.damage.unit.duplicate()
+        try:
+            parts = move.getNestSubVecs()
+            parts[0].array_w[:], parts[1].array_w[:] = v, b
+            parts[1].array_w[self.held] = 0.0
+            self.apply(move, force)
+            self.ksp.solve(force.getNestSubVecs()[1], answer)
+            return parts[1].array_r - answer.array_r, float(move.dot(force))
+        finally:
+            destroy_pairs(move, force)
+            answer.destroy()
+
     def destroy(self) -> None:
         """Free the PETSc objects."""
         for thing in [self.ksp, self.coupling.matrix, self.alpha_work, self.u_work]:

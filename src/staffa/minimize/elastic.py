@@ -189,6 +189,9 @@ class ElasticSolver:
         self.ksp.pc.setReusePreconditioner(not fresh)
         self.ksp.setTolerances(atol=reduction * before)
         with petsc_errors("the displacement was not solved for", self.ksp.comm):
+            if fresh:  # a solve that has nothing to do would keep the old one
+                self.ksp.setUp()
+                self.ksp.pc.setUp()
             self.ksp.solve(rhs, u)
         self.iterations += self.ksp.getIterationNumber()
         reason, after, scale = self.ksp.getConvergedReason(), self._unbalanced(rhs, u), rhs.norm()

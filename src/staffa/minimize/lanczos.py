@@ -17,7 +17,7 @@ from scipy.linalg import eigh_tridiagonal
 
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
-# The space is complete where a new direction is shorter than this fraction of the first.
+# The space is complete where a new direction is shorter than this, over the one before.
 COMPLETE = 1e-12
 # An eigenvalue lies within the residual of a Ritz value: the search may end where the residual is
 # this fraction of the value, but not before the start has had the chance to show all directions.
@@ -106,8 +106,9 @@ def _lanczos(model: CoupledModel, start: PETSc.Vec) -> Iterator[tuple[PETSc.Vec,
         last.set(0.0)
         start.copy(force)
         model.precondition(force, way)
-        first = length = np.sqrt(max(force.dot(way), 0.0))
-        while length > COMPLETE * first:
+        length, least = np.sqrt(max(force.dot(way), 0.0)), 0.0
+        while length > least:
+            least = COMPLETE  # from the second direction on lengths are dimensionless
             force.scale(1 / length)
             way.scale(1 / length)
             model.apply(way, next_force)
