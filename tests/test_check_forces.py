@@ -1,6 +1,6 @@
 """`staffa check` with [forces]: squeeze, thermal stress, net tension, signs, plane strain."""
 
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 import pytest
@@ -239,3 +239,28 @@ def test_a_squeeze_that_ends_counts_when_it_is_least():
     free = ("supports.left=free", "supports.right=free")
     known = facts(*free, f"forces.left={{{falling}}}", f"forces.right={{{falling}}}")
     assert known["stress at rest"] == "-10 MPa" and known["will it crack"] == "yes"
+
+
+def across_the_plane(*settings: str) -> list[str]:
+    given = ('material.plane="strain"', 'heat.bottom={T="40 °C"}', *settings)
+    return [w for w in said(*given).warnings if "in plane strain" in w]
+
+
+@pytest.mark.parametrize("given", ["", ', zz="-54.3 MPa"', ', zz="3 MPa"'])
+def test_the_prestress_across_the_plane_is_told_as_a_whole_and_is_enough(given):
+    """Cracks that open against xx = -15 MPa add nu 15 MPa across the plane to E expansion dT; the
+    whole zz is told, whatever part of it is given."""
+    bears = STRENGTH * sqrt((1 - NU) / ((1 + NU) * (1 - 2 * NU)))  # no-tension in plane strain
+    needed = E * EXPANSION * 160 + NU * 15e6 - bears
+    told = f"{ceil(needed / 1e5) / 10:.1f} MPa"
+    assert told == "58.7 MPa"
+    (warning,) = across_the_plane(f'forces.prestress={{xx="-15 MPa"{given}}}')
+    assert f'forces.prestress.zz = "-{told}" or below' in warning
+    assert not across_the_plane(f'forces.prestress={{xx="-15 MPa", zz="-{told}"}}')
+    assert across_the_plane('forces.prestress={xx="-15 MPa", zz="-58.6 MPa"}')
+
+
+def test_of_a_prestress_with_a_gradient_what_is_missing_is_told():
+    sloped = '{value="-49.5 MPa", gradient=["0 MPa/m", "-1 MPa/m"]}'
+    (warning,) = across_the_plane(f'forces.prestress={{xx="-15 MPa", zz={sloped}}}')
+    assert "a forces.prestress.zz that is lower by 9.2 MPa" in warning

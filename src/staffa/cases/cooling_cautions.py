@@ -20,6 +20,7 @@ from staffa.cases.pieces import is_uneven
 from staffa.cases.squeeze import Squeeze
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
+from staffa.units import Quantity
 
 # Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
 # 10 to 11 sqrt(ell ell0); computed on a uniformly damaged layer.
@@ -231,15 +232,22 @@ def _of_plane_strain(
         return
     net = a_kelvin * drop + across
     weaker = at_most(case, float(case.damage.ell) * (derived.sigma_c / net) ** 2, "m")
-    given_now = across if given is None else 0.0
-    squeeze = quoted(at_least(case, -(net - derived.sigma_c - given_now), "Pa"))
     yield (
-        f"in plane strain no crack of the plane relieves the stress across it, which alone "
-        f"damages all rock that is colder by {amount(case, enough, 'K')} or more (of "
-        f"{amount(case, drop, 'K')}); take "
-        f'material.plane = "stress", forces.prestress.zz = {squeeze} or below, if the rock is '
-        f"squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
+        f"in plane strain no crack of the plane relieves the stress across it, which alone, "
+        f"beside cracks, damages all rock that is colder by {amount(case, enough, 'K')} or more "
+        f"(of {amount(case, drop, 'K')}); take "
+        f'material.plane = "stress", {_squeezed_across(case, given, net - derived.sigma_c)}, if '
+        f"the rock is squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
     )
+
+
+def _squeezed_across(case: Case, given: object, excess: float) -> str:
+    """The prestress across the plane that takes off an excess (Pa) of the stress there."""
+    if not isinstance(given, Quantity | None):
+        return f"a forces.prestress.zz that is lower by {at_least(case, excess, 'Pa')}"
+    total = float(given or 0.0) - excess
+    below = at_least if total < 0 else at_most
+    return f"forces.prestress.zz = {quoted(below(case, total, 'Pa'))} or below"
 
 
 def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
