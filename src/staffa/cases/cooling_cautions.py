@@ -120,7 +120,7 @@ def _no_nucleation(
     if squeezed and squeezed.stress < 0:
         why = _outweighed(case, derived, squeezed)
     else:
-        start = amount(case, needed, "K", digits=4)
+        start = at_least(case, needed, "K", digits=4)
         why = (
             f"the face drops by {amount(case, largest, 'K')} at most, and damage starts at {start}"
         )
@@ -134,11 +134,17 @@ def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
     """A clause: the squeeze and the strength are more than cold pulls with."""
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     bears = squeezed.starts - squeezed.stress
+    starts, together = amount(case, squeezed.starts, "Pa"), amount(case, bears, "Pa")
     return (
         f"E expansion dT{free} = {amount(case, squeezed.thermal, 'Pa')} is less than the squeeze "
-        f"of {amount(case, -squeezed.stress, 'Pa')} and the {amount(case, squeezed.starts, 'Pa')} "
-        f"at which damage starts, {amount(case, bears, 'Pa')} together"
+        f"of {amount(case, -squeezed.stress, 'Pa')}{_beyond(squeezed)} and the {starts} at which "
+        f"damage starts, {together} together"
     )
+
+
+def _beyond(squeezed: Squeeze) -> str:
+    """A word on a stress that is not the one along the face."""
+    return " across the plane" if squeezed.beyond else ""
 
 
 def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Squeeze | None) -> str:
@@ -149,7 +155,8 @@ def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Sque
         ell = at_least(case, float(case.damage.ell) * (starts / net) ** 2, "m")
         return f"{raised}, or take damage.ell >= {ell} (a lower strength)"
     if squeezed and squeezed.thermal > starts:
-        return f"{raised}, or squeeze it by {at_most(case, squeezed.thermal - starts, 'Pa')} only"
+        most = at_most(case, squeezed.thermal - starts, "Pa")
+        return f"{raised}, or squeeze it by {most}{_beyond(squeezed)} only"
     return raised
 
 
