@@ -307,3 +307,29 @@ def test_the_mean_stress_of_held_rock_counts_what_squeezes_it(squeeze, told):
 
 def test_rock_that_is_heated_is_not_pulled_by_cold():
     assert not [n for n in said('heat.bottom.T="400 °C"').notes if "cold pulls" in n]
+
+
+def sheared(*settings: str) -> list[str]:
+    return [w for w in said(*settings).warnings if "its shear" in w]
+
+
+def test_a_shear_that_pulls_more_than_the_rock_bears_is_told():
+    """Principal values of xx = -15, xy = -60 MPa are -7.5 ± sqrt(7.5^2 + 60^2)."""
+    (warning,) = sheared('forces.prestress={xx="-15 MPa", xy="-60 MPa"}')
+    tension = -7.5 + sqrt(7.5**2 + 60**2)
+    assert f"a tension of {tension:.3g} MPa along a slanting direction" in warning
+    assert "smaller shear" in warning
+    assert not sheared('forces.prestress={xx="-15 MPa", yy="-15 MPa", xy="-16 MPa"}')
+    assert sheared('forces.prestress={xx="-15 MPa", yy="-15 MPa", xy="-24 MPa"}')
+    around = 'forces.prestress={xx="-15 MPa", yy="-15 MPa", zz="-15 MPa", xy="-16 MPa"}'
+    strain, pores = 'material.plane="strain"', ('forces.pore_pressure="10 MPa"', "forces.biot=0.8")
+    assert not sheared(around, strain)
+    assert sheared(around, strain, *pores)
+
+
+def test_so_is_one_of_a_solid_body():
+    """xx = yy = zz = -15, yz = 40 MPa: 25 MPa along the diagonal of y and z."""
+    solid = ('domain={size=["0.4 m","0.4 m","0.4 m"], h="10 mm"}',)
+    given = 'forces.prestress={xx="-15 MPa", yy="-15 MPa", zz="-15 MPa", yz="40 MPa"}'
+    (warning,) = sheared(*solid, given)
+    assert "a tension of 25 MPa along" in warning
