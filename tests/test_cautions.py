@@ -269,6 +269,22 @@ def test_amounts_are_rounded_to_the_safe_side_and_in_units_that_are_read_easily(
     assert at_most(parse_case(SLAB), 0.0031459, "m") == "0.00314", "a scaled case has no units"
 
 
+@pytest.mark.parametrize("name", ["slab", "slab-paper"])
+def test_no_ell_is_told_that_another_sentence_would_speak_against(name):
+    """h^2/ell0 is .292 for `slab`, 124 times what keeps its face from being damaged all over, and
+    1.17 for `slab-paper`, more than the body is deep."""
+    (note,) = (n for n in preview(catalog.ready_case(name)).notes if "nucleation" in n)
+    assert "damage.ell >=" not in note and "take h <= " in note
+
+
+def test_nor_one_as_wide_as_the_body():
+    """dT_c is 2.5; at a drop of .7 it takes ell = .06 (2.5/.7)^2 = .765, and L/4 is .25."""
+    (mild,) = (w for w in said("temperature.severity=0.7").warnings if "will crack" in w)
+    assert mild.endswith("raise the drop of the face to 2.5 or more")
+    (more,) = (w for w in said("temperature.severity=2.0").warnings if "will crack" in w)
+    assert "damage.ell >= 0.0938 (a lower strength)" in more
+
+
 def thin(*settings: str, text: str = PULLED) -> list[str]:
     return [w for w in said(*settings, text=text).warnings if "smallest extent" in w]
 
@@ -286,3 +302,13 @@ def test_of_a_bar_pulled_along_its_length_the_width_does_not_bound_ell():
         (warning,) = thin("domain.size=[1.0, 0.12]", other)
         assert "is 2 ell" in warning, other
     assert not [w for w in preview(catalog.ready_case("bar")).warnings if "extent" in w]
+
+
+@pytest.mark.parametrize("held", [(), ROLLERS])
+def test_nothing_is_said_of_cold_where_a_face_is_heated(held):
+    text = SLAB.replace('"slab"', '"heat"').replace("severity = 10.0", "")
+    text = text.replace("tau = [0.03, 0.4]", "t = [0.000225, 0.4]")
+    notes = said("heat={initial=0.0, bottom={T=10.0}}", *held, text=text).notes
+    assert not [n for n in notes if "cold" in n or "cools" in n], notes
+    loose = [n for n in notes if "as a loose piece it lengthens and bends as it warms" in n]
+    assert len(loose) == (not held)

@@ -13,7 +13,7 @@ from staffa.cases.cracking import (
     rare_factor,
 )
 from staffa.cases.exchange import exchanges, strongest
-from staffa.cases.mesh_cautions import WIDTH, cell_edge
+from staffa.cases.mesh_cautions import WIDTH, cell_edge, widest_ell
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor
 from staffa.cases.pieces import is_uneven
@@ -152,8 +152,10 @@ def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Sque
     raised = f"raise the drop of the face to {at_least(case, needed, 'K', digits=4)} or more"
     net, starts = (squeezed.net, squeezed.starts) if squeezed else (largest, dT_c)
     if net > 0:
-        ell = at_least(case, float(case.damage.ell) * (starts / net) ** 2, "m")
-        return f"{raised}, or take damage.ell >= {ell} (a lower strength)"
+        ell = float(case.damage.ell) * (starts / net) ** 2
+        if ell > widest_ell(case):
+            return raised
+        return f"{raised}, or take damage.ell >= {at_least(case, ell, 'm')} (a lower strength)"
     if squeezed and squeezed.thermal > starts:
         most = at_most(case, squeezed.thermal - starts, "Pa")
         return f"{raised}, or squeeze it by {most}{_beyond(squeezed)} only"
@@ -182,7 +184,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
             f"{at_most(case, 2 * first, 'm')}"
         )
     deep = diffusion_length(derived.kappa, last)
-    if derived.dT_c is not None and _overlaps(case, ell0) and deep < PARTED * ell:
+    if derived.dT_c is not None and _overlaps(case, ell, ell0) and deep < PARTED * ell:
         parted = instant(case, derived, ell**2 / derived.kappa, up=True)
         yield (
             f"the run ends while the whole face is damaged: single cracks part from it about when "
@@ -194,18 +196,22 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
 def _of_coarse_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     h, mixed = cell_edge(case), sqrt(case.damage.ell * ell0)
     if mixed < h:
+        ell = h * h / ell0
+        overlaps = derived.dT_c is not None and _overlaps(case, ell, ell0)
+        fits = ell <= widest_ell(case) and not overlaps
+        larger = f", or damage.ell >= {at_least(case, ell, 'm')}" if fits else ""
         yield (
             f"sqrt(ell ell0) = {amount(case, mixed, 'm')} is below h = {amount(case, h, 'm')}: "
             f"nucleation is not resolved, so that the first cracks' number and time depend on the "
             f"mesh; later depths and spacings do not; to see it take h <= "
-            f"{at_most(case, mixed, 'm')}, or damage.ell >= {at_least(case, h * h / ell0, 'm')}"
+            f"{at_most(case, mixed, 'm')}{larger}"
         )
 
 
 def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     """A face that is damaged all over, since ell is large."""
     ell = float(case.damage.ell)
-    if not _overlaps(case, ell0):
+    if not _overlaps(case, ell, ell0):
         return
     apart = WAVELENGTH * sqrt(ell * ell0)
     yield (
@@ -218,10 +224,10 @@ def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     )
 
 
-def _overlaps(case: Case, ell0: float) -> bool:
-    """True if the damage of neighboring first cracks overlaps; not told of rock under [forces],
-    whose cracks start at another stress than that of cold alone."""
-    return case.forces is None and case.damage.ell > OVERLAP * ell0 * (1 + 1e-9)
+def _overlaps(case: Case, ell: float, ell0: float) -> bool:
+    """True if the damage of neighboring first cracks overlaps with this ell (m); not told of rock
+    under [forces], whose cracks start at another stress than that of cold alone."""
+    return case.forces is None and ell > OVERLAP * ell0 * (1 + 1e-9)
 
 
 def _of_plane_strain(
@@ -259,7 +265,7 @@ def _squeezed_across(case: Case, given: object, excess: float) -> str:
 
 def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
     """Cold that reaches the far side, of the profiles that know of it (insulated), or not."""
-    if insulated != (case.temperature.profile in ("slab", "heat")):
+    if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return
     _, last = first_and_last(derived)
     deep = diffusion_length(derived.kappa, last) / derived.L

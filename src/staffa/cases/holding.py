@@ -75,10 +75,14 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
             f"its cracks stop earlier; for one {_freed(case)}"
         )
     elif not any(held(case, name) for name in case.outline.faces):
+        cools, around = derived.dT > 0, ", ".join(sides) or "its sides"
+        changes = (
+            "shortens and bends while it cools" if cools else "lengthens and bends as it warms"
+        )
         yield (
-            f"nothing holds the body: as a loose piece it shortens and bends while it cools. Rock "
-            f"with more rock around it has rollers on {', '.join(sides) or 'its sides'}, and on "
-            f"the far side; for a piece of a long plate {_freed(case)}"
+            f"nothing holds the body: as a loose piece it {changes}. Rock with more rock around it "
+            f"has rollers on {around}, and on the far side; for a piece of a long plate "
+            f"{_freed(case)}"
         )
 
 
