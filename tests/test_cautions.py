@@ -312,3 +312,13 @@ def test_nothing_is_said_of_cold_where_a_face_is_heated(held):
     assert not [n for n in notes if "cold" in n or "cools" in n], notes
     loose = [n for n in notes if "as a loose piece it lengthens and bends as it warms" in n]
     assert len(loose) == (not held)
+
+
+def test_a_time_and_a_depth_in_an_error_have_their_unit():
+    for setting, words in (
+        ('output.at=["13 hours"]', "lies outside the run, which goes to t = 12 h;"),
+        ('measures.depths=["1.2 m"]', "lies outside the body, which is 1 m deep;"),
+    ):
+        with pytest.raises(InputError) as error:
+            catalog.ready_case("squeezed", [setting])
+        assert words in str(error.value)
