@@ -246,9 +246,9 @@ def _of_plane_strain(
     net = a_kelvin * drop + across
     weaker = at_most(case, float(case.damage.ell) * (derived.sigma_c / net) ** 2, "m")
     yield (
-        f"in plane strain no crack of the plane relieves the stress across it, which alone, "
-        f"beside cracks, damages all rock that is colder by {amount(case, enough, 'K')} or more "
-        f"(of {amount(case, drop, 'K')}); take "
+        f"in plane strain no crack of the plane relieves the stress across it, which alone, once "
+        f"cracks have opened, damages all rock that is colder by {amount(case, enough, 'K')} or "
+        f"more (of {amount(case, drop, 'K')}); take "
         f'material.plane = "stress", {_squeezed_across(case, given, net - derived.sigma_c)}, if '
         f"the rock is squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
     )
