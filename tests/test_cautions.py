@@ -4,6 +4,7 @@ from math import erfc, exp, pi, sqrt
 
 import pytest
 
+from staffa.cases import catalog
 from staffa.cases.amounts import amount, at_least, at_most
 from staffa.cases.preview import Preview, preview
 from staffa.cases.reading import parse_case
@@ -194,9 +195,9 @@ def test_a_run_that_ends_before_cracks_part_is_warned_of():
 
 
 def test_a_note_on_nucleation_names_the_h_and_the_ell_that_see_it():
-    """ell0 = 1/40^2; h <= sqrt(ell ell0), or ell >= h^2/ell0."""
+    """ell0 = 1/40^2; h <= sqrt(ell ell0). The whole face would be damaged with ell >= h^2/ell0."""
     (note,) = (n for n in said("temperature.severity=40").notes if "nucleation" in n)
-    assert note.endswith("to see it take h <= 0.00612, or damage.ell >= 0.64")
+    assert note.endswith("to see it take h <= 0.00612")
     assert sqrt(0.06 / 40**2) == pytest.approx(0.006124, abs=1e-6)
     fine = ("temperature.severity=40", "domain.h=0.00612")
     assert not [n for n in said(*fine).notes if "nucleation" in n]
@@ -266,3 +267,58 @@ def test_amounts_are_rounded_to_the_safe_side_and_in_units_that_are_read_easily(
     assert at_least(case, -47.51e6, "Pa") == "-47.6 MPa"
     assert [amount(case, t, "s") for t in (30.0, 90.0, 7200.0)] == ["30 s", "1.5 min", "2 h"]
     assert at_most(parse_case(SLAB), 0.0031459, "m") == "0.00314", "a scaled case has no units"
+
+
+@pytest.mark.parametrize("name", ["slab", "slab-paper"])
+def test_no_ell_is_told_that_another_sentence_would_speak_against(name):
+    """h^2/ell0 is .292 for `slab`, 124 times what keeps its face from being damaged all over, and
+    1.17 for `slab-paper`, more than the body is deep."""
+    (note,) = (n for n in preview(catalog.ready_case(name)).notes if "nucleation" in n)
+    assert "damage.ell >=" not in note and "take h <= " in note
+
+
+def test_nor_one_as_wide_as_the_body():
+    """dT_c is 2.5; at a drop of .7 it takes ell = .06 (2.5/.7)^2 = .765, and L/4 is .25."""
+    (mild,) = (w for w in said("temperature.severity=0.7").warnings if "will crack" in w)
+    assert mild.endswith("raise the drop of the face to 2.5 or more")
+    (more,) = (w for w in said("temperature.severity=2.0").warnings if "will crack" in w)
+    assert "damage.ell >= 0.0938 (a lower strength)" in more
+
+
+def thin(*settings: str, text: str = PULLED) -> list[str]:
+    return [w for w in said(*settings, text=text).warnings if "smallest extent" in w]
+
+
+def test_of_a_bar_pulled_along_its_length_the_width_does_not_bound_ell():
+    """Its crack runs across the bar, so that the length has to hold 4 ell."""
+    assert not thin("domain.size=[1.0, 0.12]")
+    (warning,) = thin("domain.size=[0.2, 0.12]")
+    assert "is 3.3 ell" in warning and "ell <= 0.05" in warning
+    for other in (
+        "supports.right={x=3.0, y=0.1}",
+        "cracks=[{start=[0.5,0.0],end=[0.5,0.02]}]",
+        "forces.top={pressure=0.1}",
+    ):
+        (warning,) = thin("domain.size=[1.0, 0.12]", other)
+        assert "is 2 ell" in warning, other
+    assert not [w for w in preview(catalog.ready_case("bar")).warnings if "extent" in w]
+
+
+@pytest.mark.parametrize("held", [(), ROLLERS])
+def test_nothing_is_said_of_cold_where_a_face_is_heated(held):
+    text = SLAB.replace('"slab"', '"heat"').replace("severity = 10.0", "")
+    text = text.replace("tau = [0.03, 0.4]", "t = [0.000225, 0.4]")
+    notes = said("heat={initial=0.0, bottom={T=10.0}}", *held, text=text).notes
+    assert not [n for n in notes if "cold" in n or "cools" in n], notes
+    loose = [n for n in notes if "as a loose piece it lengthens and bends as it warms" in n]
+    assert len(loose) == (not held)
+
+
+def test_a_time_and_a_depth_in_an_error_have_their_unit():
+    for setting, words in (
+        ('output.at=["13 hours"]', "lies outside the run, which goes to t = 12 h;"),
+        ('measures.depths=["1.2 m"]', "lies outside the body, which is 1 m deep;"),
+    ):
+        with pytest.raises(InputError) as error:
+            catalog.ready_case("squeezed", [setting])
+        assert words in str(error.value)

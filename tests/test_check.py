@@ -519,7 +519,6 @@ EXPECTED = {
     "brick": ["a crack is not resolved"],
     "cylinder": ["a crack is not resolved"],
     "cylinder-mantle": ["a crack is not resolved"],
-    "bar": ["the smallest extent is 3 ell"],
 }
 WHOLE, COARSE, LOOSE = (
     "the whole face will be damaged",

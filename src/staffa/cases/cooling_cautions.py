@@ -13,13 +13,14 @@ from staffa.cases.cracking import (
     rare_factor,
 )
 from staffa.cases.exchange import exchanges, strongest
-from staffa.cases.mesh_cautions import WIDTH, cell_edge
+from staffa.cases.mesh_cautions import WIDTH, cell_edge, widest_ell
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor
 from staffa.cases.pieces import is_uneven
 from staffa.cases.squeeze import Squeeze
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
+from staffa.units import Quantity
 
 # Nucleation with AT1 (dT/dT_c >= 3): at sqrt(kappa t) of .8 to .95 sqrt(ell ell0), with wavelength
 # 10 to 11 sqrt(ell ell0); computed on a uniformly damaged layer.
@@ -119,7 +120,7 @@ def _no_nucleation(
     if squeezed and squeezed.stress < 0:
         why = _outweighed(case, derived, squeezed)
     else:
-        start = amount(case, needed, "K", digits=4)
+        start = at_least(case, needed, "K", digits=4)
         why = (
             f"the face drops by {amount(case, largest, 'K')} at most, and damage starts at {start}"
         )
@@ -133,11 +134,17 @@ def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
     """A clause: the squeeze and the strength are more than cold pulls with."""
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     bears = squeezed.starts - squeezed.stress
+    starts, together = amount(case, squeezed.starts, "Pa"), amount(case, bears, "Pa")
     return (
         f"E expansion dT{free} = {amount(case, squeezed.thermal, 'Pa')} is less than the squeeze "
-        f"of {amount(case, -squeezed.stress, 'Pa')} and the {amount(case, squeezed.starts, 'Pa')} "
-        f"at which damage starts, {amount(case, bears, 'Pa')} together"
+        f"of {amount(case, -squeezed.stress, 'Pa')}{_beyond(squeezed)} and the {starts} at which "
+        f"damage starts, {together} together"
     )
+
+
+def _beyond(squeezed: Squeeze) -> str:
+    """A word on a stress that is not the one along the face."""
+    return " across the plane" if squeezed.beyond else ""
 
 
 def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Squeeze | None) -> str:
@@ -145,10 +152,13 @@ def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Sque
     raised = f"raise the drop of the face to {at_least(case, needed, 'K', digits=4)} or more"
     net, starts = (squeezed.net, squeezed.starts) if squeezed else (largest, dT_c)
     if net > 0:
-        ell = at_least(case, float(case.damage.ell) * (starts / net) ** 2, "m")
-        return f"{raised}, or take damage.ell >= {ell} (a lower strength)"
+        ell = float(case.damage.ell) * (starts / net) ** 2
+        if ell > widest_ell(case):
+            return raised
+        return f"{raised}, or take damage.ell >= {at_least(case, ell, 'm')} (a lower strength)"
     if squeezed and squeezed.thermal > starts:
-        return f"{raised}, or squeeze it by {at_most(case, squeezed.thermal - starts, 'Pa')} only"
+        most = at_most(case, squeezed.thermal - starts, "Pa")
+        return f"{raised}, or squeeze it by {most}{_beyond(squeezed)} only"
     return raised
 
 
@@ -174,7 +184,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
             f"{at_most(case, 2 * first, 'm')}"
         )
     deep = diffusion_length(derived.kappa, last)
-    if derived.dT_c is not None and _overlaps(case, ell0) and deep < PARTED * ell:
+    if derived.dT_c is not None and _overlaps(case, ell, ell0) and deep < PARTED * ell:
         parted = instant(case, derived, ell**2 / derived.kappa, up=True)
         yield (
             f"the run ends while the whole face is damaged: single cracks part from it about when "
@@ -186,18 +196,22 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
 def _of_coarse_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     h, mixed = cell_edge(case), sqrt(case.damage.ell * ell0)
     if mixed < h:
+        ell = h * h / ell0
+        overlaps = derived.dT_c is not None and _overlaps(case, ell, ell0)
+        fits = ell <= widest_ell(case) and not overlaps
+        larger = f", or damage.ell >= {at_least(case, ell, 'm')}" if fits else ""
         yield (
             f"sqrt(ell ell0) = {amount(case, mixed, 'm')} is below h = {amount(case, h, 'm')}: "
             f"nucleation is not resolved, so that the first cracks' number and time depend on the "
             f"mesh; later depths and spacings do not; to see it take h <= "
-            f"{at_most(case, mixed, 'm')}, or damage.ell >= {at_least(case, h * h / ell0, 'm')}"
+            f"{at_most(case, mixed, 'm')}{larger}"
         )
 
 
 def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     """A face that is damaged all over, since ell is large."""
     ell = float(case.damage.ell)
-    if not _overlaps(case, ell0):
+    if not _overlaps(case, ell, ell0):
         return
     apart = WAVELENGTH * sqrt(ell * ell0)
     yield (
@@ -210,10 +224,10 @@ def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     )
 
 
-def _overlaps(case: Case, ell0: float) -> bool:
-    """True if the damage of neighboring first cracks overlaps; not told of rock under [forces],
-    whose cracks start at another stress than that of cold alone."""
-    return case.forces is None and case.damage.ell > OVERLAP * ell0 * (1 + 1e-9)
+def _overlaps(case: Case, ell: float, ell0: float) -> bool:
+    """True if the damage of neighboring first cracks overlaps with this ell (m); not told of rock
+    under [forces], whose cracks start at another stress than that of cold alone."""
+    return case.forces is None and ell > OVERLAP * ell0 * (1 + 1e-9)
 
 
 def _of_plane_strain(
@@ -231,20 +245,27 @@ def _of_plane_strain(
         return
     net = a_kelvin * drop + across
     weaker = at_most(case, float(case.damage.ell) * (derived.sigma_c / net) ** 2, "m")
-    given_now = across if given is None else 0.0
-    squeeze = quoted(at_least(case, -(net - derived.sigma_c - given_now), "Pa"))
     yield (
-        f"in plane strain no crack of the plane relieves the stress across it, which alone "
-        f"damages all rock that is colder by {amount(case, enough, 'K')} or more (of "
-        f"{amount(case, drop, 'K')}); take "
-        f'material.plane = "stress", forces.prestress.zz = {squeeze} or below, if the rock is '
-        f"squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
+        f"in plane strain no crack of the plane relieves the stress across it, which alone, once "
+        f"cracks have opened, damages all rock that is colder by {amount(case, enough, 'K')} or "
+        f"more (of {amount(case, drop, 'K')}); take "
+        f'material.plane = "stress", {_squeezed_across(case, given, net - derived.sigma_c)}, if '
+        f"the rock is squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
     )
+
+
+def _squeezed_across(case: Case, given: object, excess: float) -> str:
+    """The prestress across the plane that takes off an excess (Pa) of the stress there."""
+    if not isinstance(given, Quantity | None):
+        return f"a forces.prestress.zz that is lower by {at_least(case, excess, 'Pa')}"
+    total = float(given or 0.0) - excess
+    below = at_least if total < 0 else at_most
+    return f"forces.prestress.zz = {quoted(below(case, total, 'Pa'))} or below"
 
 
 def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
     """Cold that reaches the far side, of the profiles that know of it (insulated), or not."""
-    if insulated != (case.temperature.profile in ("slab", "heat")):
+    if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return
     _, last = first_and_last(derived)
     deep = diffusion_length(derived.kappa, last) / derived.L

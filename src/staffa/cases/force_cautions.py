@@ -8,10 +8,12 @@ import numpy as np
 from staffa.cases.amounts import amount, key
 from staffa.cases.forces import forces
 from staffa.cases.model import Case
-from staffa.cases.numbers import Numbers
+from staffa.cases.numbers import Numbers, least_factor
 from staffa.cases.properties import in_space
-from staffa.cases.split import presses, takes_principal_strains
+from staffa.cases.rules.at_rest import equivalent
+from staffa.cases.split import is_anisotropic, presses, takes_principal_strains
 from staffa.cases.writing import inline
+from staffa.physics.damage import strength
 
 FREE = 0.01  # parts of the strength: a stress across a face that is less counts as none
 SAMPLES = 25  # times at which what acts is looked at
@@ -23,6 +25,7 @@ def force_cautions(case: Case, derived: Numbers) -> Iterator[str]:
         return
     yield from _of_split(case, derived)
     yield from _of_signs(case, derived)
+    yield from _of_shear(case, derived)
     yield from _of_free_faces(case, derived.sigma_c)
     if case.temperature.profile != "none":
         yield from _of_fluid(case)
@@ -87,6 +90,43 @@ def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
             f"pressed bar at {amount(case, shear, 'Pa')} where a pulled one does at "
             f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}", or a smaller damage.ell'
         )
+
+
+def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
+    """A prestress whose shear, with its other components, is more tension than the rock bears."""
+    acting = forces(case)
+    if acting.prestress is None or is_anisotropic(case):
+        return
+    x = case.outline.places.within().x
+    start = acting.prestress(x)
+    if not np.any(start[3:]):
+        return
+    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x)
+    principal = _principal(case, start) + pores
+    m, ell = derived.rock, float(case.damage.ell)
+    bar = strength(derived.law, E=m.E, Gc=m.Gc * least_factor(case), ell=ell)
+    share = equivalent(case, principal) / bar
+    worst = int(share.argmax())
+    tension = float(principal[:, worst].max())
+    if share[worst] > 1 and tension > 0:
+        pulls, bears = (amount(case, s, "Pa") for s in (tension, tension / float(share[worst])))
+        yield (
+            f"forces.prestress: its shear makes it a tension of {pulls} along a slanting "
+            f"direction, and the rock breaks at {bears}: unless free sides relieve it, it cracks "
+            f"the rock before cooling begins, and the run is refused; take a smaller shear, more "
+            f"pressure, or a smaller damage.ell (a higher strength)"
+        )
+
+
+def _principal(case: Case, stress: np.ndarray) -> np.ndarray:
+    """Principal values (Pa), shape (3, n), of stresses xx, yy, zz, yz, xz, xy, shape (6, n); the
+    last of a 2-D body is the one across the plane."""
+    xx, yy, zz, yz, xz, xy = stress
+    if case.dim == 3:
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return np.asarray(np.linalg.eigvalsh(tensor.transpose(2, 0, 1)).T)
+    tensor = np.array([[xx, xy], [xy, yy]])
+    return np.vstack([np.linalg.eigvalsh(tensor.transpose(2, 0, 1)).T, zz])
 
 
 def _of_free_faces(case: Case, sigma_c: float) -> Iterator[str]:

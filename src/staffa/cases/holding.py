@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from staffa.cases.amounts import amount
-from staffa.cases.cracking import first_and_last
+from staffa.cases.cracking import face_squeeze, first_and_last
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
@@ -59,21 +59,30 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
         return
     sides = [name for name in beside(case) if case.outline.sides[name]]
     if sides and laterally_held(case):
+        squeezed = face_squeeze(case, derived)
         mean = thermal_stress(derived, mean_drop(case, derived))
+        mean += squeezed.along if squeezed else 0.0
+        if mean <= 0:
+            return
+        pulls = "cold pulls" if squeezed is None else "cold, with [forces], pulls"
         fixed = case.supports.section == "fixed"
         stress = f"{'' if case.heat is None else 'about '}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (
             f"{holds}: the body is held along its face, as by more rock beside it, and at the end "
-            f"cold pulls through its whole depth with a mean stress of {stress}, "
+            f"{pulls} through its whole depth with a mean stress of {stress}, "
             f"{mean / derived.sigma_c:.2g} sigma_c. A plate that is free to shorten has none, and "
             f"its cracks stop earlier; for one {_freed(case)}"
         )
     elif not any(held(case, name) for name in case.outline.faces):
+        cools, around = derived.dT > 0, ", ".join(sides) or "its sides"
+        changes = (
+            "shortens and bends while it cools" if cools else "lengthens and bends as it warms"
+        )
         yield (
-            f"nothing holds the body: as a loose piece it shortens and bends while it cools. Rock "
-            f"with more rock around it has rollers on {', '.join(sides) or 'its sides'}, and on "
-            f"the far side; for a piece of a long plate {_freed(case)}"
+            f"nothing holds the body: as a loose piece it {changes}. Rock with more rock around it "
+            f"has rollers on {around}, and on the far side; for a piece of a long plate "
+            f"{_freed(case)}"
         )
 
 

@@ -13,6 +13,7 @@ from staffa.cases.cost import coarser_for, memory
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, box_of, pieces
 from staffa.cases.property_keys import RandomField
+from staffa.cases.rules.supports import pulled_axes
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.geometry.gmsh_model import missing
@@ -30,6 +31,14 @@ def cell_edge(case: Case) -> float:
     return case.outline.h
 
 
+def widest_ell(case: Case) -> float:
+    """The largest ell (m) with which the damage of a crack is no wider than the body; of a body
+    that is only pulled, along the axes of the pull, which its cracks run across."""
+    other = case.temperature.profile != "none" or case.forces is not None or case.cracks
+    axes = () if other else pulled_axes(case)
+    return min(case.outline.size[axis] for axis in axes or range(case.dim)) / WIDTH
+
+
 def mesh_cautions(case: Case) -> Iterator[str]:
     """All of them."""
     yield from _of_ell(case)
@@ -42,7 +51,7 @@ def mesh_cautions(case: Case) -> Iterator[str]:
 
 
 def _of_ell(case: Case) -> Iterator[str]:
-    ell, h, smallest = float(case.damage.ell), cell_edge(case), min(case.outline.size)
+    ell, h, widest = float(case.damage.ell), cell_edge(case), widest_ell(case)
     if case.domain.has_simplices and find_spec("gmsh") is None:
         yield MISSING if case.domain.is_block else missing("domain.shape", WAY_OUT)
     finer = f"h <= ell/3 = {at_most(case, ell / RESOLVED, 'm')}"
@@ -54,10 +63,10 @@ def _of_ell(case: Case) -> Iterator[str]:
         )
     elif ell / h < RESOLVED * (1 - 1e-9):
         yield f"ell/h = {ell / h:.3g} < 3: a crack is not resolved; take {finer}, or {larger}"
-    if smallest < WIDTH * ell * (1 - 1e-9):
+    if widest < ell * (1 - 1e-9):
         yield (
-            f"the smallest extent is {smallest / ell:.2g} ell: a crack's damage, 4 ell wide, is as "
-            f"wide as the body; take damage.ell <= {at_most(case, smallest / WIDTH, 'm')}"
+            f"the smallest extent is {WIDTH * widest / ell:.2g} ell: a crack's damage, 4 ell wide, "
+            f"is as wide as the body; take damage.ell <= {at_most(case, widest, 'm')}"
         )
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import sqrt
 
-from staffa.cases.amounts import amount, as_duration
+from staffa.cases.amounts import amount, as_duration, at_least
 from staffa.cases.cautions import notes, warnings
 from staffa.cases.clock import conductivities
 from staffa.cases.cooling_cautions import WAVELENGTH
@@ -206,16 +206,18 @@ def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
     if squeezed is None:
         return []
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
-    rest, thermal = amount(case, squeezed.stress, "Pa"), amount(case, squeezed.thermal, "Pa")
-    net, starts = amount(case, squeezed.net, "Pa"), amount(case, squeezed.starts, "Pa")
+    rest, thermal = amount(case, squeezed.along, "Pa"), amount(case, squeezed.thermal, "Pa")
+    net = amount(case, squeezed.along + squeezed.thermal, "Pa")
+    starts, there = "damage starts", amount(case, squeezed.starts, "Pa")
+    starts += f" across the plane, at {there} there" if squeezed.beyond else f" at {there}"
     least = "along the face before cooling, where it is squeezed least; tension counts positive"
     return [
         ("stress at rest", rest, least),
         ("thermal stress", thermal, f"E expansion dT{free}, dT the largest drop of the face"),
-        ("net tension", net, f"the sum of both; damage starts at {starts}"),
+        ("net tension", net, f"the sum of both; {starts}"),
         (
             "drop it takes",
-            amount(case, squeezed.needed, "K", digits=4),
+            at_least(case, squeezed.needed, "K", digits=4),
             "of the face, for damage to start",
         ),
     ]

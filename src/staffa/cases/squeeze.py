@@ -21,14 +21,18 @@ AS_GOOD_AS_NEVER = 1e3  # strengths that cooling would have to overcome: nobody 
 class Squeeze:
     """The stress of a cooled face where it is squeezed least.
 
-    stress: along the face before cooling (Pa). thermal: what the largest drop of the face adds to
-    it (Pa). starts: the net tension along the face at which damage starts (Pa). needed: the drop of
-    the face that gives it (K). share: what drives damage at the largest drop, over what starts it,
-    as a stress. across: the stress (Pa) across the plane of a 2-D body once cracks have relieved
-    the one along the face; without cooling.
+    along: the stress along the face before cooling (Pa). stress: the one that decides, along the
+    face or, in plane strain, across the plane (Pa). beyond: true if it is that across the plane.
+    thermal: what the largest drop of the face adds to either (Pa). starts: the net tension, of the
+    stress that decides, at which damage starts (Pa). needed: the drop of the face that gives it
+    (K). share: what drives damage at the largest drop, over what starts it, as a stress. across:
+    the stress (Pa) across the plane of a 2-D body once cracks have relieved the one along the face;
+    without cooling.
     """
 
+    along: float
     stress: float
+    beyond: bool
     thermal: float
     starts: float
     needed: float
@@ -37,7 +41,7 @@ class Squeeze:
 
     @property
     def net(self) -> float:
-        """The tension along the face at the largest drop, if nothing breaks (Pa)."""
+        """The tension that decides at the largest drop, if nothing breaks (Pa)."""
         return self.stress + self.thermal
 
     def needs(self, case: Case) -> str:
@@ -59,7 +63,7 @@ def squeeze(case: Case, derived: Numbers, drop: float) -> Squeeze | None:
     if len(found) < len(stresses):
         return None
     rest = np.unique(np.hstack(found), axis=1)
-    axes, pulled = lateral(case, derived.face.axis), pulled_axes(case, derived.face.axis)
+    sides, pulled = lateral(case, derived.face.axis), pulled_axes(case, derived.face.axis)
     m, ell = derived.rock, float(case.damage.ell)
     a_kelvin = thermal_stress(derived, 1.0)
     bears = strength(derived.law, E=m.E, Gc=m.Gc * least_factor(case), ell=ell)
@@ -71,12 +75,14 @@ def squeeze(case: Case, derived: Numbers, drop: float) -> Squeeze | None:
 
     needed = _first(lambda T: float(share(T).max()) - 1, bears / a_kelvin)
     weakest = int(share(needed).argmax())
-    along = rest[axes].max(axis=0)
-    k = next(axis for axis in axes if rest[axis, weakest] == along[weakest])
+    k = max(sides, key=lambda axis: rest[axis, weakest])
+    decides = max(pulled, key=lambda axis: rest[axis, weakest])  # of equal ones that along the face
     return Squeeze(
-        stress=float(rest[k, weakest]),
+        along=float(rest[k, weakest]),
+        stress=float(rest[decides, weakest]),
+        beyond=decides not in sides,
         thermal=a_kelvin * drop,
-        starts=float(rest[k, weakest]) + a_kelvin * needed,
+        starts=float(rest[decides, weakest]) + a_kelvin * needed,
         needed=needed,
         share=float(share(drop).max()),
         across=float((rest[2] - m.nu * rest[k]).max()) if case.dim == 2 else 0.0,

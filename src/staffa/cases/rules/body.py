@@ -141,7 +141,7 @@ def _extent(case: Case) -> str:
     lower, upper = (
         " ".join(f"{c:.4g}" for c in end) for end in (case.outline.lower, case.outline.upper)
     )
-    return f"which reaches from ({lower}) to ({upper})"
+    return f"which reaches from ({lower}) to ({upper}){unit(case, 'm')}"
 
 
 def _edge(case: Case) -> float:

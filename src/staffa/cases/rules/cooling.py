@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+from staffa.cases.amounts import amount
 from staffa.cases.clock import depth
 from staffa.cases.model import Case
 from staffa.cases.rules.body import ROUND_OFF
@@ -90,8 +91,8 @@ def measures_are_inside(case: Case) -> None:
     for below in case.measures.depths:
         if below * ROUND_OFF >= L:
             raise InputError(
-                f"measures.depths: {inline(below)} lies outside the body, which is {inline(L)} "
-                f"deep; take smaller depths"
+                f"measures.depths: {inline(below)} lies outside the body, which is "
+                f"{amount(case, L, 'm', digits=6)} deep; take smaller depths"
             )
     for before, after in pairwise(sorted(case.measures.depths)):
         if after <= before * ROUND_OFF:

@@ -143,8 +143,18 @@ def is_moved(case: Case) -> bool:
     return any(_moves(case.supports.on(side)) for side in case.outline.faces)
 
 
-def _moves(support: object) -> bool:
+def pulled_axes(case: Case) -> tuple[int, ...]:
+    """Axes along which faces across them are moved; none if a face is moved along itself too."""
+    faces = case.outline.faces
+    moved = [(case.outline.axis(side), _moves(case.supports.on(side))) for side in faces]
+    if any(along - {axis} for axis, along in moved):
+        return ()
+    return tuple(sorted(set().union(*(along for _, along in moved))))
+
+
+def _moves(support: object) -> set[int]:
+    """The axes along which a support moves its side."""
     if not isinstance(support, Prescribed):
-        return False
+        return set()
     given = (support.x, support.y, support.z)
-    return any(any(c.u) if isinstance(c, History) else bool(c) for c in given)
+    return {k for k, c in enumerate(given) if (any(c.u) if isinstance(c, History) else bool(c))}

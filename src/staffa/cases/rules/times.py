@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from staffa.cases.amounts import amount
 from staffa.cases.model import Case
 from staffa.cases.times import AdaptiveTau, AdaptiveTime, UniformTau, UniformTime
 from staffa.cases.writing import inline
@@ -129,11 +130,12 @@ def outputs_count_as_times_do(case: Case) -> None:
 
 def outputs_are_within(case: Case) -> None:
     """Times of outputs lie in the run, each once."""
-    name, last = counts_in(case), times_given(case)[-1]
+    name, last = counts_in(case), float(times_given(case)[-1])
+    end = f"{last:g}" if name == "tau" else amount(case, last, "s", digits=6)
     for time in case.output.at:
         if not 0 < time <= last * (1 + 1e-12):
             raise InputError(
-                f"output.at: {inline(time)} lies outside the run, which goes to {name} = {last:g}; "
+                f"output.at: {inline(time)} lies outside the run, which goes to {name} = {end}; "
                 f"leave it out or go on longer"
             )
     for before, after in pairwise(sorted(case.output.at)):
