@@ -31,10 +31,11 @@ from staffa.manifest import Manifest
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
-from staffa.plot.curves import energies_figure
+from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import Frame, chosen, read_frames
+from staffa.plot.members import counts_figure
 from staffa.plot.network import network_figure
-from staffa.plot.pair import FAINT, fields_figure
+from staffa.plot.pair import FAINT, Panel, curves_figure, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
 from staffa.records import (
@@ -214,6 +215,22 @@ def test_forces_of_six_faces_have_six_colors_and_no_exponent_under_the_legend():
     (axes,) = reactions_figure(manifest, steps).axes
     assert len({line.get_color() for line in axes.lines}) == 6
     assert axes.yaxis.get_major_formatter().get_offset() == ""
+
+
+def test_numbers_of_cracks_have_whole_ticks_also_where_there_are_none():
+    manifest, steps = drawn_manifest(SLAB), [drawn_step(i, SLAB, None) for i in (0, 1)]
+    assert not any(step.measures.tips for step in steps)
+    none = Panel(label="cracks", curves=(([0, 1], [0, 0]),) * 2, counts=True)
+    figures = [
+        lengths_figure(manifest, steps),
+        counts_figure(manifest, [steps, steps]),
+        curves_figure(("one", "two"), [none], lambda axes: None),
+    ]
+    for figure in figures:
+        axes = next(a for a in reversed(figure.axes) if "cracks" in a.get_ylabel())
+        ticks = axes.get_yticks()
+        assert len(ticks) >= 2 and list(ticks) == [round(tick) for tick in ticks]
+        assert axes.get_ylim()[0] == 0
 
 
 def test_the_colors_of_a_difference_end_at_the_largest(tmp_path):
