@@ -24,6 +24,7 @@ from staffa.report.comparison import ABSENT, Table
 from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.drawing import draw_pair
 from staffa.report.pair import Pair, caveats
+from staffa.report.pair_figures import pair_figures
 from staffa.report.pair_reading import place_of, read_pair
 from staffa.report.results import common_times, difference, results
 from test_bad_input import check_sentence, files_in, sentence_of, staffa
@@ -476,6 +477,20 @@ def test_lost_fields_are_left_out_with_the_name_of_the_run(pair, tmp_path) -> No
     drawn = draw_pair(pair, tmp_path / "out")
     assert [picture.stem for picture in drawn.pictures] == ["energies-of-both", "growth-of-both"]
     assert any("no time whose fields" in reason for reason in drawn.skipped)
+
+
+def test_pictures_of_two_cases_in_unlike_units_are_in_those_of_the_first(tmp_path) -> None:
+    """One of 25 mm, one of 0.025 m: both are 25 mm long in the picture."""
+    in_units(tmp_path / "mm")
+    meters = in_units(tmp_path / "m")
+    units = {"length": {"name": "m"}, "time": {"name": "h", "size": 3600.0}}
+    write_aside(meters.path / MANIFEST, manifest_text(meters, units=units))
+    figures, _ = pair_figures(read_pair(tmp_path / "mm", tmp_path / "m"))
+    panels = [axes for axes in figures["cracks-of-both"]().axes if axes.get_xlabel()[:1] == "x"]
+    assert {axes.get_xlabel() for axes in panels} == {"x (mm)"} and len(panels) == 3
+    assert [axes.get_xlim() for axes in panels] == [pytest.approx((0, 25))] * 3
+    for axes in panels[:2]:
+        assert "t = 12.5 s" in axes.get_title(loc="left")
 
 
 @pytest.mark.slow

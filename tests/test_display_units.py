@@ -184,6 +184,14 @@ def test_spacing_by_depth_is_there_in_the_units_of_the_case(tmp_path: Path) -> N
     assert none.rows == () and "no flat cooled face" in none.notes[0]
 
 
+def test_depths_at_which_cracks_count_are_told_apart_from_those_of_tips(tmp_path: Path) -> None:
+    """A tip is sharp and lies deeper than the damage that is counted."""
+    found = spacing(in_units(tmp_path / "sharp", tip_reach=0.03)).notes[1]
+    assert "damage above 0.8 is a crack" in found and "lies 30 mm deeper" in found
+    assert "2 ell = 80 mm of the face" in found
+    assert "deeper" not in spacing(in_units(tmp_path / "raw")).notes[1]
+
+
 def without_depths(run: Run) -> Run:
     last = run.steps[-1]
     last = replace(last, measures=replace(last.measures, sections=()))

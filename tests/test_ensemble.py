@@ -15,6 +15,7 @@ from staffa.cases.build import problem
 from staffa.cases.ensemble import begun_members, member, run_ensemble, seeds_from
 from staffa.cases.reading import parse_case
 from staffa.cases.writing import to_toml
+from staffa.display_units import Magnitudes, Unit, shown
 from staffa.errors import InputError, SolveError
 from staffa.grid import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
@@ -152,6 +153,36 @@ def test_lengths_are_over_the_depth_of_the_body_and_areas_over_its_square(tmp_pa
     drawn = draw_ensemble(solid)
     assert [p.name for p in drawn.pictures] == ["growth.png"]
     assert not any("measures.depths" in said for said in drawn.skipped)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_case_with_units_has_its_numbers_in_them(tmp_path) -> None:
+    """Not over L = 2 m; 16 cracks on 2.5 m, half of them stop at .14 m."""
+    sizes = Magnitudes(extent=2.5, depth=1.0, last=1.0)
+    written = {"length": Unit(name="mm", size=1e-3), "time": Unit(name="h", size=3600.0)}
+    known = {"units": vars(shown(2, sizes, written)), "scaled": False, "L": 2.0}
+    ensemble = drawn_ensemble(tmp_path, **known)
+    network, end = sheets(ensemble)
+    assert network.names[:4] == ("p (mm)", "a0 (mm)", "t0 (h)", "tau0")
+    assert column(network, "p (mm)").mean == pytest.approx(2500 / 16)
+    assert column(network, "a1 (mm)").mean == pytest.approx(140)
+    assert column(network, "t1 (h)").mean == pytest.approx(0.12**2 / 4 / 3600)
+    assert column(network, "tau1").mean == pytest.approx(0.12), "ell/2 before it stops"
+    assert column(end, "front (mm)").mean == pytest.approx(500)
+    last = ensemble.runs[0].steps[-1].measures
+    assert end.rows[0][-1] == pytest.approx(1000 * last.length_surface)
+    assert not any(" over L" in note for sheet in (network, end) for note in sheet.notes)
+    page = draw_ensemble(ensemble).page.read_text(encoding="utf-8")
+    assert "<th>a<sub>1</sub> (mm)</th>" in page and "<th>t<sub>1</sub> (h)</th>" in page
+    names, _ = results(tmp_path)
+    assert names[:4] == ["p_mm", "a0_mm", "t0_h", "tau0"] and names[-1] == "length_mm"
+    solid = drawn_ensemble(
+        tmp_path / "solid", BOX, **known | {"units": vars(shown(3, sizes, written))}
+    )
+    (_, unit) = sheets(solid)[1].columns[-1]
+    assert unit.name == "mm²" and sheets(solid)[1].rows[0][-1] == pytest.approx(
+        1e6 * solid.runs[0].steps[-1].measures.length_surface
+    )
 
 
 @pytest.mark.usefixtures("coarse")

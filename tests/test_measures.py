@@ -93,6 +93,25 @@ def test_a_slanted_crack_crosses_each_depth_once(cells: str, slant: float) -> No
     system.destroy()
 
 
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+@pytest.mark.parametrize("off", [-1e-17, 0.0, 1e-17])
+def test_a_stub_as_deep_as_the_prominence_is_a_crack(cells: str, off: float) -> None:
+    """From the face on, three cells; round-off in the place of the face must not decide."""
+    problem = body((1.5, 0.5), H, cells=cells, material=rock(ell=ELL))
+    system = build(problem)
+    face = replace(BOTTOM, position=off)
+    x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
+    places = np.linspace(0.1, 1.4, 9).round(2)
+    for long, count in [(4, 9), (3, 9), (2, 0)]:
+        away = np.abs(x[:, [0]] - places).min(axis=1)
+        alpha[:] = (away < 0.4 * H) & (x[:, 1] < (long + 0.4) * H)
+        at_face = replace(gauge(H), face=face)
+        found = measures(problem.domain, system.state, system.energy, at_face).tips
+        assert len(found) == count, long
+        assert [tip.depth for tip in found] == pytest.approx([long * H] * count)
+    system.destroy()
+
+
 def test_section_counts_runs() -> None:
     x = np.linspace(0, 1, 101)
     alpha = np.zeros(101)

@@ -31,10 +31,11 @@ from staffa.manifest import Manifest
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
-from staffa.plot.curves import energies_figure
+from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import Frame, chosen, read_frames
+from staffa.plot.members import counts_figure
 from staffa.plot.network import network_figure
-from staffa.plot.pair import FAINT, fields_figure
+from staffa.plot.pair import FAINT, Panel, curves_figure, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
 from staffa.records import (
@@ -216,6 +217,22 @@ def test_forces_of_six_faces_have_six_colors_and_no_exponent_under_the_legend():
     assert axes.yaxis.get_major_formatter().get_offset() == ""
 
 
+def test_numbers_of_cracks_have_whole_ticks_also_where_there_are_none():
+    manifest, steps = drawn_manifest(SLAB), [drawn_step(i, SLAB, None) for i in (0, 1)]
+    assert not any(step.measures.tips for step in steps)
+    none = Panel(label="cracks", curves=(([0, 1], [0, 0]),) * 2, counts=True)
+    figures = [
+        lengths_figure(manifest, steps),
+        counts_figure(manifest, [steps, steps]),
+        curves_figure(("one", "two"), [none], lambda axes: None),
+    ]
+    for figure in figures:
+        axes = next(a for a in reversed(figure.axes) if "cracks" in a.get_ylabel())
+        ticks = axes.get_yticks()
+        assert len(ticks) >= 2 and list(ticks) == [round(tick) for tick in ticks]
+        assert axes.get_ylim()[0] == 0
+
+
 def test_the_colors_of_a_difference_end_at_the_largest(tmp_path):
     run = drawn_run(tmp_path / "run")
     frames, _ = read_frames(run)
@@ -272,6 +289,21 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert facts["violations"] == "none"
     assert "2.0e-13" in facts["audit, worst step"]
     assert "cooled on face 'bottom'" in facts["body"] and "split" not in facts["damage"]
+
+
+def test_an_audit_that_an_earlier_version_did_not_make_is_not_reported(tmp_path):
+    def worst(run: Run) -> str:
+        return {fact.name: fact.text for fact in summary(run)}["audit, worst step"]
+
+    old = drawn_run(tmp_path / "run")
+    record = old.steps[0].to_record()
+    del record["audit"]["gap"]
+    assert Step.from_record(record).audit.gap is None
+    assert "gap between steps not recorded" in worst(old)
+    new = [replace(step, audit=replace(step.audit, gap=3e-11)) for step in old.steps[1:]]
+    assert "gap between steps 3.0e-11," in worst(replace(old, steps=tuple(new)))
+    both = replace(old, steps=(old.steps[0], *new))
+    assert "gap between steps 3.0e-11 (1 of 25 steps did not record it)," in worst(both)
 
 
 def test_a_summary_names_the_energy_split(tmp_path):
@@ -572,6 +604,38 @@ def test_a_network_is_drawn_where_its_body_is(size):
     margin = 0 if dim == 2 else 0.05
     expected = [(a, a + s) for a, s in zip(AWAY, size, strict=False)]
     assert np.array(drawn) == pytest.approx(np.array(expected), abs=margin)
+
+
+@pytest.mark.parametrize("size", [(2.0, 1.0), (2.0, 1.0, 0.5)])
+def test_a_network_of_unknown_openings_is_gray_and_has_no_scale(size):
+    dim = len(size)
+    points = np.array([[0, 0, 0], [1.0, 0.5, 0.2], [0, 0.5, 0.2]])
+    cracks = Network(
+        points=points,
+        elements=np.array([range(dim)]),
+        damage=np.ones(3),
+        opening=np.full(3, np.nan),
+    )
+    figure = network_figure(drawn_manifest(size), [(drawn_step(1, size, None), cracks)])
+    (axes,) = figure.axes
+    figure.draw_without_rendering()
+    (drawn,) = axes.collections
+    color = drawn.get_edgecolor() if dim == 2 else drawn.get_facecolor()
+    assert np.ravel(color)[3] == 1.0, "it is seen"
+    assert np.ptp(np.ravel(color)[:3]) == 0.0, "it is gray"
+
+
+def test_a_report_on_a_run_of_an_earlier_version_keeps_its_openings(tmp_path, coarse):
+    run = drawn_run(tmp_path / "run", n=64, requested=tuple(i == 24 for i in range(len(TAUS))))
+    (run.path / "network").mkdir()
+    kept = [run.path / "network.csv", run.path / "network" / "cracks-0004.csv"]
+    for path in kept:
+        path.write_text("opening\n2e-5\n")
+    drawn = draw(run)
+    assert [path.read_text() for path in kept] == ["opening\n2e-5\n"] * 2
+    assert set(kept) <= set(drawn.tables)
+    said = next(reason for reason in drawn.skipped if reason.startswith("openings: "))
+    assert "earlier version" in said and said in drawn.page.read_text()
 
 
 def test_a_difference_of_damage_is_drawn_where_the_bodies_are():

@@ -120,7 +120,8 @@ class Audit:
     cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
     gap: difference between two energies of what must be one state, over the total energy: at the
-    end of the step before and at the start of this one, before and after a part of the step.
+    end of the step before and at the start of this one, before and after a part of the step; None
+    in runs of versions that did not look.
     """
 
     largest_rise: float
@@ -129,7 +130,7 @@ class Audit:
     balance: float
     work: float
     released: float
-    gap: float = 0.0
+    gap: float | None = None
     violations: tuple[str, ...] = ()
 
 

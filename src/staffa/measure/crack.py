@@ -126,8 +126,9 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
     assert gauge.face is not None
     space = state.alpha.function_space
     layer = damaged_layer(domain, state, gauge)
-    below = gauge.face.depth(vertices(space).T) > layer + SAME * gauge.h
-    cracked = below & (state.alpha.x.array > gauge.threshold)
+    cracked = state.alpha.x.array > gauge.threshold
+    if layer:  # without one cracks begin on the face
+        cracked &= gauge.face.depth(vertices(space).T) > layer + SAME * gauge.h
     cells = _cells(domain, state)
     pairs = _pairs(cells[cracked[cells].sum(axis=1) >= 2])
     pairs = pairs[cracked[pairs].all(axis=1)]

@@ -42,8 +42,8 @@ def tips(
 
     The crack set is a graph. Its points are met in order of falling depth; a point without a met
     neighbor starts a crack; where two cracks meet, the shallower one ends, and it counts if it is
-    deeper than the meeting point by `prominence` (so that a rough edge makes no crack). Cracks that
-    meet no other count if they are longer than that.
+    deeper than the meeting point by `prominence` or more (so that a rough edge makes no crack).
+    Cracks that meet no other count if they are that long or longer.
 
     Parameters
     ----------
@@ -71,18 +71,15 @@ def tips(
                 continue
             deep, shallow = sorted((root(int(i)), root(int(j))), key=lambda k: rank[k])
             if deep != shallow:
-                if depth[shallow] - depth[i] > (1 + SAME) * prominence:
+                if depth[shallow] - depth[i] >= (1 - SAME) * prominence:
                     found.append(shallow)
                 crack[shallow] = deep
     shallowest = np.full(len(points), np.inf)
     for i in range(len(points)):
         top = root(i)
         shallowest[top] = min(shallowest[top], depth[i])
-    found += [
-        i
-        for i in range(len(points))
-        if crack[i] == i and depth[i] - shallowest[i] > (1 + SAME) * prominence
-    ]
+    long = depth - shallowest >= (1 - SAME) * prominence
+    found += [i for i in range(len(points)) if crack[i] == i and long[i]]
     found.sort(key=lambda k: tuple(points[k]))
     return tuple(
         Tip(position=tuple(float(c) for c in points[k]), depth=float(depth[k])) for k in found

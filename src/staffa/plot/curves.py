@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from staffa.display_units import Unit
 from staffa.grid import face_axis
@@ -16,7 +15,16 @@ from staffa.manifest import Manifest
 from staffa.measure.generations import Arrests, Track, arrests, tracks
 from staffa.plot.labels import at as at_clock
 from staffa.plot.labels import clock, counts_tau, crack_name, show_clock, since_rest
-from staffa.plot.style import BLACK, BLUE, GENERATIONS, GREEN, ORANGE, legend_above, new_figure
+from staffa.plot.style import (
+    BLACK,
+    BLUE,
+    GENERATIONS,
+    GREEN,
+    ORANGE,
+    count_axis,
+    legend_above,
+    new_figure,
+)
 from staffa.records import Measures, Step
 
 
@@ -135,8 +143,7 @@ def _draw_counts(
             at, counts, where="post", color=color, linewidth=width, label=f"{unit.of(height):.3g}"
         )
     axes.set_ylabel("cracks crossing")
-    axes.set_ylim(bottom=0)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    count_axis(axes)
     legend = legend_above(axes, len(heights))
     legend.set_title(unit.label("at depth"))
     legend.set_alignment("left")

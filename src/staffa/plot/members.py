@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from staffa.manifest import Manifest
 from staffa.measure.averages import spread
 from staffa.plot.labels import clock, crack_name, show_clock
-from staffa.plot.style import BLACK, BLUE, ORANGE, legend_above, new_figure
+from staffa.plot.style import BLACK, BLUE, ORANGE, count_axis, legend_above, new_figure
 from staffa.records import Measures, Step
 
 Members = Sequence[Sequence[Step]]
@@ -32,7 +31,7 @@ def counts_figure(manifest: Manifest, members: Members) -> Figure:
     for number, (axes, height, color) in enumerate(zip(rows, heights, colors, strict=True)):
         _draw_spread(axes, manifest, members, partial(_crossing, number), color)
         axes.set_ylabel(f"cracks at {manifest.shown.length.text(height, 3)}")
-        axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        count_axis(axes, ticks=4)
     _finish(rows, manifest, members)
     return figure
 

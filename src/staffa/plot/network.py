@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Normalize
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -20,6 +21,7 @@ from staffa.plot.style import WIDTH, new_figure
 from staffa.records import Step
 
 COLORS = "viridis_r"  # what is closed is pale
+UNKNOWN = "0.5"  # gray: how far it is open is not known
 NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
 Moment = tuple[Step, Network]
 
@@ -29,6 +31,8 @@ def network_figure(
 ) -> Figure:
     """One panel a moment, at most a few, in 3-D the last one alone; all with one scale.
 
+    Gray where the opening is not known, as in runs of an earlier version, and without a scale where
+    none is.
     outline: sides of a 2-D body, of its holes too, shape (k, 2, 2).
     """
     unit = manifest.shown.opening
@@ -38,8 +42,10 @@ def network_figure(
         figure, axes = _solid(manifest, moments[-1], norm)
     else:
         figure, axes = _plane(manifest, moments, norm, outline)
+    if all(np.isnan(cracks.opening).all() for _, cracks in moments):
+        return figure
     figure.colorbar(
-        ScalarMappable(norm, COLORS), ax=axes, location="bottom", shrink=0.5, aspect=40,
+        ScalarMappable(norm, _colors()), ax=axes, location="bottom", shrink=0.5, aspect=40,
         label=unit.label("opening"), ticks=MaxNLocator(4),
     )  # fmt: skip
     return figure
@@ -63,7 +69,12 @@ def _plane(
         lines = manifest.shown.length.of(cracks.points[cracks.elements][..., :2])
         axes.add_collection(
             LineCollection(
-                lines, array=opening, norm=norm, cmap=COLORS, linewidths=widths, capstyle="round"
+                lines,
+                array=np.ma.masked_invalid(opening),
+                norm=norm,
+                cmap=_colors(),
+                linewidths=widths,
+                capstyle="round",
             )
         )
         if outline is not None:
@@ -89,7 +100,8 @@ def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, l
     (step, cracks), length = last, manifest.shown.length
     figure = new_figure(WIDTH * 0.8)
     axes = figure.add_subplot(projection="3d")
-    colors = ScalarMappable(norm, COLORS).to_rgba(mean_opening(manifest, cracks))
+    opening = np.ma.masked_invalid(mean_opening(manifest, cracks))
+    colors = ScalarMappable(norm, _colors()).to_rgba(opening)
     axes.add_collection3d(
         Poly3DCollection(
             length.of(cracks.points[cracks.elements]),
@@ -105,6 +117,10 @@ def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, l
     axes.set_zlabel(manifest.shown.length.label("z"))
     axes.set_title(moment(manifest, step), loc="left")
     return figure, [axes]
+
+
+def _colors() -> Colormap:
+    return colormaps[COLORS].with_extremes(bad=UNKNOWN)
 
 
 def mean_opening(manifest: Manifest, cracks: Network) -> np.ndarray:

@@ -23,7 +23,7 @@ from staffa.plot.cracks import (
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS
-from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
+from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, count_axis, legend_above, new_figure
 from staffa.plot.volume import add_depths, deepest, rendered
 
 COLORS = (BLUE, ORANGE)
@@ -82,7 +82,10 @@ def _draw_curves(axes: Axes, panel: Panel) -> None:
     axes.set_ylabel(panel.label)
     if all(value >= 0 for _, values in panel.curves for value in values):
         axes.set_ylim(bottom=0)
-    axes.yaxis.set_major_locator(MaxNLocator(4, integer=panel.counts))
+    if panel.counts:
+        count_axis(axes, ticks=4)
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(4))
 
 
 def fields_figure(

@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
+from matplotlib.ticker import MaxNLocator
 
 from staffa.io.run_directory import write_aside
 
@@ -46,6 +47,12 @@ RC: Any = {
     "text.color": BLACK,
     "axes.labelcolor": BLACK,
 }
+
+
+def count_axis(axes: Axes, *, ticks: int = 9) -> None:
+    """Let an axis of numbers of cracks begin at 0 and tick whole ones, also where all are 0."""
+    axes.set_ylim(0, max(1.0, axes.get_ylim()[1]))
+    axes.yaxis.set_major_locator(MaxNLocator(ticks, integer=True))
 
 
 def new_figure(height: float, *, gap: float = 0.04) -> Figure:

@@ -86,7 +86,7 @@ def _growing(manifest: Manifest, steps: Steps) -> str:
 
 def _network(manifest: Manifest, steps: Steps) -> str:
     when = "" if manifest.plane else " at the last moment whose fields are kept"
-    return f"The crack network{when}, and how far it is open."
+    return f"The crack network{when}, and how far it is open; gray where that is not known."
 
 
 BAND = (

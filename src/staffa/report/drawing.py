@@ -23,7 +23,7 @@ from staffa.plot.style import write_picture
 from staffa.plot.volume import volume_figure
 from staffa.report.columns import by_depth
 from staffa.report.ensemble import write_results
-from staffa.report.network import Drawing, networks
+from staffa.report.network import OLDER, Drawing, networks, without_openings
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
@@ -66,6 +66,8 @@ def draw(
             movies[MOVIE] = partial(write_movie, run=run, steps=steps, told=told)
         else:
             skipped.append(f"{MOVIE}: fewer than {FEWEST} steps have fields")
+    if without_openings(found):
+        skipped.append(OLDER)
     tables = write_tables(run, found)
     text = partial(page, run, found)
     reasons = list(dict.fromkeys([*skipped, *unread]))

@@ -5,11 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 
+from staffa.display_units import NONE, Unit
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.run_directory import Run, write_aside
+from staffa.manifest import Manifest
 from staffa.measure.averages import Average, average
-from staffa.report.comparison import ABSENT, definitions, own_line, run_arrests, tip
+from staffa.report.comparison import ABSENT, GENERATIONS, definitions, run_arrests, tip
 from staffa.report.summary import Fact, summary
 
 MEANS = (
@@ -18,7 +20,8 @@ MEANS = (
     "none, and one without a k-th generation has no ak and tauk."
 )
 BY_ENERGY = "from the surface energy over Gc and the discrete toughness"
-Numbers = Mapping[str, float | None]
+Column = tuple[str, Unit]  # its name, and the unit that its numbers are counted in
+Numbers = Mapping[Column, float | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,10 +29,15 @@ class Sheet:
     """A table of numbers: a row for each seed, and the average of each column."""
 
     title: str
-    names: tuple[str, ...]
+    columns: tuple[Column, ...]
     rows: dict[int, tuple[float | None, ...]]
     averages: tuple[Average, ...]
     notes: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Headings of the columns for people."""
+        return tuple(unit.header(name) for name, unit in self.columns)
 
     @property
     def totals(self) -> dict[str, tuple[float | None, ...]]:
@@ -57,7 +65,8 @@ def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
     """The paper's numbers where a face is cooled, and the crack network of the last step."""
     arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
     ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
-    told = (*definitions(ensemble.first.manifest), tip(ensemble.first.manifest), MEANS)
+    manifest = ensemble.first.manifest
+    told = (*_definitions(manifest), tip(manifest), MEANS)
     found = (
         _sheet(ensemble, "Nucleation and arrests", arrests, told),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
@@ -73,46 +82,65 @@ def _sheet(
     names = next((tuple(numbers) for numbers in found.values() if len(numbers) == most), ())
     rows = {seed: tuple(found.get(seed, {}).get(name) for name in names) for seed in ensemble.runs}
     averages = tuple(average(column) for column in zip(*rows.values(), strict=True))
-    return Sheet(title=title, names=names, rows=rows, averages=averages, notes=notes)
+    return Sheet(title=title, columns=names, rows=rows, averages=averages, notes=notes)
 
 
 def _arrests(run: Run) -> Numbers:
-    """The run's line of the paper's table, by name; nothing without a cooled face."""
-    found = run_arrests(run)
+    """The run's line of the paper's table, in its units, and times; nothing without a cooled
+    face."""
+    found, m = run_arrests(run), run.manifest
     if found is None:
         return {}
-    line = own_line(found, run.manifest)
-    pairs = enumerate(zip(line.depths, line.taus, strict=True))
-    return {"p": line.spacing} | {
-        name: value for k, (a, tau) in pairs for name, value in ((f"a{k}", a), (f"tau{k}", tau))
-    }
+    start, clock = found.nucleation, m.shown.time
+    numbers = _length(m, "p", start.spacing if start else None)
+    for k, reached in enumerate((start, *found.generations)):
+        numbers |= _length(m, f"a{k}", reached.depth if reached else None)
+        if not m.scaled:
+            numbers[f"t{k}", clock] = clock.of(reached.time) if reached else None
+        numbers[f"tau{k}", NONE] = reached.tau if reached else None
+    return numbers
+
+
+def _length(manifest: Manifest, name: str, value: float | None) -> dict[Column, float | None]:
+    """A column of a length (m): over L in a scaled case."""
+    unit = Unit(size=manifest.L) if manifest.scaled else manifest.shown.length
+    return {(name, unit): None if value is None else unit.of(value)}
+
+
+def _definitions(manifest: Manifest) -> tuple[str, ...]:
+    if manifest.scaled:
+        return definitions(manifest)
+    L = manifest.shown.length.text(manifest.L)
+    return (f"tau = 2 sqrt(kappa t)/L, L = {L}; tk: the time of tauk.", *GENERATIONS)
 
 
 def _end(run: Run) -> Numbers:
-    """The measures of the last step: cracks at each depth, then lengths over L, areas over L^2."""
+    """The measures of the last step: cracks at each depth, then lengths and areas in the units of
+    the case; over L and L^2 in a scaled one."""
     measures, manifest = run.steps[-1].measures, run.manifest
     if measures is None:
         return {}
-    plane = len(manifest.size) == 2
-    found: dict[str, float | None] = {
-        f"cracks at {manifest.shown.length.text(section.height, 6)}": section.cracks
+    found: dict[Column, float | None] = {
+        (f"cracks at {manifest.shown.length.text(section.height, 6)}", NONE): section.cracks
         for section in measures.sections
     }
     if manifest.face:
-        found["front"] = manifest.deepest(measures) / manifest.L
-    size = manifest.L if plane else manifest.L**2
-    return found | {"length" if plane else "area": measures.length_surface / size}
+        found |= _length(manifest, "front", manifest.deepest(measures))
+    name, power = ("length", 1) if manifest.plane else ("area", 2)
+    unit = Unit(size=manifest.L**power) if manifest.scaled else manifest.shown.crack
+    return found | {(name, unit): unit.of(measures.length_surface)}
 
 
 def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, ...]:
-    names = {name for numbers in found.values() for name in numbers}
+    names = {name for numbers in found.values() for name, _ in numbers}
     manifest = ensemble.first.manifest
     L = f"L = {manifest.shown.length.text(manifest.L)}"
+    over, square = (f" over {L}", f" over L^2, {L}") if manifest.scaled else ("", "")
     told = (
         ("cracks", f"cracks at d: how many cross the depth d below the {manifest.surface}."),
-        ("front", f"front: depth of the deepest crack over {L}."),
-        ("length", f"length: of all cracks over {L}, {BY_ENERGY}."),
-        ("area", f"area: of all cracks over L^2, {L}, {BY_ENERGY}."),
+        ("front", f"front: depth of the deepest crack{over}."),
+        ("length", f"length: of all cracks{over}, {BY_ENERGY}."),
+        ("area", f"area: of all cracks{square}, {BY_ENERGY}."),
     )
     return (*(text for name, text in told if any(n.startswith(name) for n in names)), MEANS)
 
@@ -157,7 +185,8 @@ def as_csv(ensemble: Ensemble, found: Sequence[Sheet]) -> str:
     """All sheets side by side, to six digits; an empty cell where there is no number."""
     text = StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(["seed", "status", *(name for sheet in found for name in sheet.names)])
+    names = (unit.column(name) for sheet in found for name, unit in sheet.columns)
+    rows.writerow(["seed", "status", *names])
     for seed, run in ensemble.runs.items():
         status = next(fact.text for fact in summary(run) if fact.name == "status")
         rows.writerow([seed, status, *(_digits(v) for sheet in found for v in sheet.rows[seed])])

@@ -18,6 +18,10 @@ from staffa.records import Step
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
+OLDER = (
+    "openings: an earlier version wrote the fields, without openings; cracks are gray, and tables "
+    "of networks that it wrote stay as they are"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,9 +69,12 @@ def _outline(grid: Grid) -> np.ndarray:
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     """Write `network/cracks-NNNN.vtp` and `.csv` for each, and `network.csv`: what was written.
 
-    docs/results.md tells what is in them.
+    docs/results.md tells what is in them. Those of an earlier version, whose openings this one
+    cannot find again, stay as they are.
     """
     folder, written = run.path / FOLDER, []
+    if without_openings(found) and (run.path / TABLE).exists():
+        return [*sorted(folder.glob("cracks-*")), run.path / TABLE]
     for old in (*folder.glob("cracks-*"), run.path / TABLE):
         old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
     if found:
@@ -87,6 +94,12 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
         write_table(run.path / TABLE, table)
         written.append(run.path / TABLE)
     return written
+
+
+def without_openings(found: Sequence[Drawing]) -> bool:
+    """True if there are cracks, and an earlier version wrote the fields of them all."""
+    volumes = [drawn.network.volume for drawn in found if drawn.network.size]
+    return bool(volumes) and bool(np.isnan(volumes).all())
 
 
 def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:

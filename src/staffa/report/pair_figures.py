@@ -1,11 +1,13 @@
 """Which pictures two runs have in common, and from which of their numbers each is drawn."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from staffa.manifest import Manifest
 from staffa.plot.frames import Frame, read_frames, spread
 from staffa.plot.labels import TAU, add_tau, tau_label
 from staffa.plot.pair import FEW, LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
@@ -81,13 +83,21 @@ def _fields(pair: Pair) -> tuple[Figures, list[str]]:
     frames, skipped = _frames(pair)
     if not frames:
         return {}, [*skipped, "cracks-of-both: there is no time whose fields both runs kept"]
-    manifests = [side.run.manifest for side in pair.sides]
+    manifests = _in_common_units(pair)
     ratio = pair.first.length / pair.second.length
     if pair.dim == 2:
         draw = partial(fields_figure, pair.names, manifests, frames, ratio)
     else:
         draw = partial(volumes_figure, pair.names, manifests, frames)
     return {"cracks-of-both": draw}, skipped
+
+
+def _in_common_units(pair: Pair) -> list[Manifest]:
+    """Of both; where both have units, in those of the first run."""
+    one, other = (side.run.manifest for side in pair.sides)
+    if one.scaled or other.scaled:
+        return [one, other]
+    return [one, replace(other, units=vars(pair.shown))]
 
 
 def _frames(pair: Pair) -> tuple[list[tuple[Frame, Frame]], list[str]]:

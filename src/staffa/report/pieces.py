@@ -95,10 +95,10 @@ def _rows(rows: Iterable[Sequence[str]]) -> str:
 
 def _symbol(name: str) -> str:
     """tau1 as a reader knows it: the Greek letter with its index."""
-    match = re.fullmatch(r"(a|tau)(\d+)", name)
+    match = re.fullmatch(r"(a|t|tau)(\d+)( \(.+\))?", name)
     if not match:
         return escape(name)
-    return f"{match[1].replace('tau', 'τ')}<sub>{match[2]}</sub>"
+    return f"{match[1].replace('tau', 'τ')}<sub>{match[2]}</sub>{escape(match[3] or '')}"
 
 
 def notes(sentences: Sequence[str]) -> str:

@@ -52,9 +52,25 @@ def spacing(run: Run) -> Table:
         )
         for crossed in found
     ]
-    notes = [ALONG] if step.measures.sections else [ALONG, BY_TIPS]
+    notes = [ALONG, _by_damage(m) if step.measures.sections else BY_TIPS]
     header = (unit.header("depth"), "cracks", unit.header("spacing"))
     return Table(header=header, rows=tuple(rows), notes=tuple(notes))
+
+
+def _by_damage(m: Manifest) -> str:
+    """Why these counts may differ from the number of cracks and the depths of their tips."""
+    ends = ""
+    if m.tip_reach:
+        reach = m.shown.length.text(m.tip_reach, 3)
+        ends = (
+            f" A crack counts down to where that damage ends; its sharp tip, of which the summary "
+            f"and tips.csv tell the depth, lies {reach} deeper."
+        )
+    return (
+        f"A band of damage above {m.threshold:.3g} is a crack here.{ends} Within some 2 ell = "
+        f"{m.shown.length.text(2 * m.ell, 3)} of the face, bands may be short cracks that have no "
+        f"tip in the summary, or neighbors that have run together."
+    )
 
 
 def _without(why: str) -> Table:

@@ -9,7 +9,7 @@ from staffa.display_units import Unit
 from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
 from staffa.plot.labels import reading
-from staffa.records import Effort, Energies, Heat, Step
+from staffa.records import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
 
@@ -173,6 +173,17 @@ def _arrests(run: Run) -> Iterator[Fact]:
         yield Fact(name="at the end", text=text)
 
 
+def _gap(audits: Sequence[Audit]) -> str:
+    """The largest, and of how many steps earlier versions recorded none."""
+    found = [a.gap for a in audits if a.gap is not None]
+    if not found:
+        return "not recorded"
+    without = len(audits) - len(found)
+    return f"{max(found):.1e}" + (
+        f" ({without} of {len(audits)} steps did not record it)" if without else ""
+    )
+
+
 def _audit(run: Run) -> Iterator[Fact]:
     audits = [step.audit for step in run.steps if step.audit]
     if not audits:
@@ -181,7 +192,7 @@ def _audit(run: Run) -> Iterator[Fact]:
         f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
         f"healing {max(a.healing for a in audits):.1e}",
         f"balance {max(a.balance for a in audits):.1e}",
-        f"gap between steps {max(a.gap for a in audits):.1e}",
+        f"gap between steps {_gap(audits)}",
         f"first-order residual {max(a.optimality for a in audits):.1e}",
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))
