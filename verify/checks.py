@@ -143,8 +143,7 @@ CHECKS = {
         'alternate minimization alone lets them go on together, `solver.stability = "follow"` '
         "finds that this is no longer stable, and leaves along the mode; the default tests for a "
         "way down. `verify/four-cracks` goes "
-        "on to the second doubling. Tolerances are fractions of the reference. Figures from before "
-        "2026-11-29 are of cases whose cracks also grew branches sideways.",
+        "on to the second doubling. Tolerances are fractions of the reference.",
         measure=doubling,
     ),
     "pairs": Check(
