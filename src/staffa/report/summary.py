@@ -252,7 +252,7 @@ def _curvature(steps: Sequence[Step]) -> str:
         parts.append(f"a saddle was left {escapes} times")
     values = [c.smallest for _, c in tested if c.smallest is not None and c.reason is None]
     if values:
-        parts.append(f"smallest curvature elsewhere {min(values):.2g} of 1")
+        parts.append(f"smallest curvature found {min(values):.2g} of 1")
     parts += [f"{number} states {reason}" for reason, number in reasons.items()]
     return ", ".join(parts)
 
