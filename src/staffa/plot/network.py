@@ -22,6 +22,8 @@ from staffa.records import Step
 
 COLORS = "viridis_r"  # what is closed is pale
 UNKNOWN = "0.5"  # gray: how far it is open is not known
+# Inches that the titles and labels of a row take beyond what `layout` counts.
+TITLE = 0.2
 NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
 Moment = tuple[Step, Network]
 
@@ -55,8 +57,8 @@ def _plane(
     manifest: Manifest, moments: Sequence[Moment], norm: Normalize, outline: np.ndarray | None
 ) -> tuple[Figure, list[Axes]]:
     columns, height = layout(manifest.size, len(moments))
-    figure = new_figure(height)
     rows = ceil(len(moments) / columns)
+    figure = new_figure(height + rows * TITLE)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     x, y = extent(manifest)
     for number, axes in enumerate(grid.flat):
