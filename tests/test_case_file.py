@@ -313,7 +313,7 @@ t = [0.5, 0.55]
     ],
 )
 def test_a_small_body_with_a_split_takes_a_factorization_in_3d_too(settings, solver):
-    """Where it breaks under pressure multigrid took thousands of iterations a sweep."""
+    """Under pressure multigrid took thousands of iterations a sweep."""
     case = parse_case(PUSHED, settings)
     assert case.solver.displacement == solver
     asked = parse_case(PUSHED, [*settings, 'solver.displacement="iterative"'])

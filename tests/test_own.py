@@ -1,4 +1,4 @@
-"""What a script gives in place of a case's is tried, and asked for when its run goes on."""
+"""Objects of a script in place of a case's are tried, and asked for when its run goes on."""
 
 import json
 from dataclasses import dataclass, replace
@@ -103,7 +103,7 @@ def test_the_laws_of_staffa_are_laws(known) -> None:
 
 
 def test_laws_of_papers_are_laws() -> None:
-    """Of cohesive cracks (Lorentz 2011, Wu 2017), of late softening (Borden 2016)."""
+    """Laws of cohesive cracks (Lorentz 2011, Wu 2017), of late softening (Borden 2016)."""
     try_law(law(w=lambda x: 2 * x - x**2, c_w=np.pi / 4))
     try_law(law(a=lambda x: (1 - x) ** 2 / (1 + (x + 0.5 * x**2) * 3)))
     try_law(law(a=lambda x: (1 - x) ** 2 * (1 + x)))
@@ -116,11 +116,11 @@ LAWS_THAT_ARE_NONE = [
     (law(name="wrong", c_w=1.0), "'wrong': c_w = 1, and the integral", "write c_w = 0.666667"),
     (law(name="rising", a=lambda x: 1 + x), "'rising': a(1) = 2", "scale it"),
     (law(a=lambda x: 2 * (1 - x)), "a(0) = 2", "scale it"),
-    (law(a=lambda x: (1 - x) ** 2 * (1 + 4 * x)), "a rises at alpha = ", "mend a"),
+    (law(a=lambda x: (1 - x) ** 2 * (1 + 4 * x)), "a rises at alpha = ", "fix a"),
     (law(w=lambda x: 1 + x), "w(0) = 1", "scale it"),
     (law(w=lambda x: 2 * x), "w(1) = 2", "scale it"),
-    (law(w=lambda x: 3 * x - 2 * x**2, c_w=1.0), "w falls at alpha = ", "mend w"),
-    (law(w=lambda x: np.nan * x), "w(alpha) is not finite", "mend it"),
+    (law(w=lambda x: 3 * x - 2 * x**2, c_w=1.0), "w falls at alpha = ", "fix w"),
+    (law(w=lambda x: np.nan * x), "w(alpha) is not finite", "fix it"),
     (law(w=lambda x: "a text"), "w(alpha) cannot be computed", "arithmetic alone"),
     (law(a=lambda x: np.exp(-x)), "a(1) = 0.367879", "scale it"),
     (law(c_w="2/3"), "c_w = '2/3' is a str", "give a number"),
@@ -160,16 +160,16 @@ def test_the_splits_of_staffa_are_splits(known, plane_stress: bool) -> None:
 
 
 SPLITS_THAT_ARE_NONE = [
-    (split(lambda e, g: 2 * g * e.psi), "at g = 1 is", "mend density"),
-    (split(lambda e, g: g * e.psi + (1 - g)), "where there is no strain", "mend density"),
-    (split(lambda e, g: e.psi), "nothing could break", "mend density"),
-    (split(lambda e, g: (2 * g - 1) * e.psi), "must not be negative", "mend density"),
+    (split(lambda e, g: 2 * g * e.psi), "at g = 1 is", "fix density"),
+    (split(lambda e, g: g * e.psi + (1 - g)), "where there is no strain", "fix density"),
+    (split(lambda e, g: e.psi), "nothing could break", "fix density"),
+    (split(lambda e, g: (2 * g - 1) * e.psi), "must not be negative", "fix density"),
     # Stiff only as long as the volume grows: a step at the turn.
-    (split(lambda e, g: e.psi * (g + (1 - g) * (e.volume > 0))), "not convex", "mend density"),
+    (split(lambda e, g: e.psi * (g + (1 - g) * (e.volume > 0))), "not convex", "fix density"),
     # What is left depends on the shape of the strain, as in some splits by stress.
     (
         split(lambda e, g: g * e.psi + (1 - g) * (e.psi * (e.volume < 0))),
-        *("not convex in the strain", "mend density"),
+        *("not convex in the strain", "fix density"),
     ),
     (split(lambda e, g: g * e.psi, isotropic="no"), "isotropic = 'no' is a str", "True or False"),
     (
@@ -198,9 +198,9 @@ LOADS_THAT_ARE_NONE = [
     (load(lambda x, t: -1.0), "gives a float for points of shape (3, ", "np.full(x.shape[1]"),
     (load(lambda x, t: x.T), "gives an array of shape (", "give one number a point"),
     (load(lambda x, t: x[0] + 1j), "type complex128", "give one number a point"),
-    (load(lambda x, t: np.where(x[0] > 0.5, np.nan, 0.0)), "not finite at t = ", "mend it"),
-    (load(lambda x, t: x[0] / 0 if t > 0.01 else x[3]), "IndexError", "mend it"),
-    (load(lambda x, t: np.random.default_rng().normal(size=x.shape[1])), "another", "mend it"),
+    (load(lambda x, t: np.where(x[0] > 0.5, np.nan, 0.0)), "not finite at t = ", "fix it"),
+    (load(lambda x, t: x[0] / 0 if t > 0.01 else x[3]), "IndexError", "fix it"),
+    (load(lambda x, t: np.random.default_rng().normal(size=x.shape[1])), "another", "fix it"),
     (lambda x, t: -x[0], "has no temperature", "give an object with temperature()"),
     (-1.0, "temperature = -1.0 has no temperature", "give an object with temperature()"),
     (Zero, "Zero is a class", "like Zero()"),

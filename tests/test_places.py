@@ -114,7 +114,7 @@ def test_on_a_side_that_two_bands_share_both_count() -> None:
 
 
 def test_bands_that_touch_within_round_off_do_not_overlap() -> None:
-    """What is weakest anywhere is no sliver between 300 um and .3 mm."""
+    """A sliver between 300 um and .3 mm is not the weakest place."""
     case = cased()
     bands = [
         {"lower": [0.0, 0.0], "upper": [0.1 + 0.2, 0.4], "factor": 0.5},

@@ -147,7 +147,7 @@ def test_a_direction_that_needs_damage_to_heal_is_a_bifurcation() -> None:
 
 
 def at_its_bounds(system: System, problem: Problem) -> tuple[float, Loads]:
-    """Raise the bounds to the damage at hand; the energy, and the loads at the end."""
+    """Raise the bounds to the current damage; the energy, and the loads at the end."""
     raise_bounds(problem.irreversibility, system)
     time = problem.schedule.times[-1]
     return system.energy.total(), Loads(time=time, values=system.supports.values(time))

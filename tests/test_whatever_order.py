@@ -63,7 +63,7 @@ depths = ["50 mm", "100 mm"]
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_measures_are_the_same_on_any_number_of_ranks(ranks: int, tmp_path: Path) -> None:
-    """Of unstructured, layered, random, squeezed, heated rock: tips, counts, network, openings."""
+    """Tips, counts, network, openings: of unstructured, layered, random, squeezed, heated rock."""
     (tmp_path / "case.toml").write_text(MIXED)
     runs = []
     for n in (1, ranks):

@@ -1,4 +1,4 @@
-"""What a script hands to the public functions: of the right kind, or a sentence says which is."""
+"""Checks that what a script hands to the public functions is of the right kind."""
 
 import re
 from collections.abc import Iterable

@@ -289,7 +289,7 @@ class Energy:
 
     @cached_property
     def openings(self) -> Openings:
-        """How far cracks are open, cell by cell. Collective where it is first asked for."""
+        """Opening strain of cracks, cell by cell. Collective where it is first asked for."""
         state, strain = self.state, self._opening_strain
         return Openings(state.u, state.alpha, strain, ell=self._ell, dx=self._dx)
 

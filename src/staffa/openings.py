@@ -1,4 +1,4 @@
-"""How far cracks are open: the strain across them that intact rock would not have there.
+"""Openings of cracks: the strain across them that intact rock would not have there.
 
 Intact rock beside a crack takes over its traction t = sigma n, and has its strain along it. So the
 strain across a crack of normal n is that of intact rock, with what cold and prestress add to it,

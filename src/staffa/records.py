@@ -81,7 +81,7 @@ class Effort:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """How a minimization ended: its reason is the sentence that a user reads.
+    """The end of a minimization: its reason is the sentence that a user reads.
 
     before: the total energy of the state that it began with.
     """

@@ -108,7 +108,7 @@ def problem(
 def _load(
     case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
 ) -> Load | Conduction:
-    """Where the temperature comes from; one of a script's own is tried. Collective."""
+    """The source of the temperature; one of a script's own is tried. Collective."""
     if own is None:
         return conduction(case) if case.heat else load(case, derived)
     if not isinstance(own, Conduction):

@@ -270,7 +270,7 @@ def probes(case: Case) -> tuple[Probe, ...]:
 def describe(
     case: Case, setup: Problem, system: System, factor: float, own: dict[str, Own]
 ) -> Manifest:
-    """What this run is, for its manifest. own: what a script gives in place of the case's."""
+    """Describe this run for its manifest. own: what a script gives in place of the case's."""
     own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
     material = setup.material
     derived = numbers(case, law=material.law, split=material.split, own_load=own_load)

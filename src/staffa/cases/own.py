@@ -36,7 +36,7 @@ LONGEST, DEEPEST = 300, 4  # characters of an identity; records within records
 
 @dataclass(frozen=True, kw_only=True)
 class Given:
-    """What a script gives in place of a case's; None for nothing."""
+    """Objects that a script gives in place of a case's; None for nothing."""
 
     damage: DamageLaw | None = None
     split: EnergySplit | None = None
@@ -116,7 +116,7 @@ def _temperature(load: Load, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
     try:
         T, again = (np.asarray(load.temperature(x.copy(), t)) for _ in range(2))
     except Exception as error:  # whatever a user's function raises
-        return none, f"temperature(x, t) fails {when} ({type(error).__name__}: {error}); mend it"
+        return none, f"temperature(x, t) fails {when} ({type(error).__name__}: {error}); fix it"
     if T.shape != (n,) or T.dtype.kind not in "fiu":
         kind = f"an array of shape {T.shape} and type {T.dtype}" if T.shape else told(T.item())
         return none, (
@@ -125,17 +125,17 @@ def _temperature(load: Load, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
         )
     if not np.all(np.isfinite(T)):
         where = ", ".join(f"{c:.6g}" for c in x[:, np.flatnonzero(~np.isfinite(T))[0]])
-        return none, f"the temperature is not finite {when}, at x = ({where}); mend it"
+        return none, f"the temperature is not finite {when}, at x = ({where}); fix it"
     if not np.array_equal(T, again):
         return none, (
             f"it gives another temperature when it is asked again {when}, and must depend on place "
-            f"and time alone; mend it"
+            f"and time alone; fix it"
         )
     return T, ""
 
 
 def recorded(given: Given, setup: Problem) -> dict[str, Own]:
-    """What is given, for the manifest. Collective."""
+    """Describe what is given, for the manifest. Collective."""
     times = setup.schedule.times
     return _known(given, setup, (times[0], times[-1]))
 
@@ -156,7 +156,7 @@ def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own
 
 
 def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
-    """Whether a run that goes on is given what it began with, of what a script gives.
+    """Require that a run that goes on is given what a script gave it at the start.
 
     own: from its manifest. run: its directory.
 
@@ -197,7 +197,7 @@ def unrecorded(own: dict[str, Own] | None, given: Given) -> str | None:
 
 
 def require_same(given: Given, own: dict[str, Own] | None, setup: Problem, run: str) -> None:
-    """Whether what is given is what the run began with. Collective.
+    """Require that what is given is what the run began with. Collective.
 
     Raises
     ------

@@ -184,7 +184,7 @@ def imbalance(loading: Loading, outcome: Outcome) -> float:
 
 
 def difference(one: float, other: float, energies: Energies) -> float:
-    """How far two energies of one state are apart, over its energy."""
+    """Difference of two energies of one state, over its energy."""
     return abs(one - other) / max(abs(one), abs(other), energies.scale, 1e-300)
 
 

@@ -47,7 +47,7 @@ def audit(
     advance: Advance,
     stability: Stability | None = None,
 ) -> Audit:
-    """Hold the state at hand, and how it was reached, against what must be true. Collective."""
+    """Hold the current state, and how it was reached, against what must be true. Collective."""
     outcome, state = advance.outcome, system.state
     healing = max(advance.healing, _healed(problem, before.alpha, state))
     gap = max(advance.gap, _gap(system, before, advance))
@@ -69,7 +69,7 @@ def audit(
 
 
 def _healed(problem: Problem, before: np.ndarray, state: State) -> float:
-    """How far the damage sank below that of the step before, where it must not."""
+    """Largest decrease of the damage since the step before, where it must not heal."""
     n_owned = len(owned(state.alpha))
     sunk = irreversible(problem.irreversibility, before)[:n_owned] - owned(state.alpha)
     return max_over_ranks(problem.domain.comm, sunk)
@@ -85,7 +85,7 @@ def _gap(system: System, before: Before, advance: Advance) -> float:
 
 
 def _residual(system: System) -> float:
-    """The first-order residual of the state at hand."""
+    """The first-order residual of the current state."""
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec

@@ -17,7 +17,7 @@ HALVINGS = 10
 
 
 def power_of_loads(energy: Energy, start: float, end: float) -> float:
-    """Change of the external loads' energy between two times at the state at hand; the loads stay.
+    """Change of the external loads' energy between two times at the current state; the loads stay.
 
     Where the volume in cracks is given, its growth counts times the pressure. Collective.
     """
@@ -67,7 +67,7 @@ class Place:
 
 
 class Path:
-    """The straight path from the state at hand to a later one, displacements and loads alike.
+    """The straight path from the current state to a later one, displacements and loads alike.
 
     Both ends are in equilibrium, the states between them are not. The slope of the energy along it
     is known from its first derivatives, whatever rock answers strains with; its integral is the
@@ -81,10 +81,10 @@ class Path:
         self.start = self._at_hand()
 
     def bend(self, *, accuracy: float) -> float:
-        """Integral of the slope up to the state at hand, less the mean of its ends.
+        """Integral of the slope up to the current state, less the mean of its ends.
 
         By Simpson's rule on parts that are halved where that changes it by more than `accuracy` (an
-        energy): the slope has a kink where a part of the rock changes its answer. The state at hand
+        energy): the slope has a kink where a part of the rock changes its answer. The current state
         stays.
         """
         end = self._at_hand()

@@ -55,7 +55,7 @@ class Cells:
 
 
 def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
-    """What is recorded of the cells on a plane at a depth (m)."""
+    """The record of the cells on a plane at a depth (m)."""
     counts = Counter(found.kinds)
     return CellSection(
         depth=depth,

@@ -42,7 +42,7 @@ class Gauge:
 
     @property
     def reach(self) -> float:
-        """How far from what is cracked rock may be soft because of it (m)."""
+        """Distance from a crack within which rock may be soft because of it (m)."""
         return REACH * self.prominence + (1 + SAME) * self.h
 
 

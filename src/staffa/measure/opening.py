@@ -1,4 +1,4 @@
-"""How far cracks are open, at each point of their network.
+"""Openings of cracks at each point of their network.
 
 The opening strain (see `staffa.openings`), integrated over the body, is the crack volume; each
 piece of it belongs to the point of the network that is nearest.
@@ -86,7 +86,7 @@ def openings(
 def _evened(
     gathered: np.ndarray, points: np.ndarray, elements: np.ndarray, sizes: np.ndarray, width: float
 ) -> np.ndarray:
-    """What points of a network have gathered, shape (n, k), a unit of its size and even over a
+    """Values that points of a network gathered, shape (n, k), a unit of its size and even over a
     width: w with (M + width^2 K) w = V, M the lumped mass and K the stiffness of the network. The
     integral and a constant stay.
     """

@@ -1,4 +1,4 @@
-"""How far a body goes on beyond places in it."""
+"""Distance to which a body goes on beyond places in it."""
 
 from staffa.stack import MPI  # noqa: F401
 

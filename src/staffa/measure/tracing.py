@@ -79,7 +79,7 @@ def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:
 
 
 def _within(found: Network, body: Body) -> Network:
-    """What lies in the body, not in its holes nor beyond its faces, and ends there."""
+    """Cut a network off at the holes and faces of the body."""
     _, outside = body.nearest(found.points[found.elements].mean(axis=1))
     found = selected(found, found.elements[~outside])
     return replace(found, points=body.nearest(found.points)[0])

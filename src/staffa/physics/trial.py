@@ -49,10 +49,10 @@ def try_law(law: DamageLaw, *, residual: float = 0.0) -> None:
             f"a(1) = {a[-1]:.6g}, and broken rock has a(1) = 0, but for damage.residual_stiffness, "
             f"which is added; {ends}",
         ),
-        (np.diff(a).max() <= ROUND_OFF, f"a rises at alpha = {risen:.3g}, and must fall; mend a"),
+        (np.diff(a).max() <= ROUND_OFF, f"a rises at alpha = {risen:.3g}, and must fall; fix a"),
         (abs(w[0]) <= ROUND_OFF, f"w(0) = {w[0]:.6g}, and sound rock has w(0) = 0; {ends}"),
         (abs(w[-1] - 1) <= ROUND_OFF, f"w(1) = {w[-1]:.6g}, and a crack has w(1) = 1; {ends}"),
-        (np.diff(w).min() >= -ROUND_OFF, f"w falls at alpha = {fallen:.3g}, and must rise; mend w"),
+        (np.diff(w).min() >= -ROUND_OFF, f"w falls at alpha = {fallen:.3g}, and must rise; fix w"),
     )
     _obey(who, rules)
     integral = quad(lambda s: float(np.sqrt(max(law.w(s), 0.0))), 0.0, 1.0, limit=200)[0]
@@ -122,7 +122,7 @@ def try_split(split: EnergySplit, *, plane_stress: bool, nu: float) -> None:
     rules.append(
         (lost > NOTHING, f"g takes {max(lost, 0):.3g} of no strain's energy: nothing could break")
     )
-    _obey(who, ((kept, f"{said}; mend density") for kept, said in rules))
+    _obey(who, ((kept, f"{said}; fix density") for kept, said in rules))
 
 
 def split_values(split: EnergySplit, *, plane_stress: bool) -> tuple[float, ...]:
@@ -225,7 +225,7 @@ def _are_numbers(who: str, what: str, found: np.ndarray, shape: tuple[int, ...])
     if found.dtype.kind not in "fiu" or found.shape != shape:
         raise InputError(f"{who}: {what} gives {told(found.flat[0])}; give one number for each")
     if not np.all(np.isfinite(found)):
-        raise InputError(f"{who}: {what} is not finite everywhere; mend it")
+        raise InputError(f"{who}: {what} is not finite everywhere; fix it")
 
 
 def _pairs(n: int) -> tuple[np.ndarray, np.ndarray]:

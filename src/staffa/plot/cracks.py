@@ -67,7 +67,7 @@ def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
 
 
 def extent(manifest: Manifest) -> list[tuple[float, float]]:
-    """Where the body begins and ends along each axis, in the unit of length that is shown."""
+    """Ends of the body along each axis, in the unit of length that is shown."""
     ends = zip(manifest.corner, manifest.size, strict=True)
     of = manifest.shown.length.of
     return [(of(a), of(a + s)) for a, s in ends]

@@ -30,7 +30,7 @@ def counts_tau(manifest: Manifest, steps: Sequence[Step]) -> bool:
 
 
 def clock(manifest: Manifest, steps: Sequence[Step]) -> list[float]:
-    """What goes on the axis of time: the time in the run's unit, or tau where that is the clock."""
+    """Values on the axis of time: the time in the run's unit, or tau where that is the clock."""
     tau = counts_tau(manifest, steps)
     return [at(manifest, step.time, step.tau if tau else None) for step in steps]
 

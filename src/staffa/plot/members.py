@@ -1,4 +1,4 @@
-"""What the members of an ensemble did against time: their mean, its standard error, and each."""
+"""Members of an ensemble against time: their mean, its standard error, and each."""
 
 from collections.abc import Callable, Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""What each picture of a run shows, in words that are true for the case at hand."""
+"""Captions of the pictures of a run, in words that are true for the current case."""
 
 from collections.abc import Callable, Sequence
 

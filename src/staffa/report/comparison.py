@@ -54,7 +54,7 @@ def run_arrests(run: Run) -> Arrests | None:
 
 
 def definitions(manifest: Manifest) -> tuple[str, ...]:
-    """What the columns of the table are; with the temperature of tau where that is the run's."""
+    """Definitions of the columns; with the temperature of tau where that is the run's."""
     profile = (
         ", so that T = -dT erfc(y/(tau L)) at depth y" if manifest.profile == "half-space" else ""
     )

@@ -69,7 +69,7 @@ class Pair:
 
     @property
     def clock(self) -> str | None:
-        """What both count in: the time "t", or "tau" where either is scaled or a tau is not the
+        """The clock of both: the time "t", or "tau" where either is scaled or a tau is not the
         same time in both; None without either."""
         if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
             return "tau"
@@ -91,7 +91,7 @@ class Pair:
 
     @property
     def length_unit(self) -> str:
-        """Of lengths: that of the first run, "L", or nothing where both are scaled."""
+        """Unit of lengths: that of the first run, "L", or nothing where both are scaled."""
         return "L" if self.mixed else self.shown.length.name
 
     @property
@@ -103,7 +103,7 @@ class Pair:
 
     @property
     def time_unit(self) -> str:
-        """Of the clock, nothing if that is tau."""
+        """Unit of the clock, nothing if that is tau."""
         return self.shown.time.name if self.clock == "t" else ""
 
     def at(self, step: Step) -> float | None:

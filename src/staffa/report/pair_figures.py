@@ -93,7 +93,7 @@ def _fields(pair: Pair) -> tuple[Figures, list[str]]:
 
 
 def _in_common_units(pair: Pair) -> list[Manifest]:
-    """Of both; where both have units, in those of the first run."""
+    """Ends of both; where both have units, in those of the first run."""
     one, other = (side.run.manifest for side in pair.sides)
     if one.scaled or other.scaled:
         return [one, other]

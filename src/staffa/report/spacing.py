@@ -1,4 +1,4 @@
-"""How far apart the cracks of a run are at each depth, as a table."""
+"""Spacing of the cracks of a run at each depth, as a table."""
 
 from collections.abc import Sequence
 from dataclasses import replace
