@@ -11,39 +11,9 @@ from staffa.cases.reading import parse_case
 from staffa.io.run_directory import read_run
 from staffa.measure.network import normals
 from staffa.report.network import networks
+from test_check_forces import COLD_FACE
 
 ELL, WIDTH, HEIGHT = 0.03, 1.0, 0.5
-CASE = """
-[domain]
-size = ["1 m", "0.5 m"]
-h = "10 mm"
-[material]
-E = "65 GPa"
-nu = 0.3
-Gc = "61.5 J/m^2"
-expansion = "6e-6 1/K"
-k = "3.05 W/(m K)"
-rho = "2750 kg/m^3"
-c = "790 J/(kg K)"
-[damage]
-ell = "30 mm"
-[toughness]
-amplitude = 0.1
-[temperature]
-profile = "heat"
-face = "bottom"
-[heat]
-initial = "200 °C"
-bottom = { T = "60 °C" }
-[supports]
-left = "rollers"
-right = "rollers"
-top = "rollers"
-[time]
-t = { start = "2 min", stop = "3 hours", steps = 10 }
-[output]
-at = ["1 hour"]
-"""
 
 
 @pytest.mark.slow
@@ -52,7 +22,7 @@ def test_mean_openings_of_growing_and_of_arrested_cracks(tmp_path: Path) -> None
 
     They were 15 to 20 % too small, and negative for cracks that had stopped.
     """
-    run(parse_case(CASE), tmp_path / "run")
+    run(parse_case(COLD_FACE, ['output.at=["1 hour"]']), tmp_path / "run")
     made = read_run(tmp_path / "run")
     drawn = networks(made)[0][-1]
     cracks, mean = drawn.network, []

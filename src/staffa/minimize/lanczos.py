@@ -31,13 +31,12 @@ class Softest:
     Attributes
     ----------
     value : smallest Ritz value, dimensionless; negative where the energy bends down.
-    v, b : displacement and damage of the direction, owned entries, with a largest |b| of one;
-        empty unless the value is below minus the tolerance.
+    b : damage of the direction, owned entries, with a largest |b| of one; empty unless the value is
+        below minus the tolerance.
     iterations : applications of the second derivative.
     """
 
     value: float
-    v: np.ndarray
     b: np.ndarray
     iterations: int
 
@@ -74,25 +73,21 @@ def softest(
     if not diagonal:
         return None
     if not value < -tolerance:
-        none = np.zeros(0)
-        return Softest(value=value, v=none, b=none, iterations=len(diagonal))
-    v, b = _direction(model, start, weights)
-    return Softest(value=value, v=v, b=b, iterations=2 * len(diagonal))
+        return Softest(value=value, b=np.zeros(0), iterations=len(diagonal))
+    b = _direction(model, start, weights)
+    return Softest(value=value, b=b, iterations=2 * len(diagonal))
 
 
-def _direction(
-    model: CoupledModel, start: PETSc.Vec, weights: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sum the directions of the same iteration, once more, with these weights."""
-    found = model.pair()
+def _direction(model: CoupledModel, start: PETSc.Vec, weights: np.ndarray) -> np.ndarray:
+    """Sum the damage of the same iteration's directions, once more, with these weights."""
+    found = model.damage.unit.duplicate()
     found.set(0.0)
     # One direction more would cost an iteration.
     for weight, (way, _, _) in zip(weights, _lanczos(model, start), strict=False):
-        found.axpy(float(weight), way)
-    v, b = (part.array_r.copy() for part in found.getNestSubVecs())
-    largest = found.getNestSubVecs()[1].norm(PETSc.NormType.NORM_INFINITY)
-    destroy_pairs(found)
-    return v / largest, b / largest
+        found.axpy(float(weight), way.getNestSubVecs()[1])
+    b = found.array_r / found.norm(PETSc.NormType.NORM_INFINITY)
+    found.destroy()
+    return b
 
 
 def _lanczos(model: CoupledModel, start: PETSc.Vec) -> Iterator[tuple[PETSc.Vec, float, float]]:
