@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-# Places that are less apart than this, over the cell edge, are the same.
-SAME = 1e-9
+from staffa.geometry.places import SAME
+
 # Round-off leaves a place so far outside at most, over the cell edge.
 OUTSIDE = 1e-6
 # VTK's cell types, by dimension and number of vertices.

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
+from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Face
 from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
@@ -19,8 +20,6 @@ from staffa.records import Fluid, Measures, Section, Tip
 
 # A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
 FARTHEST = 3.0
-# Places that are less apart than this, over the cell edge, are the same.
-SAME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)

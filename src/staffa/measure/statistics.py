@@ -2,10 +2,8 @@
 
 import numpy as np
 
+from staffa.geometry.places import SAME
 from staffa.records import Section, Tip
-
-# Lengths that differ by less, over one of them, are the same.
-SAME = 1e-9
 
 
 def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float) -> Section:
