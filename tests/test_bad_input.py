@@ -204,7 +204,7 @@ VALUES = [
         "leave it or them out",
     ),
     (f"time.t={{{ENDS},{PACE},advance=0.5}}", "advance = 0.5 ell is less", "a larger advance"),
-    (f"time.t={{{ENDS},shortest=1e-9,longest=0.1}}", "shortest = 1e-09 is less", "a longer one"),
+    (f"time.t={{{ENDS},shortest=1e-13,longest=0.1}}", "shortest = 1e-13 is less", "a longer one"),
     (f"time.t={{{ENDS},{PACE},growth=-1.0}}", "time.t.growth = -1.0", "larger than zero"),
     (f"time.t={{start=0.0,stop=0.1,{PACE}}}", "time.t: the first time is 0", "start later"),
     # the outputs, measures and solvers
@@ -244,7 +244,7 @@ VALUES = [
         "toughness.bands",
         "at most 100 entries",
     ),
-    (f"output.at=[{'0.1,' * 20_000}]", "more than 20,000 values", "{ start, stop, steps }"),
+    (f"output.at=[{'0.1,' * 25_000}]", "more than 25,000 values", "{ start, stop, steps }"),
     (f"{'a.' * 20_000}a=1", "--set a.a.a.", "a key of too many names; shorten it"),
     ("damage.ell=" + "[" * 20 + "]" * 20, "no case file", "nested too deeply"),
     # settings
@@ -519,8 +519,8 @@ TEXTS = [
     ("[" + "'x'. " * 100_000 + "x]", "my.toml has a key of too many names", "shorten it"),
     ("a.b = 1\n" * 3, "a key is given twice", "correct it there"),
     (
-        "x = [" + "[]," * 20_001 + "]",
-        "my.toml holds more than 20,000 values",
+        "x = [" + "[]," * 25_001 + "]",
+        "my.toml holds more than 25,000 values",
         "as a file of its own",
     ),
     ('"a\\nb\\u001b[31m" = 1', "no key 'a\\u000ab\\u001b[31m'", "it has cracks, damage, domain"),

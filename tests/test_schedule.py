@@ -31,20 +31,20 @@ def test_times_come_in_increasing_order_however_they_are_given() -> None:
 @pytest.mark.parametrize(("gap", "visited"), [(0.9e-9, 2), (1.1e-9, 3)])
 @pytest.mark.parametrize("sign", [-1, 1])
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e9])
-def test_only_times_within_1e_9_of_the_whole_are_the_same(
+def test_only_times_within_1e_9_of_themselves_are_the_same(
     gap: float, visited: int, sign: int, scale: float
 ) -> None:
-    """Relative to the last time, 10 here, and not to the time itself."""
+    """Relative to the time, and not to the last one: a run of years may begin by the second."""
     asked = 2.0 * scale
-    found = schedule((asked + sign * gap * 10.0 * scale, 10.0 * scale), (asked,))
+    found = schedule((asked * (1 + sign * gap), 10.0 * scale), (asked,))
     assert len(found.times) == visited, f"{len(found.times)} times of a gap {gap}: {found.times}"
     assert asked in found.times and found.times[-1] == 10.0 * scale
     assert found.requested == tuple(t == asked for t in found.times)
 
 
-def test_the_whole_goes_to_the_last_time_also_if_that_is_a_requested_one() -> None:
-    found = schedule((2.0 + 5e-9,), (2.0, 10.0))
-    assert found.times == (2.0, 10.0) and found.requested == (True, True)
+def test_the_first_second_of_thirty_years_is_told_apart() -> None:
+    found = schedule((1.0, 9.5e8), (1.5, 2.0))
+    assert found.times == (1.0, 1.5, 2.0, 9.5e8)
 
 
 def test_without_requests_nothing_is_kept_and_nothing_merged() -> None:

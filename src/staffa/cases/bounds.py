@@ -7,7 +7,7 @@ from typing import Any
 from staffa.errors import InputError
 
 LARGEST_FILE = 1_000_000  # bytes
-MOST_VALUES = 20_000  # a table of 10,000 times and values is one of measurements
+MOST_VALUES = 25_000  # a table of 12,000 times and values is one of measurements
 DEEPEST = 12  # the deepest key there is, of a table in time, has 6
 # Of the squares of the dots in each line but decimal points: Python's reader takes time and memory
 # like the square of the number of names in a.b.c = 1.

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from staffa.stack import MPI
 
@@ -15,7 +14,8 @@ from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.own import Given, tried_load, try_given
-from staffa.cases.rules import adaptive, require_loaded
+from staffa.cases.pace import plan
+from staffa.cases.rules import require_loaded
 from staffa.cases.survey import mesh_of
 from staffa.domain import Domain, block, body
 from staffa.evolution.problem import (
@@ -26,12 +26,12 @@ from staffa.evolution.problem import (
     SecondOrder,
     Solvers,
 )
-from staffa.evolution.schedule import Pace, Schedule, schedule
+from staffa.evolution.schedule import Schedule
 from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
-from staffa.physics.scales import tau_of_time, time_of_tau
+from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
 from staffa.records import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
@@ -70,7 +70,7 @@ def problem(
     domain = body_of(case, comm)
     material, regions = materials(case, derived, domain.h, split)
     check_rock(case, domain)
-    times = schedule(derived.times, derived.requested, pace(case, derived))
+    times = plan(case, derived)
     return Problem(
         domain=domain,
         material=material,
@@ -141,27 +141,6 @@ def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
     if derived.face is None:
         return None
     return lambda t: tau_of_time(t, kappa=derived.kappa, L=derived.L)
-
-
-def pace(case: Case, derived: Numbers) -> Pace | None:
-    """How long steps are, where they follow the cracks and the cold."""
-    keys = adaptive(case)
-    if keys is None:
-        return None
-    clock: dict[str, Any] = {}
-    if case.time.tau is not None:
-        scale = {"kappa": derived.kappa, "L": derived.L}
-        clock = {
-            "clock": partial(tau_of_time, **scale),
-            "time_at": partial(time_of_tau, **scale),
-        }
-    return Pace(
-        shortest=float(keys.shortest),
-        longest=float(keys.longest),
-        advance=keys.advance * float(case.damage.ell),
-        growth=keys.growth if derived.cooled else None,
-        **clock,
-    )
 
 
 def _section(case: Case) -> Section | None:

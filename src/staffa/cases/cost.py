@@ -1,13 +1,11 @@
 """The cost of a run before it runs: steps, memory and time, from measured runs."""
 
 from dataclasses import dataclass
-from math import ceil
 
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
-from staffa.cases.rules import adaptive
-from staffa.cases.times import AdaptiveTau, AdaptiveTime
-from staffa.evolution.schedule import schedule
+from staffa.cases.pace import plan
+from staffa.evolution.schedule import Walk
 
 # Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
 # brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
@@ -20,6 +18,7 @@ PER_UNKNOWN = {"direct": 2.1e3, "iterative": 4.1e3}
 # them: of the slabs of bench/results.json and verify/slabs (direct), of bench/scaling.json.
 A_SWEEP = {"direct": (8e-6, 0.3), "iterative": (40e-6, 0.08)}
 SMALL = 1e5
+MOST_STEPS = 20_000  # are counted
 LEAST = 0.006  # seconds of the smallest sweep: what does not depend on the size
 # Sweeps of a step, over a whole run: 2-D and 3-D.
 SWEEPS = {2: 20.0, 3: 10.0}
@@ -39,22 +38,13 @@ class Steps:
 
 
 def steps(case: Case, derived: Numbers) -> Steps:
-    """The number of steps of a run."""
-    keys = adaptive(case)
-    if keys is None:
-        return Steps(number=len(schedule(derived.times, derived.requested).times), open=False)
-    number = _without_cracks(case, keys) + len(case.output.at)
-    return Steps(number=number, open=True)
-
-
-def _without_cracks(case: Case, keys: AdaptiveTau | AdaptiveTime) -> int:
-    """The number of steps that the cold alone makes; tau grows as sqrt(kappa t) does."""
-    now, number, growing = float(keys.start), 1, case.temperature.profile != "none"
-    growth = keys.growth if isinstance(keys, AdaptiveTau) else (1 + keys.growth) ** 2 - 1
-    while growing and now < keys.stop and growth * now < keys.longest:
-        now += max(float(keys.shortest), growth * now)
+    """The number of steps of a run; of steps that adapt, those that it takes without cracks."""
+    times = plan(case, derived)
+    walk, number = Walk(times), 0
+    while number < MOST_STEPS and (time := walk.next()) is not None:
+        walk.onward(time, 0.0)
         number += 1
-    return number + max(0, ceil((keys.stop - now) / keys.longest))
+    return Steps(number=number, open=times.pace is not None)
 
 
 def displacement_unknowns(case: Case) -> int:

@@ -10,14 +10,18 @@ from pydantic import BaseModel
 from staffa.cases.amounts import amount
 from staffa.cases.boxes import Box
 from staffa.cases.cracking import verdict
-from staffa.cases.heat_keys import Even, InTime
+from staffa.cases.curves import curves, prescribed, visited_times
+from staffa.cases.heat_keys import Even
 from staffa.cases.kinds import Formula
+from staffa.cases.knots import DEPART, departure
 from staffa.cases.model import Case, History
 from staffa.cases.numbers import Numbers
+from staffa.cases.pace import prescribed_knots
 from staffa.cases.pieces import piece_varies, pieces
 from staffa.cases.rock_keys import RegionKeys
-from staffa.cases.rules import is_moved
+from staffa.cases.rules import adaptive, is_moved
 from staffa.cases.rules.supports import as_table, held
+from staffa.cases.rules.times import counts_in
 from staffa.cases.shape_keys import Cylinder, Layers
 from staffa.cases.writing import inline
 
@@ -28,6 +32,7 @@ def load_cautions(case: Case, derived: Numbers) -> Iterator[str]:
     """All of them."""
     yield from _of_held_faces(case)
     yield from _of_tables(case, derived)
+    yield from _of_times(case)
     if is_even(case, derived) and _breaks(case, derived):
         how = f"{case.temperature.face} is cooled evenly" if derived.cooled else "pulled evenly"
         yield (
@@ -55,7 +60,9 @@ def _of_held_faces(case: Case) -> Iterator[str]:
 def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
     """Tables in time that end, while their value changes, before the run does."""
     stop = max((*derived.times, *derived.requested))
-    for where, table in tables(case):
+    for where, table in prescribed(case):
+        if isinstance(table, Formula):
+            continue
         values = table.u if isinstance(table, History) else table.value
         still = len(values) < 2 or values[-1] == values[-2]
         if still or float(table.t[-1]) >= stop * (1 - 1e-9):
@@ -67,15 +74,27 @@ def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
         )
 
 
-def tables(section: BaseModel, path: str = "") -> Iterator[tuple[str, History | InTime]]:
-    """Every table in time of a case, with its key."""
-    for name in (*type(section).model_fields, *(section.model_extra or {})):
-        value = getattr(section, name)
-        where = f"{path}.{name}".lstrip(".")
-        if isinstance(value, History | InTime):
-            yield where, value
-        elif isinstance(value, BaseModel):
-            yield from tables(value, where)
+def _of_times(case: Case) -> Iterator[str]:
+    """Values in time of which the steps see too little."""
+    if adaptive(case) is not None:
+        for where, told in prescribed_knots(case).items():
+            if told.depart > DEPART:
+                yield (
+                    f"{where}: steps end at {len(told.times)} of its times, the most there may "
+                    f"be, and between them it departs from a straight line by {told.depart:.2g} of "
+                    f"its range; smooth it if this is noise"
+                )
+        return
+    visited = np.union1d([0.0], visited_times(case))
+    for curve in curves(case):
+        apart, time = departure(curve.t, curve.values, visited)
+        if apart > DEPART:
+            yield (
+                f"{curve.where}: at t = {amount(case, time, 's')}, between the times that are "
+                f"visited, it departs by {apart:.2g} of its range from a straight line, which no "
+                f"step sees; give time.{counts_in(case)} this time too, or steps that adapt: these "
+                f"end at such times"
+            )
 
 
 def is_even(case: Case, derived: Numbers) -> bool:

@@ -9,13 +9,15 @@ from staffa.cases.clock import conductivities
 from staffa.cases.cooling_cautions import WAVELENGTH
 from staffa.cases.cost import WITHIN, Steps, duration, memory, steps
 from staffa.cases.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
+from staffa.cases.curves import visited_times
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.holding import holding, laterally_held
 from staffa.cases.mesh_cautions import cell_edge
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
+from staffa.cases.pace import prescribed_knots
 from staffa.cases.pieces import has_directions, is_uneven, piece_varies, pieces
-from staffa.cases.rules import require_loaded, unit
+from staffa.cases.rules import adaptive, require_loaded, unit
 from staffa.cases.split import presses
 from staffa.grid import broken_layer, section_raster
 from staffa.physics.damage import LAWS, discrete_toughness_factor
@@ -23,6 +25,7 @@ from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
 Fact = tuple[str, str, str]
+SHOWN = 6  # times of a table that are listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,10 +261,27 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
             f"{planned.number}{more}",
             "each of tens to hundreds of sweeps where cracks move",
         ),
+        *_knots(case),
         *_planes(case),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
         ("time", *_time(case, planned)),
     ]
+
+
+def _knots(case: Case) -> list[Fact]:
+    """The times at which steps that adapt end because something prescribed turns there."""
+    if adaptive(case) is None:
+        return []
+    visited, facts = visited_times(case), []
+    for where, told in prescribed_knots(case).items():
+        times = [t for t in told.times.tolist() if t > 0 and t not in visited]
+        if times:
+            listed = ", ".join(amount(case, t, "s") for t in times[:SHOWN])
+            more = f" and {len(times) - SHOWN} more" if len(times) > SHOWN else ""
+            turns = f"jumps, extremes and kinks of {where}"
+            within = f", straight between them within {told.depart:.2g} of its range"
+            facts.append(("steps end at", listed + more, turns + (within if told.depart else "")))
+    return facts
 
 
 def _time(case: Case, planned: Steps) -> tuple[str, str]:

@@ -1,10 +1,13 @@
 """The times that a run visits: those given, or steps that follow the cracks and the cold."""
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+# Times that differ by less than this part of themselves are one.
+SAME = 1e-9
 # A step is made to bring this much of the advance it may bring: the next one brings a little more.
 SAFETY = 0.8
 # A step is longer than the one before by this factor at most, and cut by it where it went too far.
@@ -20,21 +23,30 @@ def seconds(time: float) -> float:
 TIE = 1 + 1e-9
 
 
+# An onset: cooling that begins at t = 0, and is felt at once.
+FROM_THE_START = (0.0, 0.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Pace:
     """How long steps are, on the clock that the run counts in.
 
-    shortest, longest: bounds; but a step that ends at a time of the schedule may be shorter.
-    advance: how far cracks may run in a step (m); one in which they ran farther is taken again,
-    FACTOR shorter, unless it is the shortest, or the first, or one that backtracking came back to.
-    growth: by which fraction sqrt(kappa t) may grow in a step, None where nothing diffuses. clock:
-    time (s) -> clock, which grows with it; time_at: back.
+    shortest, longest: bounds; but a step that ends at a time of the schedule, or at a knot, may be
+    shorter. advance: how far cracks may run in a step (m); one in which they ran farther is taken
+    again, FACTOR shorter, unless it is the shortest, or the first, or one that backtracking came
+    back to. growth: by which fraction sqrt(kappa t) may grow in a step, t since the last onset,
+    None where nothing diffuses. knots: times (s), increasing, at which a step ends: jumps, extremes
+    and kinks of what is prescribed. onsets: (time, length) (s), increasing: when heat begins to
+    enter or leave in another way, and in which time that is felt, during which steps may be as long
+    as it. clock: time (s) -> clock, which grows with it; time_at: back.
     """
 
     shortest: float
     longest: float
     advance: float
     growth: float | None = None
+    knots: tuple[float, ...] = ()
+    onsets: tuple[tuple[float, float], ...] = (FROM_THE_START,)
     clock: Callable[[float], float] = seconds
     time_at: Callable[[float], float] = seconds
 
@@ -42,8 +54,16 @@ class Pace:
         """The longest step from this time (s)."""
         if self.growth is None:
             return self.longest
-        grown = self.clock((1 + self.growth) ** 2 * time) - self.clock(time)
+        ends = self._layers_end(time, self.growth)
+        grown = self.clock(ends) - self.clock(time)
         return max(self.shortest, min(self.longest, grown))
+
+    def _layers_end(self, time: float, growth: float) -> float:
+        """The time (s) at which the first of the layers of cold has grown by a fraction."""
+        begun = (onset for onset in self.onsets if onset[0] <= time)
+        return min(
+            max(start + (1 + growth) ** 2 * (time - start), time + felt) for start, felt in begun
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,21 +87,24 @@ def schedule(
 ) -> Schedule:
     """All times and all requested ones, each once; the requested ones are hit exactly.
 
-    A time closer to a requested one than 1e-9 of the whole is replaced by it.
+    A time closer to a requested one than SAME of it is replaced by it; so are knots of the pace,
+    which end with the last time.
     """
-    near = 1e-9 * max((*times, *requested))
     outputs = set(requested)
-    visited = sorted([*_apart(times, requested, near), *requested])
+    visited = sorted([*_apart(times, requested), *requested])
     asked = tuple(t in outputs for t in visited)
+    if pace is not None:
+        within = [t for t in pace.knots if t < visited[-1]]
+        pace = replace(pace, knots=tuple(_apart(within, visited)))
     return Schedule(times=tuple(visited), requested=asked, pace=pace)
 
 
-def _apart(times: Sequence[float], others: Sequence[float], near: float) -> list[float]:
-    """The times that are farther than `near` from any of the others."""
+def _apart(times: Sequence[float], others: Sequence[float]) -> list[float]:
+    """The times that none of the others is the same as."""
     around = np.array([-np.inf, *sorted(others), np.inf])
     t = np.array(times, dtype=float)
     after = np.searchsorted(around, t)
-    far = np.minimum(t - around[after - 1], around[after] - t) > near
+    far = np.minimum(t - around[after - 1], around[after] - t) > SAME * t
     return [time for time, kept in zip(times, far, strict=True) if kept]
 
 
@@ -104,12 +127,12 @@ class Walk:
     def next(self) -> float | None:
         """The time (s) that the next step leads to; None at the end.
 
-        The last two steps before a time of the schedule are equal, if long enough.
+        The last two steps before a time of the schedule, or a knot, are equal, if long enough.
         """
         start, pace = self.start, self._plan.pace
         if start is None:
-            return self._plan.times[0]
-        target = next((t for t in self._plan.times if t > start), None)
+            return self._target(-np.inf)
+        target = self._target(start)
         if target is None or pace is None:
             return target
         left = pace.clock(target) - pace.clock(start)
@@ -120,6 +143,13 @@ class Walk:
             self._step = left
             return target
         return pace.time_at(pace.clock(start) + self._step)
+
+    def _target(self, start: float) -> float | None:
+        """The first time (s) after another at which a step ends whatever cracks do."""
+        plan = self._plan
+        ends = (plan.times, plan.pace.knots if plan.pace else ())
+        after = [times[bisect_right(times, start) :][:1] for times in ends]
+        return min((t for times in after for t in times), default=None)
 
     def goes_too_far(self, ran: float) -> bool:
         """Whether a step in which cracks ran so far (m) is to be taken again, then shorter."""

@@ -17,7 +17,7 @@ def counts_in(case: Case) -> str:
 
 
 # A step shorter than this part of the whole is lost in the round-off of the times.
-SHORTEST = 1e-6
+SHORTEST = 1e-12
 
 
 def adaptive(case: Case) -> AdaptiveTau | AdaptiveTime | None:
@@ -92,7 +92,7 @@ def adaptive_steps_are_possible(case: Case) -> None:
         )
     if steps.shortest < SHORTEST * steps.stop:
         raise InputError(
-            f"time.{name}: shortest = {inline(steps.shortest)} is less than a millionth of stop = "
+            f"time.{name}: shortest = {inline(steps.shortest)} is less than {SHORTEST:g} of stop = "
             f"{inline(steps.stop)}, which no clock can tell apart; take a longer one"
         )
     for time in case.output.at:
