@@ -113,7 +113,7 @@ def assert_same(found: Run, expected: Run, rel: float = 0.0) -> None:
     assert [s.time for s in found.rejected] == [s.time for s in expected.rejected]
     fields = {s.fields for s in found.steps if s.fields}
     assert {f"fields/{p.name}" for p in (found.path / "fields").glob("*.vtkhdf")} == fields
-    assert not list(found.path.rglob("*.part"))
+    assert not list(found.path.rglob("*.staffa-part"))
 
 
 def assert_steps(found: Sequence, expected: Sequence, rel: float) -> None:

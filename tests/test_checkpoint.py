@@ -101,7 +101,7 @@ def test_the_last_good_checkpoint_is_used_and_that_is_said(copy: Path, damage, g
 @pytest.mark.parametrize("name", ["a bit of the fields", "half of the last step", "everything"])
 def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) -> None:
     DAMAGES[name][0](copy)
-    (copy / "fields" / "step-0007.vtkhdf.part").write_text("half")
+    (copy / "fields" / ".step-0007.vtkhdf.staffa-part").write_text("half")
     (copy / "fields" / "mine.pvsm").write_text("a view of somebody's own")
     heard: list[str] = []
     finished = (copy / STEPS).read_text()
@@ -152,7 +152,7 @@ def test_two_checkpoints_are_kept_and_what_they_name(tmp_path: Path) -> None:
     folder = tmp_path / "checkpoint"
     mesh = checkpoint.write_part(folder, {"points": np.zeros((4, 3))})
     for number in (1, 2, 5, 9):
-        (folder / "half.json.part").write_text("half")
+        (folder / ".half.json.staffa-part").write_text("half")
         state = checkpoint.write_part(folder, {"u": np.full((4, 2), float(number))})
         checkpoint.write_page(folder, number, {"state": state}, [mesh, state])
     assert checkpoint.numbers(folder) == [9, 5]

@@ -208,7 +208,7 @@ def test_a_movie_of_a_body_in_two_dimensions_is_made_if_asked_for(tmp_path, monk
     draw(run, movie=True)
     with Image.open(path) as found:
         assert found.n_frames == 2, "too large a file loses every other frame"
-    assert not list(run.path.rglob("*.part"))
+    assert not list(run.path.rglob("*.staffa-part"))
 
 
 def test_an_ensemble_has_no_movie(tmp_path, monkeypatch):

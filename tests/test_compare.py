@@ -14,7 +14,8 @@ from staffa.cases.catalog import ready_case
 from staffa.cases.reading import parse_case
 from staffa.cases.writing import to_toml
 from staffa.errors import StaffaError
-from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run, write_aside
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run
 from staffa.io.vtkhdf import Grid
 from staffa.plot.frames import Frame, read_frames
 from staffa.plot.pair import difference as damage_difference
@@ -26,6 +27,7 @@ from staffa.report.drawing import draw_pair
 from staffa.report.pair import Pair, caveats
 from staffa.report.pair_figures import pair_figures
 from staffa.report.pair_reading import place_of, read_pair
+from staffa.report.pieces import GENERATOR
 from staffa.report.results import common_times, difference, results
 from test_bad_input import check_sentence, files_in, sentence_of, staffa
 from test_report import (
@@ -443,13 +445,13 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
     for picture in drawn.pictures:
         assert_shows_something(picture)
     text = drawn.page.read_text(encoding="utf-8")
-    assert text.count("data:image/png;base64,") == 3 and "http" not in text
+    assert text.count("data:image/png;base64,") == 3 and "://" not in text
     assert "<title>a and b</title>" in text and text.count('class="alarm"') == 1
     for found in (results(other), common_times(other)):
         for row in found.rows:
             assert "".join(f"<td>{cell}</td>" for cell in row) in text
     assert "Version, ranks, mesh and derived numbers do not differ." in text
-    assert not list((tmp_path / "deep").rglob("*.part"))
+    assert not list((tmp_path / "deep").rglob("*.staffa-part"))
 
 
 @pytest.mark.usefixtures("coarse")
@@ -458,7 +460,7 @@ def test_a_page_is_written_over_an_earlier_one_and_touches_nothing_else(pair, tm
     runs = [files_in(side.run.path) for side in pair.sides]
     out = tmp_path / "out"
     out.mkdir()
-    (out / "report.html").write_text("earlier")
+    (out / "report.html").write_text(f"earlier {GENERATOR}")
     (out / "tips.csv").write_text("mine")
     drawn = draw_pair(again(pair), place_of(pair, out))
     assert "4.8 %" in drawn.page.read_text(encoding="utf-8")

@@ -108,7 +108,7 @@ def test_a_launcher_of_another_mpi_is_known(script: str, tmp_path: Path, monkeyp
 
 def test_a_stack_that_does_not_load_is_known(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "dolfinx.py").write_text("raise ImportError('libpetsc.so.3: no such file')\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     said = sentence(solving.libraries)
     assert "(ImportError: libpetsc.so.3: no such file)" in said and "install DOLFINx anew" in said

@@ -19,7 +19,8 @@ from staffa.display_units import Magnitudes, Unit, shown
 from staffa.errors import InputError, SolveError
 from staffa.grid import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
-from staffa.io.run_directory import CASE, STEPS, read_run, write_aside
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import CASE, STEPS, read_run
 from staffa.measure.averages import Average, average, spread
 from staffa.measure.generations import arrests
 from staffa.report.drawing import draw_ensemble
@@ -117,12 +118,12 @@ def test_its_page_holds_the_table_and_pictures_that_show_something(tmp_path) -> 
     for picture in drawn.pictures:
         assert_shows_something(picture)
     text = drawn.page.read_text(encoding="utf-8")
-    assert text.count("data:image/png;base64,") == 2 and "http" not in text
+    assert text.count("data:image/png;base64,") == 2 and "://" not in text
     assert "<th>τ<sub>2</sub></th>" in text and "<th>cracks at 0.4</th>" in text
     assert "<td>mean</td><td>17</td><td>9</td><td>5</td>" in text
     assert "<td>error</td><td>0.58</td><td>0.58</td><td>0.58</td>" in text
     assert "standard error of the mean, s/sqrt(n)" in text
-    assert not list(tmp_path.rglob("*.part"))
+    assert not list(tmp_path.rglob("*.staffa-part"))
 
 
 @pytest.fixture
@@ -320,9 +321,9 @@ def test_a_member_solved_in_another_way_is_of_the_ensemble_and_one_of_other_rock
     for seed, setting in enumerate(("solver.sweeps=9", "output.at=[0.2]", "title='other'")):
         text = to_toml(parse_case(SMALL, [f"toughness.seed={seed}", setting]))
         (tmp_path / f"seed-{seed}" / CASE).write_text(text)
-    (tmp_path / "seed-2" / CASE).rename(tmp_path / "aside")
+    aside = (tmp_path / "seed-2" / CASE).rename(tmp_path / "seed-2" / "aside")
     assert set(begun_members(case, range(2), tmp_path)) == {0, 1}
-    (tmp_path / "aside").rename(tmp_path / "seed-2" / CASE)
+    aside.rename(tmp_path / "seed-2" / CASE)
     with pytest.raises(InputError, match="holds a run of another case, seed-2"):
         begun_members(case, range(3), tmp_path)
 

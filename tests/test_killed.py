@@ -79,7 +79,7 @@ def kill_and_resume(place: Path, directory: Path, kills: int, seed: int) -> int:
     for number in range(kills):
         alive = makes_a_step(process, directory)
         if number % 2:
-            alive = alive and wait_for(lambda: any(directory.rglob("*.part")), process)
+            alive = alive and wait_for(lambda: any(directory.rglob("*.staffa-part")), process)
         else:
             time.sleep(draw.uniform(0, 0.5))
         process.kill()

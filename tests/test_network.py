@@ -290,7 +290,7 @@ def test_files_hold_the_whole_network(square: Grid, tmp_path: Path) -> None:
         (row,) = csv.DictReader(file)
     assert float(row["length"]) == pytest.approx(found.size) and row["cracks"] == "1"
     assert float(row["volume"]) == pytest.approx(found.volume)
-    assert not list(tmp_path.rglob("*.part*"))
+    assert not list(tmp_path.rglob("*.staffa-part"))
 
 
 def test_damaged_fields_are_told_and_those_that_are_gone_are_not(

@@ -16,16 +16,8 @@ from scipy.special import erfc
 
 from staffa.errors import InputError, StaffaError
 from staffa.grid import SIDES
-from staffa.io.run_directory import (
-    MANIFEST,
-    STEPS,
-    Run,
-    append_step,
-    create,
-    fields_name,
-    read_run,
-    write_aside,
-)
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.manifest import Manifest
 from staffa.measure.generations import tracks
@@ -186,10 +178,10 @@ def test_a_whole_run_has_all_pictures_and_a_page_with_its_numbers(tmp_path):
     assert drawn.skipped == ()
     for picture in drawn.pictures:
         assert_shows_something(picture)
-    assert not list(run.path.rglob("*.part"))
+    assert not list(run.path.rglob("*.staffa-part"))
     text = drawn.page.read_text(encoding="utf-8")
     assert text.count("data:image/png;base64,") == 3
-    assert "http" not in text, "the page is not self-contained"
+    assert "://" not in text, "the page is not self-contained"
     assert "A drawn slab &amp; its &lt;cracks&gt;" in text
     compared = table(run)
     assert compared is not None
@@ -335,7 +327,7 @@ def test_a_run_that_is_going_on_can_be_shown(tmp_path):
     run = rewritten(run, list(run.steps[:12]))
     with (run.path / STEPS).open("a", encoding="utf-8") as file:
         file.write('{"index": 12, "time": 0.0')
-    (run.path / (fields_name(12) + ".part")).write_bytes(b"half a file")
+    (run.path / "fields/.step-0012.vtkhdf.staffa-part").write_bytes(b"half a file")
     run = read_run(run.path)
     assert len(draw(run).pictures) == 3
     assert any("12 of 25 steps" in fact.text for fact in summary(run))

@@ -278,7 +278,11 @@ def test_a_finished_run_stays_as_it_is_whatever_became_of_its_checkpoints(
     for file in (tmp_path / "run" / "checkpoint").glob(pattern):
         file.write_text("half")
     before = {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}
-    for half in ("manifest.json.part", "checkpoint/a.h5.part", "fields/step-0001.vtkhdf.part"):
+    for half in (
+        ".manifest.json.staffa-part",
+        "checkpoint/.a.h5.staffa-part",
+        "fields/.step-0001.vtkhdf.staffa-part",
+    ):
         (tmp_path / "run" / half).write_text("half")
     assert len(resume(tmp_path / "run")) == 2
     assert before == {p: p.read_bytes() for p in (tmp_path / "run").rglob("*") if p.is_file()}

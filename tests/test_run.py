@@ -50,7 +50,7 @@ def test_run_directory_is_complete(serial: Path) -> None:
     }
     assert len((serial / "run.log").read_text().splitlines()) == 1 + 14
     assert run.steps[-1].measures.tips and run.steps[-1].audit.violations == ()
-    assert not list(serial.rglob("*.part"))
+    assert not list(serial.rglob("*.staffa-part"))
     record = json.loads((serial / "steps.jsonl").read_text().splitlines()[0])
     energies = record["energies"]
     assert energies["total"] == energies["elastic"] + energies["surface"]

@@ -42,6 +42,10 @@ class StoppedError(StaffaError):
     exit_code = 3
 
 
+class StaffaWarning(UserWarning):
+    """Something a user should know, in one sentence; the work goes on."""
+
+
 def printable(text: str) -> str:
     """The text on one line, what cannot be printed (a user may write anything) spelled out."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

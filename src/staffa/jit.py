@@ -2,8 +2,12 @@
 
 import fcntl
 import os
+import stat
+import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +16,16 @@ from staffa.stack import MPI
 import ufl
 from dolfinx import fem
 from dolfinx.jit import get_options
+from ffcx.options import get_options as form_options
 
+from staffa.errors import StaffaWarning
 from staffa.parallel import any_over_ranks
+from staffa.surroundings import elsewhere
+
+# Both read their settings once: from the home folder alone, not from the current one.
+with elsewhere():
+    CACHE = Path(get_options()["cache_dir"]).with_name("staffa")
+    form_options()
 
 # Sums may be reordered, which vector instructions need; NaN and infinity keep their meaning.
 # Measured on the bricks of the benchmark: the stiffness is assembled 2.2 times faster than by
@@ -44,9 +56,36 @@ def expression(value: Any, points: Any, comm: MPI.Comm) -> fem.Expression:
     return _compiled(lambda options: fem.Expression(value, points, jit_options=options), comm)
 
 
+@cache
 def cache_folder() -> Path:
-    """Where compiled forms are kept."""
-    return Path(get_options()["cache_dir"]).with_name("staffa")
+    """The folder of compiled forms: one that this user owns, since what lies there is run.
+
+    That is CACHE or, where it belongs to someone else, may be written to by all or cannot be
+    written to, a folder for temporary files, which a warning names.
+    """
+    if _is_own(CACHE):
+        return CACHE
+    instead = Path(tempfile.gettempdir()) / f"staffa-{os.getuid()}"
+    if not _is_own(instead):
+        instead = Path(tempfile.mkdtemp(prefix="staffa-"))
+    warnings.warn(
+        f"compiled forms cannot be kept in {CACHE}, which is not this user's alone to write to; "
+        f"they are kept in {instead} as long as that is there; XDG_CACHE_HOME names another folder",
+        StaffaWarning,
+        stacklevel=2,
+    )
+    return instead
+
+
+def _is_own(folder: Path) -> bool:
+    """Make a folder if there is none; whether it is one that this user alone may write to."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat() if folder.parent == Path(tempfile.gettempdir()) else folder.stat()
+    except OSError:
+        return False
+    own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return own and not found.st_mode & stat.S_IWOTH and os.access(folder, os.W_OK)
 
 
 def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Comm) -> Compiled:
@@ -55,33 +94,37 @@ def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Co
     A process that is killed while it compiles leaves a source in the cache that others would wait
     for in vain. Whoever compiles shares a lock, so that one who has it alone may remove these.
     """
-    cache = cache_folder()
+    folder = comm.bcast(cache_folder() if comm.rank == 0 else None, root=0)
     compiler, patience = flags(comm), PATIENCE
     while True:
         if comm.rank == 0:
-            _clear(cache, wait=False)
+            _clear(folder, wait=False)
         options = {
             "cffi_extra_compile_args": compiler,
             "timeout": patience,
-            "cache_dir": cache,
+            "cache_dir": folder,
         }
         try:
-            with _lock(cache, fcntl.LOCK_SH, mine=comm.rank == 0):
+            with _lock(folder, fcntl.LOCK_SH, mine=comm.rank == 0):
                 return make(options)
         except (TimeoutError, RuntimeError) as problem:
             late = comm.bcast("timed out" in str(problem), root=0)
             if not late or patience > PATIENCE:
                 raise
-        alone = comm.bcast(comm.rank == 0 and _clear(cache, wait=True), root=0)
+        alone = comm.bcast(comm.rank == 0 and _clear(folder, wait=True), root=0)
         patience = PATIENCE if alone else WITHOUT_LOCKS
 
 
 def flags(comm: MPI.Comm) -> list[str]:
     """Those of the C compiler. Compiled code is cached by them. Collective."""
     here = _features()
-    chosen = os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
     vector = [flag for name, flag in VECTOR.items() if not any_over_ranks(comm, name not in here)]
-    return [*chosen, *vector]
+    return [*chosen_flags(), *vector]
+
+
+def chosen_flags() -> list[str]:
+    """Those of the C compiler but for vector instructions: they decide the last digits."""
+    return os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
 
 
 @contextmanager

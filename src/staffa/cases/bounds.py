@@ -8,6 +8,7 @@ from staffa.errors import InputError
 
 LARGEST_FILE = 1_000_000  # bytes
 MOST_VALUES = 25_000  # a table of 12,000 times and values is one of measurements
+MOST_BITS = 13_000  # Python does not write whole numbers of more than 4,300 digits
 DEEPEST = 12  # the deepest key there is, of a table in time, has 6
 # Of the squares of the dots in each line but decimal points: Python's reader takes time and memory
 # like the square of the number of names in a.b.c = 1.
@@ -51,6 +52,10 @@ def values_are_few(table: Mapping[str, Any], name: str) -> None:
         inside = [held for values in level for held in _held(values)]
         count += len(inside)
         level = [value for value in inside if isinstance(value, dict | list)]
+        if any(isinstance(value, int) and value.bit_length() > MOST_BITS for value in inside):
+            raise InputError(
+                f"{name} holds a whole number of more than 3,900 digits; write it like 1e20"
+            )
         if count > MOST_VALUES:
             raise InputError(
                 f"{name} holds more than {MOST_VALUES:,} values; write equal steps as "

@@ -17,7 +17,7 @@ from staffa.cases.rock_keys import RockKeys
 from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
-from staffa.io.ensemble_directory import OWN, member_path, members
+from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
 from staffa.parallel import on_root
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
@@ -90,7 +90,7 @@ def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
     InputError
         What is at the place of a member cannot be one of this ensemble.
     """
-    run_directory.require_free(directory)
+    run_directory.require_free(directory, ours=is_of_ensemble)
     begun = {}
     for seed, place in members(directory).items():
         if not (place / run_directory.CASE).is_file():

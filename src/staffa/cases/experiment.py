@@ -5,14 +5,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from staffa.stack import MPI, PETSc
+from staffa.stack import MPI, OWN, PETSc
 
 import numpy as np
 
 from staffa.arguments import path_of, require
 from staffa.cases.attached import attached, identity
 from staffa.cases.build import CASE, COMM, problem
-from staffa.cases.keeper import Keeper, on_disk
+from staffa.cases.keeper import FLAGS, Keeper, on_disk
 from staffa.cases.model import Case
 from staffa.cases.numbers import numbers
 from staffa.cases.own import Given, recorded
@@ -32,6 +32,7 @@ from staffa.evolution.toughness import toughness_factor
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.io.lock import Lock
+from staffa.jit import chosen_flags
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest, Own, Probe
 from staffa.measure.probes import Probes
@@ -304,7 +305,7 @@ def describe(
         threshold=setup.measuring.threshold,
         scales={} if own_load else derived.table(),
         versions=_versions(),
-        petsc_options=dict(PETSc.Options().getAll()),
+        petsc_options=_petsc_options(),
         identity=identity(to_toml(case), attached(case)),
         own=own,
         tip_reach=reach(
@@ -319,6 +320,12 @@ def describe(
     )
 
 
+def _petsc_options() -> dict[str, str]:
+    """The options that PETSc was given or has from staffa; one without a value has an empty one."""
+    given = PETSc.Options().getAll()
+    return {name: value or "" for name, value in given.items() if name not in OWN}
+
+
 def _versions() -> dict[str, str]:
     import platform
 
@@ -331,4 +338,5 @@ def _versions() -> dict[str, str]:
         "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
         "mpi": MPI.Get_library_version().split("\n")[0].strip(),
         "numpy": numpy.__version__,
+        FLAGS: " ".join(chosen_flags()),
     }

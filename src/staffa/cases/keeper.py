@@ -23,11 +23,13 @@ from staffa.fields import owned
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
+from staffa.jit import chosen_flags
 from staffa.parallel import on_root
 from staffa.records import REJECTED, Step
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
 SAME_PLACE = 1e-6
+FLAGS = "C compiler flags"  # they decide the last digits of what forms give
 
 
 def versions() -> dict[str, str]:
@@ -37,6 +39,7 @@ def versions() -> dict[str, str]:
     return {
         **{"staffa": version(), "dolfinx": dolfinx.__version__, "petsc": petsc},
         "PETSC_OPTIONS": options,
+        FLAGS: " ".join(chosen_flags()),
     }
 
 

@@ -23,7 +23,7 @@ from staffa.cases.writing import to_toml
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
-from staffa.io import checkpoint, run_directory
+from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
 from staffa.manifest import Manifest
@@ -87,7 +87,7 @@ def resume(
         finished = _is_finished(steps, manifest)
         if finished and not settings and on_root(comm, lambda: _stands(directory, case)):
             with on_disk(directory):
-                on_root(comm, lambda: run_directory.remove_halves(directory))
+                on_root(comm, lambda: own_files.remove_halves(directory))
             return steps
         require_given(given, manifest.own, str(directory))
         taken = on_root(comm, lambda: take(directory))
@@ -179,9 +179,9 @@ def take(directory: Path) -> Taken:
         known = tuple(lines[: page["lines"]])
         steps = kept(run_directory.steps_in(known, directory / run_directory.STEPS))
         other = {
-            f"{name} {page['versions'].get(name)} and now {now}"
+            f"{name} {page['versions'][name]} and now {now}"
             for name, now in versions().items()
-            if page["versions"].get(name) != now
+            if page["versions"].get(name, now) != now
         }
         if other:
             said.append(f"numbers may differ a little: before {', '.join(sorted(other))}")

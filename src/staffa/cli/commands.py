@@ -2,8 +2,9 @@
 
 import os
 import sys
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
@@ -13,9 +14,9 @@ from staffa.cases import catalog
 from staffa.cases.preview import preview
 from staffa.cases.reading import read_case
 from staffa.cases.writing import to_toml
-from staffa.cli.terminal import out
+from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import seconds
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
 
@@ -238,8 +239,12 @@ def main() -> None:
     """Entry point: user errors as one sentence, with their exit code; rank 0 alone prints."""
     if not _is_first():
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115 (till the end)
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files, whatever is asked for
+    warnings.showwarning = _warn
     try:
-        app()
+        with to_a_terminal_that_may_close():
+            _require_docstrings()
+            app()
     except StaffaError as error:
         if _is_first():
             print(f"staffa: {error}", file=sys.stderr)
@@ -247,6 +252,20 @@ def main() -> None:
     except Exception:
         sys.stderr = sys.__stderr__
         raise
+
+
+def _require_docstrings() -> None:
+    if sys.flags.optimize > 1:
+        raise InputError(
+            f"PYTHONOPTIMIZE = {sys.flags.optimize} takes away docstrings of libraries, without "
+            f"which some of them do not load; unset it, or set it to 1"
+        )
+
+
+def _warn(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+    """Show a warning of staffa's own as one sentence, and none of a library's."""
+    if issubclass(category, StaffaWarning) and sys.stderr is not None:
+        print(f"staffa: {message}", file=sys.stderr)
 
 
 # By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx.

@@ -8,6 +8,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from staffa.cli.terminal import out
+from staffa.errors import printable
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report import comparison
@@ -111,4 +112,4 @@ def _print_drawn(drawn: Drawn) -> None:
     for reason in drawn.skipped:
         out.print(f"[yellow]not drawn:[/yellow] {escape(reason)}")
     for path in (*drawn.pictures, *drawn.tables, drawn.page):
-        print(path)
+        print(printable(str(path)))

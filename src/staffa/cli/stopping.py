@@ -9,7 +9,7 @@ from types import FrameType
 
 from staffa.errors import StaffaError
 
-SIGNALS = (signal.SIGTERM, signal.SIGINT)
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 # A launcher and a terminal may both pass on one Ctrl-C; so soon (s) it is no second one.
 ONCE = 1.0
 # Left for what comes after the last look: this much of the longest time between two looks, and

@@ -3,10 +3,10 @@
 import os
 import signal
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from staffa import surroundings
 from staffa.errors import StaffaError
 
 
@@ -47,7 +47,7 @@ def spoken(command: Sequence[str | Path], *, seconds: float, folder: Path | None
 
 def python(code: str, *, seconds: float = 60, launcher: Sequence[str] = ()) -> str:
     """What this Python prints in another process, or in several; errors as of `spoken`."""
-    return spoken([*launcher, sys.executable, "-c", code], seconds=seconds)
+    return spoken([*launcher, *surroundings.python(code)], seconds=seconds)
 
 
 def _last_words(text: str) -> str:

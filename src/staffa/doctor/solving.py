@@ -6,6 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from staffa import surroundings
 from staffa.cases import catalog
 from staffa.doctor.child import python, spoken
 from staffa.errors import StaffaError
@@ -96,7 +97,7 @@ def two_ranks() -> str:
         case, directory = Path(name) / "bar.toml", Path(name) / "run"
         case.write_text(catalog.text("bar"), encoding="utf-8")
         settings = [word for setting in SMALL for word in ("--set", setting)]
-        launch = [_launcher(), "-n", "2", sys.executable, "-c", STAFFA]
+        launch = [_launcher(), "-n", "2", *surroundings.python(STAFFA)]
         asked: list[str | Path] = ["run", case, "--out", directory, "--quiet", *settings]
         spoken([*launch, *asked], seconds=300)
         run = read_run(directory)

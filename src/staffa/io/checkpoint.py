@@ -7,6 +7,7 @@ no page names it, removed; a part that several pages name is written once.
 
 import io
 import json
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from hashlib import sha256
@@ -17,11 +18,13 @@ import h5py
 import numpy as np
 
 from staffa.errors import InputError, StaffaError
-from staffa.io.run_directory import keep_names, write_aside
+from staffa.io.own_files import HALF, keep_names, make_folder, write_aside
+from staffa.io.run_directory import parsed
 
 FORMAT = 2
 FOLDER = "checkpoint"
 KEPT = 2
+PAGE, PART = re.compile(r"\d{6,}\.json"), re.compile(r"[0-9a-f]{64}\.h5")
 
 
 class DamagedError(StaffaError):
@@ -74,8 +77,8 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
 
 def numbers(folder: Path) -> list[int]:
     """Those of the checkpoints that are there, the latest first."""
-    found = [path.stem for path in folder.glob("*.json")] if folder.is_dir() else []
-    return sorted((int(stem) for stem in found if stem.isdecimal()), reverse=True)
+    found = folder.iterdir() if folder.is_dir() else ()
+    return sorted((int(path.stem) for path in found if PAGE.fullmatch(path.name)), reverse=True)
 
 
 def read_page(folder: Path, number: int) -> dict[str, Any]:
@@ -90,7 +93,7 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
     """
     damaged = DamagedError("its page is not what was written")
     try:
-        text = json.loads(_page(folder, number).read_text(encoding="utf-8"))
+        text = parsed(_page(folder, number).read_text(encoding="utf-8"))
         found, page = text.get("format"), text.get("checkpoint")
     except (OSError, ValueError, AttributeError):
         raise damaged from None
@@ -120,18 +123,19 @@ def _tidy(folder: Path) -> None:
     known, and then no part is removed."""
     for number in numbers(folder)[KEPT:]:
         _page(folder, number).unlink()
-    for half in folder.glob("*.part"):
+    for half in folder.glob(f".*{HALF}"):
         half.unlink()
     with suppress(StaffaError):
         pages = [read_page(folder, number) for number in numbers(folder)]
         named = {_part(folder, name) for page in pages for name in page["parts"]}
-        for part in set(folder.glob("*.h5")) - named:
-            part.unlink()
+        for part in set(folder.iterdir()) - named:
+            if PART.fullmatch(part.name):
+                part.unlink()
 
 
 def _make(folder: Path) -> None:
-    if not folder.exists():
-        folder.mkdir()
+    if not folder.exists() or folder.is_symlink():
+        make_folder(folder)
         keep_names(folder.parent)
 
 

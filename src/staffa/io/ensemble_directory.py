@@ -11,6 +11,7 @@ from staffa.errors import InputError
 from staffa.io.run_directory import MANIFEST, Run, read_run
 
 RESULTS = "ensemble.csv"
+BESIDE = (RESULTS, "cells.csv", "report.html", "pictures")
 MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
 OWN = ("output", "solver")  # tables that `staffa resume` may change in one member
 SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random property
@@ -53,6 +54,14 @@ def is_ensemble(path: Path) -> bool:
     """True for a folder that holds members and is no run itself."""
     begun = (inside / MANIFEST for inside in members(path).values())
     return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in begun)
+
+
+def is_of_ensemble(inside: Path) -> bool:
+    """Whether a thing in a folder belongs to an ensemble: a member, or what is written beside
+    members that have begun."""
+    if MEMBER.fullmatch(inside.name):
+        return inside.is_dir() and not inside.is_symlink()
+    return inside.name in BESIDE and is_ensemble(inside.parent)
 
 
 def read_ensemble(path: str | Path) -> Ensemble:

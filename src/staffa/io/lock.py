@@ -8,8 +8,7 @@ from errno import EACCES, EAGAIN
 from pathlib import Path
 
 from staffa.errors import InputError
-
-LOCK = "lock"
+from staffa.io.run_directory import LOCK
 
 
 class Lock:
@@ -29,7 +28,9 @@ class Lock:
             Another process holds it, or it cannot be made.
         """
         try:
-            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            self._file = os.open(
+                self._path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o644
+            )
         except OSError as error:
             raise InputError(
                 f"{self._path.parent} cannot be written to ({error.strerror}); see to that first, "

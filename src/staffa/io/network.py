@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from staffa.io.run_directory import write_aside
+from staffa.io.own_files import write_aside
 
 
 def write_vtp(

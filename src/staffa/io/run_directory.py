@@ -2,14 +2,19 @@
 
 import json
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from errno import ENAMETOOLONG
 from hashlib import sha256
 from itertools import count
+from math import inf, isfinite
 from pathlib import Path
+from typing import Any
 
 from staffa.arguments import path_of
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError, StaffaError, printable
+from staffa.io.own_files import make_folder, to_append, write_aside
 from staffa.manifest import Manifest
 from staffa.records import REJECTED, Step, kept, made
 
@@ -22,6 +27,8 @@ CASE, MANIFEST, STEPS, FIELDS, LOG = (
     "run.log",
 )
 SERIES = "fields.vtkhdf.series"
+LOCK, LONGEST_LOCK = "lock", 400  # bytes
+FIELDS_OF_A_STEP = re.compile(r"step-\d{4,}\.vtkhdf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,18 +60,31 @@ class Run:
         return any(time == step.time and asked for time, asked in planned)
 
 
-def require_free(path: Path, way_out: str = "choose another folder or remove it") -> None:
-    """Refuse a place that holds a run already, or cannot hold one.
+def require_free(
+    path: Path,
+    way_out: str = "choose another folder or remove it",
+    ours: Callable[[Path], bool] = lambda inside: False,
+) -> None:
+    """Refuse a place that holds a run already, or a person's files, or cannot hold a run.
 
-    way_out: from a run that is there.
+    way_out: from a run that is there. ours: which of the things that are there staffa itself wrote,
+    so that it may write over them.
 
     Raises
     ------
     InputError
         With the way out.
     """
+    another = "name a folder that is new or empty"
+    try:
+        path.lstat()
+    except OSError as error:
+        if error.errno == ENAMETOOLONG:
+            raise InputError(f"--out {path} is too long a name; choose a shorter one") from None
+    if path.is_symlink():
+        raise InputError(f"--out {path} is a symbolic link, which is not followed; {another}")
     if path.exists() and not path.is_dir():
-        raise InputError(f"--out {path} is a file; name a folder that is new or empty")
+        raise InputError(f"--out {path} is a file; {another}")
     if (path / STEPS).exists() or (path / CASE).exists():
         raise InputError(f"--out {path} holds a run already; {way_out}")
     above = path
@@ -72,6 +92,15 @@ def require_free(path: Path, way_out: str = "choose another folder or remove it"
         above = above.parent
     if not above.is_dir() or not os.access(above, os.W_OK):
         raise InputError(f"--out {path} cannot be made: {above} is no folder that you may write to")
+    held = sorted(inside.name for inside in path.iterdir()) if path.is_dir() else []
+    others = [name for name in held if not (_is_lock(path / name) or ours(path / name))]
+    if others:
+        raise InputError(f"--out {path} holds {others[0]}, which is of no run; {another}")
+
+
+def _is_lock(path: Path) -> bool:
+    """Whether a file is the lock of a run that was not begun."""
+    return path.name == LOCK and path.is_file() and path.stat().st_size <= LONGEST_LOCK
 
 
 def write_case(path: Path, case: str, manifest: Manifest) -> None:
@@ -83,17 +112,23 @@ def write_case(path: Path, case: str, manifest: Manifest) -> None:
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
     """Make a run directory with its case, copies of the files that it names, its manifest, and no
     step yet. If the disk does not take all of it, there is no run."""
-    (path / FIELDS).mkdir(parents=True, exist_ok=True)
-    for file in files:
-        if not (path / file.name).exists() or not file.samefile(path / file.name):
-            write_aside(path / file.name, file.read_bytes())
+    make_folder(path / FIELDS)
+    copies = [file for file in files if not _is_there(file, path)]
     try:
+        for file in copies:
+            write_aside(path / file.name, file.read_bytes())
         (path / STEPS).touch()
         write_case(path, case, manifest)  # last: it also brings the others' names to the disk
     except OSError:
-        for name in (CASE, MANIFEST, STEPS):
+        for name in (CASE, MANIFEST, STEPS, *(file.name for file in copies)):
             (path / name).unlink(missing_ok=True)
+        (path / FIELDS).rmdir()
         raise
+
+
+def _is_there(file: Path, folder: Path) -> bool:
+    """Whether a file is that of this name in a folder."""
+    return (folder / file.name).exists() and file.samefile(folder / file.name)
 
 
 class Journal:
@@ -115,7 +150,7 @@ class Journal:
     def append(self, step: Step) -> None:
         """Add a step's record as one line, on disk before this returns."""
         line = json.dumps(step.to_record()) + "\n"
-        with (self.path / STEPS).open("a", encoding="utf-8") as file:
+        with to_append(self.path / STEPS) as file:
             file.write(line)
             file.flush()
             os.fsync(file.fileno())
@@ -146,26 +181,19 @@ def put_aside(path: Path) -> Path:
 def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
     """Let the file of steps hold these lines alone, and the fields be those of these steps."""
     write_aside(path / STEPS, "".join(f"{line}\n" for line in lines))
-    (path / FIELDS).mkdir(exist_ok=True)
+    make_folder(path / FIELDS)
     written = [(step.fields, step.time) for step in steps if step.fields]
     known = {Path(name).name for name, _ in written}
-    for file in (path / FIELDS).glob("step-*"):  # people may keep their own beside these
-        if file.name not in known:
+    for file in (path / FIELDS).iterdir():  # people may keep their own beside these
+        if FIELDS_OF_A_STEP.fullmatch(file.name) and file.name not in known:
             file.unlink()
     write_series(path, written)
 
 
-def remove_halves(path: Path) -> None:
-    """Remove what a kill left half written, in the run's own folders."""
-    for folder in (path, *(inside for inside in path.iterdir() if inside.is_dir())):
-        for half in folder.glob("*.part"):
-            half.unlink()
-
-
 def append_log(path: Path, line: str) -> None:
     """Add one line to the log."""
-    with (path / LOG).open("a", encoding="utf-8") as file:
-        file.write(line + "\n")
+    with to_append(path / LOG) as file:
+        file.write(printable(line) + "\n")
 
 
 def fields_name(index: int) -> str:
@@ -183,30 +211,6 @@ def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
     files = [{"name": Path(name).name, "time": time} for name, time in written]
     index = {"file-series-version": "1.0", "files": files}
     write_aside(path / FIELDS / SERIES, json.dumps(index, indent=1) + "\n")
-
-
-def write_aside(path: Path, content: str | bytes) -> None:
-    """Write a file so that it is there whole or not at all, also after a power cut."""
-    aside = path.with_name(path.name + ".part")
-    try:
-        with aside.open("wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError:
-        aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
-        raise
-    aside.replace(path)
-    keep_names(path.parent)
-
-
-def keep_names(path: Path) -> None:
-    """Bring to the disk which files a folder has: that a file has its name is kept there."""
-    folder = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
 
 
 def read_run(path: str | Path) -> Run:
@@ -241,7 +245,7 @@ def read_manifest(path: Path) -> Manifest:
     """What a run is; errors as of `read_run`."""
     file = path / MANIFEST
     try:
-        record = json.loads(_text(file))
+        record = parsed(_text(file))
     except ValueError as error:
         raise StaffaError(f"{file} is damaged: {error}") from None
     if not isinstance(record, dict):
@@ -252,11 +256,41 @@ def read_manifest(path: Path) -> Manifest:
             f"staffa that wrote it, {record.get('version')}"
         )
     try:
-        return made(Manifest, record)
+        found = made(Manifest, record)
+        _is_whole(found)
     except ValueError as error:
         raise StaffaError(
             f"{file} is damaged: it lacks an entry, or has a wrong one ({error})"
         ) from None
+    return found
+
+
+def parsed(text: str) -> Any:
+    """What a text of JSON holds.
+
+    Raises
+    ------
+    ValueError
+        It is none, or its brackets are nested too deeply.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("its brackets are nested too deeply") from None
+
+
+def _is_whole(manifest: Manifest) -> None:
+    """Raise a ValueError where numbers of a manifest can be those of no run."""
+    m, dim = manifest, len(manifest.size)
+    positive = (m.h, m.ell, m.L, m.toughness_factor, m.cells, m.unknowns, m.ranks, *m.size)
+    if dim not in (2, 3) or len(m.corner) != dim:
+        raise ValueError("size and lower: two or three numbers each")
+    if not all(0 < number < inf for number in positive):
+        raise ValueError("h, ell, L, toughness_factor, cells, unknowns, ranks, size: positive")
+    if not m.times or not len(m.times) == len(m.taus) == len(m.requested):
+        raise ValueError("times, taus, requested: lists of one length, not empty")
+    if not all(map(isfinite, m.times)) or list(m.times) != sorted(m.times):
+        raise ValueError("times: finite, in increasing order")
 
 
 def read_case_text(path: Path) -> str:
@@ -291,7 +325,7 @@ def steps_in(lines: Sequence[str], file: Path) -> tuple[Step, ...]:
     steps = []
     for number, line in enumerate(lines, start=1):
         try:
-            steps.append(Step.from_record(json.loads(line)))
+            steps.append(Step.from_record(parsed(line)))
         except (ValueError, TypeError, AttributeError) as error:
             raise StaffaError(
                 f"{file}, line {number} is damaged ({error}); `staffa resume {file.parent}` goes "

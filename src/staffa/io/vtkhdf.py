@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from staffa.io.run_directory import write_aside
+from staffa.io.own_files import write_aside
 
 # VTK's cell types (vtkCellType.h) and their number of vertices.
 VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}

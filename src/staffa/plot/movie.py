@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from staffa.errors import StaffaError
-from staffa.io.run_directory import Run, write_aside
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import Run
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.frames import read_frames
 from staffa.plot.labels import moment

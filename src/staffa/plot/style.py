@@ -14,7 +14,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.ticker import MaxNLocator
 
-from staffa.io.run_directory import write_aside
+from staffa.io.own_files import write_aside
 
 WIDTH = 7.0  # inches: with DPI 1400 pixels, twice the width of a README's column
 DPI = 200

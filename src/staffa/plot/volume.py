@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import WIDTH, new_figure
 from staffa.records import Step
+from staffa.surroundings import python
 
 RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
@@ -167,7 +167,7 @@ def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
 
 def _in_a_child(job: str, patience: float, ready: Callable[[], None]) -> str:
     """Run the renderer on a job; what it said last."""
-    command = [sys.executable, "-m", RENDERER]
+    command = python(module=RENDERER)
     with (
         tempfile.TemporaryFile("w+") as errors,
         subprocess.Popen(

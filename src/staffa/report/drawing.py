@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
-from staffa.io.run_directory import Run, write_aside
+from staffa.io.own_files import make_folder, write_aside
+from staffa.io.run_directory import Run
 from staffa.plot.columns import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
@@ -27,10 +28,11 @@ from staffa.report.network import OLDER, Drawing, networks, without_openings
 from staffa.report.page import ensemble_page, page, pair_page
 from staffa.report.pair import Pair
 from staffa.report.pair_figures import pair_figures
+from staffa.report.pieces import PAGE, PICTURES
 from staffa.report.planes import doubling, planes_of
 from staffa.report.tables import write_pooled, write_tables, writing
 
-PICTURES, PAGE, MOVIE = "pictures", "report.html", "growing"
+MOVIE = "growing"
 Write = Callable[[Path], None]
 
 
@@ -115,7 +117,7 @@ def _written(
     }
     to_write |= {f"{name}.gif": write for name, write in (movies or {}).items()}
     with writing(folder):
-        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
+        make_folder(folder / PICTURES)
         if f"{MOVIE}.gif" not in to_write:  # the one that is there may be of an earlier state
             (folder / PICTURES / f"{MOVIE}.gif").unlink(missing_ok=True)
         for name, write in to_write.items():

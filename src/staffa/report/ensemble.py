@@ -8,7 +8,8 @@ from io import StringIO
 from staffa.display_units import NONE, Unit
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
-from staffa.io.run_directory import Run, write_aside
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
 from staffa.measure.averages import Average, average
 from staffa.report.comparison import ABSENT, GENERATIONS, definitions, run_arrests, tip

@@ -1,5 +1,6 @@
 """The crack networks of a run as files, one pair for each moment whose fields were kept."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 
 from staffa.display_units import NONE, Unit
 from staffa.io.network import write_table, write_vtp
+from staffa.io.own_files import make_folder
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import Grid, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
@@ -18,6 +20,7 @@ from staffa.records import Step
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
+CRACKS = re.compile(r"cracks-\d{4,}\.(vtp|csv)")
 OLDER = (
     "openings: an earlier version wrote the fields, without openings; cracks are gray, and tables "
     "of networks that it wrote stay as they are"
@@ -75,10 +78,11 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     folder, written = run.path / FOLDER, []
     if without_openings(found) and (run.path / TABLE).exists():
         return [*sorted(folder.glob("cracks-*")), run.path / TABLE]
-    for old in (*folder.glob("cracks-*"), run.path / TABLE):
+    if found or folder.exists():
+        make_folder(folder)
+    earlier = [old for old in folder.glob("cracks-*") if CRACKS.fullmatch(old.name)]
+    for old in (*earlier, run.path / TABLE):
         old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
-    if found:
-        folder.mkdir(exist_ok=True)
     for drawn in found:
         path = folder / f"cracks-{drawn.step.index:04d}.vtp"
         _write_vtp(path, drawn.network)

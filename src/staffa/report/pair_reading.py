@@ -10,6 +10,7 @@ from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free
 from staffa.report.pair import Pair, Side
+from staffa.report.pieces import GENERATOR, PAGE
 from staffa.report.summary import summary
 
 
@@ -45,10 +46,16 @@ def place_of(pair: Pair, asked: Path | None) -> Path:
     """
     first, second = (side.run.path.resolve().name for side in pair.sides)
     place = asked or Path("runs") / f"{first}-vs-{second}"
-    require_free(place)
     if is_ensemble(place):
         raise InputError(f"--out {place} holds an ensemble; choose another folder")
+    require_free(place, ours=_is_beside_a_page)
     return place
+
+
+def _is_beside_a_page(inside: Path) -> bool:
+    """Whether a thing lies beside an earlier comparison's page: nothing else is written over."""
+    page = inside.with_name(PAGE)
+    return page.is_file() and GENERATOR in page.read_text(encoding="utf-8", errors="replace")
 
 
 def _finished(path: Path) -> Run:

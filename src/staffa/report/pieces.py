@@ -8,6 +8,11 @@ from pathlib import Path
 
 from staffa.report.summary import Fact
 
+PICTURES, PAGE = "pictures", "report.html"
+GENERATOR = '<meta name="generator" content="staffa">'  # by which a page is known as one of ours
+# Nothing runs on a page, and nothing is loaded: what is on it may come from anyone.
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+
 STYLE = """
 :root { color-scheme: light; --ink: #1a1a1a; --soft: #666; --line: #ddd; --alarm: #b3261e; }
 * { box-sizing: border-box; }
@@ -44,6 +49,7 @@ def document(title: str, parts: Iterable[str]) -> str:
     """A whole page of its parts; an empty one is left out."""
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'{GENERATOR}\n<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         f"<h1>{escape(title)}</h1>\n"

@@ -10,6 +10,9 @@ from staffa.io.run_directory import Run
 from staffa.manifest import Manifest
 from staffa.records import Step
 
+# With these a cell begins that a spreadsheet takes for a formula.
+COMPUTED = ("=", "+", "-", "@", "\t", "\r")
+
 
 def reactions_table(run: Run) -> str | None:
     """One row for each step and held side: the force on the body there; None without any."""
@@ -77,5 +80,10 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | N
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerows([_as_text(cell) for cell in row] for row in rows)
     return text.getvalue()
+
+
+def _as_text(cell: object) -> object:
+    """A cell; of a text that a spreadsheet would compute, with a quote before it."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(COMPUTED) else cell

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
-from staffa.io.run_directory import Run, write_aside
+from staffa.io.own_files import write_aside
+from staffa.io.run_directory import Run
 from staffa.report.columns import cells_table, pooled_table
 from staffa.report.network import Drawing, write_networks
 from staffa.report.series import probes_table, reactions_table

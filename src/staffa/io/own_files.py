@@ -1,0 +1,66 @@
+"""Files that staffa writes: whole or not at all, and never through a symbolic link."""
+
+import os
+from pathlib import Path
+from typing import IO
+
+from staffa.errors import InputError
+
+HALF = ".staffa-part"  # of a name, while the file is being written
+NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
+
+def write_aside(path: Path, content: str | bytes) -> None:
+    """Write a file so that it is there whole or not at all, also after a power cut; a symbolic link
+    in its place is replaced, not followed."""
+    aside = path.with_name(f".{path.name}{HALF}")
+    try:
+        aside.unlink(missing_ok=True)  # of a run that was killed
+        with os.fdopen(os.open(aside, os.O_WRONLY | NEW, 0o666), "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError:
+        aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
+        raise
+    aside.replace(path)
+    keep_names(path.parent)
+
+
+def to_append(path: Path) -> IO[str]:
+    """A file to append lines to, made if it is not there; never what a symbolic link leads to."""
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+    return os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder of a run, and those above it, if it is not there.
+
+    Raises
+    ------
+    InputError
+        There is a symbolic link in its place: it is not followed.
+    """
+    if folder.is_symlink():
+        raise InputError(
+            f"{folder} is a symbolic link, which is not followed; remove it, or put there what it "
+            f"leads to"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+
+
+def remove_halves(path: Path) -> None:
+    """Remove what a kill left half written, in the run's own folders."""
+    inside = (folder for folder in path.iterdir() if folder.is_dir() and not folder.is_symlink())
+    for folder in (path, *inside):
+        for half in folder.glob(f".*{HALF}"):
+            half.unlink()
+
+
+def keep_names(path: Path) -> None:
+    """Bring to the disk which files a folder has: that a file has its name is kept there."""
+    folder = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
