@@ -50,6 +50,11 @@ def mesh_cautions(case: Case) -> Iterator[str]:
     yield from _of_memory(case)
 
 
+def mesh_notes(case: Case) -> Iterator[str]:
+    """Sentences on what was made of a mesh."""
+    yield from case.outline.notes
+
+
 def _of_ell(case: Case) -> Iterator[str]:
     ell, h, widest = float(case.damage.ell), cell_edge(case), widest_ell(case)
     if case.domain.has_simplices and find_spec("gmsh") is None:

@@ -10,7 +10,8 @@ from staffa.cases.place import Place
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
-from staffa.geometry.msh import read_msh
+from staffa.geometry.foreign import FORMATS, read_foreign
+from staffa.geometry.msh import SALOME, read_msh
 from staffa.geometry.simplices import Simplices, outline
 from staffa.grid import UNSTRUCTURED
 
@@ -77,7 +78,16 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
 
 def mesh_of(file: Path, unit: float, given: str) -> Simplices:
     """The mesh of a file; given: what the case calls it."""
-    return read_msh(file, unit, f"domain.mesh = {inline(given)}")
+    where, ends = f"domain.mesh = {inline(given)}", file.suffix.lower()
+    if ends in FORMATS:
+        return read_foreign(file, unit, where)
+    if ends not in (".msh", *SALOME):
+        known = ", ".join(sorted((".msh", *SALOME, *FORMATS)))
+        raise InputError(
+            f"{where}: a mesh is one of {known}; convert it, with meshio's own command: meshio "
+            f"convert {file.name} {file.stem}.vtu"
+        )
+    return read_msh(file, unit, where)
 
 
 def _is_possible(shape: Any) -> None:

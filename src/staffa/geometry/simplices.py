@@ -18,7 +18,7 @@ class Simplices:
 
     x: points (m), shape (n, dim), each the corner of a cell; cells: their corners, shape
     (m, dim + 1). regions: the cells of each name. faces, cracks: the corners of each named facet on
-    the surface, and inside, shape (k, dim).
+    the surface, and inside, shape (k, dim). notes: what reading it from a file changed.
     """
 
     x: np.ndarray
@@ -26,6 +26,7 @@ class Simplices:
     regions: Mapping[str, np.ndarray]
     faces: Mapping[str, np.ndarray]
     cracks: Mapping[str, np.ndarray]
+    notes: tuple[str, ...] = ()
 
     @property
     def dim(self) -> int:
@@ -70,6 +71,7 @@ def outline(mesh: Simplices) -> Outline:
         cracks=tuple(mesh.cracks),
         n_cells=len(mesh.cells),
         n_vertices=len(mesh.x),
+        notes=mesh.notes,
         places=OfMesh(
             cells=_sample(mesh.x, mesh.cells),
             regions={name: _sample(mesh.x, mesh.cells[c]) for name, c in mesh.regions.items()},
