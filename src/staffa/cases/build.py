@@ -121,7 +121,8 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     keys = case.domain
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
-        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh)), h=h)
+        make = partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh))
+        return body(comm, make, h=h, graded=True)
     assert keys.h is not None
     if keys.shape is not None:
         return _shaped(comm, keys.shape.shape(), float(keys.h))

@@ -15,6 +15,8 @@ from staffa.geometry.msh import SALOME, read_msh
 from staffa.geometry.simplices import Simplices, outline
 from staffa.grid import UNSTRUCTURED
 
+# Of the edges of the finest cell so much may be asked for: they are a mean, and no mesh is exact.
+NEARLY = 0.9
 BODIES = ("size", "shape", "mesh")
 
 
@@ -71,6 +73,13 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
                 f"domain.h = {inline(keys.h)}: of a mesh it is the edge of its cells where cracks "
                 f"run, at most the mean edge, {found.h:.3g}{unit(case, 'm')}; take a smaller "
                 f"one, or leave it out"
+            )
+        least = found.edges.finest if found.edges else 0.0
+        if keys.h < NEARLY * least:
+            raise InputError(
+                f"domain.h = {inline(keys.h)}: the mesh has no such edges; they are "
+                f"{found.h:.3g}{unit(case, 'm')} long in the mean, and {least:.3g} in its finest "
+                f"cell; mesh the body anew, or leave domain.h out, which refines no mesh"
             )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})
