@@ -365,7 +365,11 @@ HEAT = [
     ("heat.initial={gradient=[0,1]}", "heat.initial.value is missing", 'value = "20 °C"'),
     ("heat.initial={value=1,gradient=[1]}", "heat.initial.gradient = [1.0]", "2 numbers"),
     ("heat.initial={value=1,gradient=1}", "heat.initial.gradient = 1", "write gradient like ["),
-    ("heat.initial={t=[0],value=[1]}", "heat.initial has no key 't'", "formula, gradient, value"),
+    (
+        "heat.initial={t=[0],value=[1]}",
+        "heat.initial has no key 't'",
+        "formula, gradient, name, unit, value",
+    ),
     ('heat.initial={value=1,formula="x"}', "'value' does not go with", "leave it or them out"),
     ('heat.initial={formula="t"}', "'t' is not known there", "it may use numbers, pi, x, y, +"),
     ("heat.stress_free={value=1,gradient=[1]}", "heat.stress_free.gradient", "2 numbers"),
@@ -397,7 +401,11 @@ HEAT = [
     ("heat.bottom={T={t=[-1],value=[0]}}", "heat.bottom.T.t, entry 1 = -1", "not be negative"),
     ("heat.bottom={T={t=[0],value=[nan]}}", "heat.bottom.T.value, entry 1 = nan", "finite"),
     ("heat.bottom={T={t=[0],value=1.0}}", "heat.bottom.T.value = 1.0", "write value like ["),
-    ("heat.bottom={T={t=[0],u=[1.0]}}", "heat.bottom.T has no key 'u'", "it has formula, t, value"),
+    (
+        "heat.bottom={T={t=[0],u=[1.0]}}",
+        "heat.bottom.T has no key 'u'",
+        "it has field_unit, file, formula, name, t, unit, value",
+    ),
     ("heat.bottom={h={t=[0],value=[-1]},T=0}", "h.value, entry 1 = -1", "not be negative"),
     ('heat.bottom={T={formula="1",t=[0]}}', "heat.bottom.T: 't' does not go", "leave it or them"),
     # the source, the bands, the cracks, the errors

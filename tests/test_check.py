@@ -35,8 +35,9 @@ SOLID = (
 # A change to the good case, and the one warning that follows.
 PROVOKED = [
     (
-        ("damage.ell=0.05",),
-        "ell/h = 2.5 < 3: a crack is not resolved; take h <= ell/3 = 0.0166, or damage.ell >= 0.06",
+        ("damage.ell=0.035",),
+        "ell/h = 1.75 < 3: a crack is not resolved: cracks run as if Gc were about 21 % larger; "
+        "take h <= ell/3 = 0.0116, or damage.ell >= 0.06",
     ),
     (
         ("damage.ell=0.01", "damage.allow_coarse=true", "damage.law=AT2", "temperature.severity=4"),
@@ -555,6 +556,16 @@ def test_a_ready_case_is_warned_and_told_of_what_is_known_and_no_more(name, monk
         expected = all_of_them.get(name, [])
         assert len(found) == len(expected), f"{found}"
         assert all(part in said for part, said in zip(expected, found, strict=True)), found
+
+
+def test_cells_of_up_to_half_ell_are_noted_with_the_toughness_that_they_make() -> None:
+    """1 + 3 h/(8 ell) with AT1: a note from ell/3 on, a warning from ell/2 on."""
+    for ell, noted, error in ((0.059, True, "13 %"), (0.041, True, "18 %"), (0.039, False, "19 %")):
+        known = said(f"damage.ell={ell}")
+        here, other = (known.notes, known.warnings)[:: 1 if noted else -1]
+        (text,) = [s for s in here if s.startswith("ell/h")]
+        assert f"as if Gc were about {error} larger" in text, text
+        assert not [s for s in other if s.startswith("ell/h")]
 
 
 def test_no_warning_is_one_that_most_ready_cases_get():

@@ -11,6 +11,7 @@ import numpy as np
 from dolfinx import mesh as dmesh
 
 from staffa.errors import InputError, choices
+from staffa.geometry.edges import cell_edges
 from staffa.geometry.layer import broken_layer
 from staffa.geometry.outline import Outline
 from staffa.geometry.places import SAME
@@ -35,7 +36,8 @@ class Domain:
     region, ghosts included; no cell is in two, and one that is in none belongs to the rest. cracks:
     the cells of this rank that break with each crack that the mesh has. lower: corner of the box
     around the body (m); size: its extent along each axis (m). h: cell edge (m), of triangles and
-    tetrahedra in the mean. cell_kind: as `block` takes it.
+    tetrahedra in the mean. cell_kind: as `block` takes it. graded: whether edges may differ, as in
+    a mesh that was read; see `local_edges`.
     identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
     same body with cells twice as long, boundaries and all; None where that cannot be done.
     """
@@ -51,6 +53,7 @@ class Domain:
     cell_kind: str
     identity: str
     coarser: Callable[[], "Domain"] | None = None
+    graded: bool = False
 
     @property
     def comm(self) -> MPI.Comm:
@@ -137,6 +140,8 @@ def body(
     make: Callable[[], Simplices],
     coarser: Callable[[], Domain] | None = None,
     h: float | None = None,
+    *,
+    graded: bool = False,
 ) -> Domain:
     """The body that a mesh with names fills, from triangles or tetrahedra. Collective.
 
@@ -145,6 +150,7 @@ def body(
     make : gives the mesh; called on rank 0 only. Its errors are raised on all ranks.
     coarser : makes the same body with cells twice as long.
     h : the edge of the cells where cracks run (m), their mean edge if None.
+    graded : whether cells differ in length.
     """
     held: list[Simplices] = []
 
@@ -174,7 +180,14 @@ def body(
         cell_kind=UNSTRUCTURED,
         identity=hashlib.sha256(identity).hexdigest()[:16],
         coarser=coarser,
+        graded=graded,
     )
+
+
+def local_edges(domain: Domain) -> np.ndarray:
+    """The mean edge (m) of each simplex that this rank owns, shape (n,)."""
+    geometry, own = domain.mesh.geometry, domain.mesh.topology.index_map(domain.dim).size_local
+    return cell_edges(geometry.x[geometry.dofmaps[0][:own], : domain.dim])
 
 
 @dataclass(frozen=True, kw_only=True)

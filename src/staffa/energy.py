@@ -16,7 +16,7 @@ from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
 from staffa.loads.forces import Forces
-from staffa.openings import Openings
+from staffa.openings import Openings, cell_integrals
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
@@ -184,7 +184,8 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
-        self._cracks = form(crack_measure(alpha, rock) * dx)
+        self._crack_measure = crack_measure(alpha, rock)
+        self._cracks = form(self._crack_measure * dx)
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)
@@ -257,6 +258,19 @@ class Energy:
         """Surface energy over the toughness where it is spent and across the crack: length in 2-D,
         area in 3-D. Collective."""
         return self._integral(self._cracks)
+
+    def crack_lengths(self) -> np.ndarray:
+        """The part of `crack_length` in each cell that this rank owns, shape (n,). Collective."""
+        return cell_integrals(self._cracks_by_cell, self._sums_cell)
+
+    @cached_property
+    def _cracks_by_cell(self) -> fem.Form:
+        test = ufl.TestFunction(self._sums_cell.function_space)
+        return jit.form(self._crack_measure * test * self._dx, self.comm)
+
+    @cached_property
+    def _sums_cell(self) -> fem.Function:
+        return fem.Function(fem.functionspace(self._mesh, ("Discontinuous Lagrange", 0)))
 
     def crack_variation(self) -> float:
         """1/2 int |grad alpha^4|: length of the cracks by their geometry (area in 3-D).

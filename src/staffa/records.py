@@ -7,6 +7,9 @@ from typing import Any, Self
 
 from pydantic import TypeAdapter, ValidationError
 
+from staffa.cell_records import CellSection as CellSection
+from staffa.cell_records import Coarse as Coarse
+
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6
 
@@ -145,30 +148,6 @@ class Section:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CellSection:
-    """The cells of a 3-D body on the plane at a depth, as `measure.cells` finds them.
-
-    pixel: edges of the raster (m). areas (m^2), perimeters (m, shared with other cells), sides and
-    ends: of each cell. junctions: how many cracks meet as a T, a Y or an X. cracked: the part of
-    the plane that has more damage than the threshold.
-    """
-
-    depth: float
-    pixel: tuple[float, float]
-    areas: tuple[float, ...]
-    perimeters: tuple[float, ...]
-    sides: tuple[int, ...]
-    ends: tuple[int, ...]
-    junctions: dict[str, int]
-    cracked: float
-
-    @property
-    def number(self) -> int:
-        """How many cells there are."""
-        return len(self.areas)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Tip:
     """One crack: where it ends, and how far that is from the cooled face.
 
@@ -195,10 +174,12 @@ class Measures:
 
     sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards.
     front: depth of the deepest crack, 0 without one.
-    length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
+    length_surface: surface energy over Gc and the discrete toughness factor, which of a mesh that
+    was read is that of each cell (area in 3-D).
     length_geometry: half the variation of the damage across the cracks (area in 3-D).
     volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
-    fluid: in the cracks, if there is one.
+    fluid: in the cracks, if there is one. coarse: cracks in cells that are too long for them, if
+    there are any.
     """
 
     sections: tuple[Section, ...]
@@ -209,6 +190,7 @@ class Measures:
     volume: float = 0.0
     fluid: Fluid | None = None
     cells: tuple[CellSection, ...] = ()
+    coarse: Coarse | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ from hashlib import sha256
 from os.path import abspath
 from pathlib import Path
 
+from staffa.cases.given_files import given_files
 from staffa.cases.model import Case
 from staffa.cases.pieces import pieces
 from staffa.cases.property_keys import FieldFile
@@ -16,9 +17,10 @@ CHANGEABLE = ("time", "output", "solver")
 
 
 def attached(case: Case) -> tuple[Path, ...]:
-    """Its mesh, and the files of its rock's fields, each once."""
+    """Its mesh, and the files of its fields, each once."""
     values = [value for piece in pieces(case) for _, _, value in piece.properties()]
     fields = [value.path for value in values if isinstance(value, FieldFile)]
+    fields += [value.path for _, value, _ in given_files(case)]
     mesh = [] if case.domain.file is None else [Path(abspath(case.domain.file))]
     return tuple(dict.fromkeys([*mesh, *fields]))
 

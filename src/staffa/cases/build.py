@@ -8,7 +8,9 @@ from staffa.stack import MPI
 import numpy as np
 
 from staffa.arguments import require
+from staffa.cases.covering import check_files
 from staffa.cases.forces import forces
+from staffa.cases.given_files import factors, in_body
 from staffa.cases.heat import conduction
 from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
@@ -16,6 +18,7 @@ from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.own import Given, tried_load, try_given
 from staffa.cases.pace import plan
 from staffa.cases.rules import require_loaded
+from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.survey import mesh_of
 from staffa.domain import Domain, block, body
 from staffa.evolution.problem import (
@@ -70,6 +73,7 @@ def problem(
     domain = body_of(case, comm)
     material, regions = materials(case, derived, domain.h, split)
     check_rock(case, domain)
+    check_files(case, domain)
     times = plan(case, derived)
     return Problem(
         domain=domain,
@@ -121,7 +125,8 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     keys = case.domain
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
-        return body(comm, partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh)), h=h)
+        make = partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh))
+        return body(comm, make, h=h, graded=True)
     assert keys.h is not None
     if keys.shape is not None:
         return _shaped(comm, keys.shape.shape(), float(keys.h))
@@ -160,16 +165,19 @@ def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
         elif support == "clamped":
             found.append(clamped(domain, side))
         elif isinstance(support, Prescribed):
-            found.append(SideSupport(side=side, components=_components(support)))
+            found.append(SideSupport(side=side, components=_components(case, support)))
     return tuple(found)
 
 
-def _components(support: Prescribed) -> dict[int, Displacement]:
+def _components(case: Case, support: Prescribed) -> dict[int, Displacement]:
     given = {axis: getattr(support, name) for axis, name in enumerate("xyz")}
-    return {axis: _in_time(value) for axis, value in given.items() if value is not None}
+    return {axis: _in_time(case, value) for axis, value in given.items() if value is not None}
 
 
-def _in_time(value: float | History) -> Displacement:
+def _in_time(case: Case, value: float | History | DisplacementFile) -> Displacement:
+    if isinstance(value, DisplacementFile):
+        (t, u), field = factors(value), in_body(case, value)
+        return lambda x, time: float(np.interp(time, t, u)) * field(x)
     if isinstance(value, History):
         t, u = np.array(value.t, dtype=float), np.array(value.u, dtype=float)
         return lambda x, time: float(np.interp(time, t, u))

@@ -4,7 +4,7 @@ from staffa.cases.cooling_cautions import cooling_cautions, cooling_notes
 from staffa.cases.force_cautions import force_cautions
 from staffa.cases.holding import holding_notes
 from staffa.cases.load_cautions import load_cautions
-from staffa.cases.mesh_cautions import mesh_cautions
+from staffa.cases.mesh_cautions import mesh_cautions, mesh_notes
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 
@@ -17,6 +17,7 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
 
 def notes(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is a choice, and what it means."""
+    always = [*mesh_notes(case)]
     if not derived.cooled:
-        return []
-    return [*cooling_notes(case, derived), *holding_notes(case, derived)]
+        return always
+    return [*always, *cooling_notes(case, derived), *holding_notes(case, derived)]

@@ -23,7 +23,7 @@ def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
 
 class DomainKeys(Section):
     """The body: a rectangle or a box with its lower corner at the origin (size), a shape, or a mesh
-    of Gmsh (mesh) whose physical names are its regions, faces and cracks."""
+    (mesh) whose names are its regions, faces and cracks."""
 
     size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] | None = Field(
         default=None,
@@ -38,8 +38,8 @@ class DomainKeys(Section):
     )
     mesh: FilePath | None = Field(
         default=None,
-        description="in place of size: a .msh file of triangles or tetrahedra, as seen from the "
-        "folder of this file (needs Gmsh)",
+        description="in place of size: a file of a mesh, .msh (Gmsh), .med, .unv, .inp, .vtu and "
+        "others (docs/geometry.md), as seen from the folder of this file",
         examples=["rock.msh"],
     )
     unit: Length | None = Field(

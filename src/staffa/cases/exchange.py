@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.clock import conductivity, diffusivity, times_in
+from staffa.cases.given_files import in_body
 from staffa.cases.heat import in_time
 from staffa.cases.heat_keys import HeatCracks, HeatSide, InTime
 from staffa.cases.model import Case
 from staffa.cases.properties import in_space
+from staffa.cases.property_keys import FieldFile
 from staffa.cases.rules.times import times_given
 from staffa.loads.closed_form import Convective, Face
 
@@ -75,8 +77,13 @@ def _exchange(
         drop, rise = _shares(-flux * shift)
         return Exchange(where=where, drop=drop, rise=rise, reached=drop)
     assert case.heat is not None
-    start = float(in_space(case.heat.initial, case.dim)(middle)[0])
-    below = start - _history(case, given.T, middle, last)
+    initial = case.heat.initial
+    at_start = in_space(initial, case.dim)
+    start = _mean(case, initial, side) if isinstance(initial, FieldFile) else at_start(middle)[0]
+    if isinstance(given.T, FieldFile):
+        below = np.array([float(start) - _mean(case, given.T, side)])
+    else:
+        below = float(start) - _history(case, given.T, middle, last)
     below[np.abs(below) < ROUND_OFF * abs(start)] = 0.0
     drop, rise = _shares(below)
     if given.h is None:
@@ -91,6 +98,11 @@ def _exchange(
         film=film,
         reached=_behind_film(drop, film, diffusivity(case, side), last),
     )
+
+
+def _mean(case: Case, value: FieldFile, side: str) -> float:
+    """The mean over a side of a field in a file."""
+    return float(np.mean(in_body(case, value)(case.outline.places.on(side))))
 
 
 def _shares(below: np.ndarray) -> tuple[float, float]:

@@ -5,7 +5,7 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from staffa.errors import InputError, choices
 
+MANY = 30  # more cells than can meet in a body that is smaller than each of them
 SPREAD = (".pvd", ".pvtu", ".vtm", ".xdmf")  # files that name others, in which the numbers are
 
 
@@ -21,7 +22,8 @@ class MeshField:
     """A field on a mesh of its own; it can be sent to other ranks.
 
     points: shape (n, 3) (m); cells, types: as VTK stores them; values: one a point, or one a cell
-    if per_cell. digest: two fields of one digest are the same. path: where it was read.
+    if per_cell. digest: two fields of one digest are the same. path: where it was read. slack: how
+    far outside of the mesh a point still has the value of the place nearest to it (m).
     """
 
     points: np.ndarray = field(compare=False, repr=False)
@@ -31,6 +33,7 @@ class MeshField:
     per_cell: bool
     digest: str
     path: Path = field(compare=False)
+    slack: float = 0.0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Interpolated at points x, shape (3, n), straight within each cell; NaN outside."""
@@ -38,14 +41,78 @@ class MeshField:
 
         if x.shape[1] == 0:
             return np.zeros(0)
-        mesh = pyvista.UnstructuredGrid(self.cells, self.types, self.points)
+        mesh = self._mesh()
         (mesh.cell_data if self.per_cell else mesh.point_data)["value"] = self.values
-        found = pyvista.PolyData(np.ascontiguousarray(x.T, dtype=float)).sample(mesh)
+        places = np.ascontiguousarray(x.T, dtype=float)
+        found = pyvista.PolyData(places).sample(mesh)
         inside = np.asarray(found["vtkValidPointMask"], dtype=bool)
-        return np.where(inside, np.asarray(found["value"], dtype=float), np.nan)
+        values = np.where(inside, np.asarray(found["value"], dtype=float), np.nan)
+        if self.slack and not inside.all():
+            values[~inside] = self._beside(mesh, places[~inside])
+        return values
+
+    def reaching(self, slack: float) -> "MeshField":
+        """The same with this slack (m)."""
+        return replace(self, slack=slack)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners of the box around its mesh (m), shape (3,) each."""
+        return self.points.min(axis=0), self.points.max(axis=0)
+
+    def cells_around(self, x: np.ndarray) -> np.ndarray | None:
+        """The extent (m) of the cells in which these points lie, the least along each axis, shape
+        (3,); None if they lie in many, or beside all."""
+        mesh = self._mesh()
+        found = np.unique(mesh.find_containing_cell(np.ascontiguousarray(x.T, dtype=float)))
+        if len(found) > MANY or found.min() < 0:
+            return None
+        extents = [np.ptp(np.asarray(mesh.get_cell(int(k)).points), axis=0) for k in found]
+        return np.asarray(np.min(extents, axis=0))
+
+    def _mesh(self) -> Any:
+        import pyvista
+
+        return pyvista.UnstructuredGrid(self.cells, self.types, self.points)
+
+    def _beside(self, mesh: Any, places: np.ndarray) -> np.ndarray:
+        """The values at the places of the mesh nearest to these, shape (n, 3); NaN beyond slack."""
+        cells, nearest = mesh.find_closest_cell(places, return_closest_point=True)
+        values = np.full(len(places), np.nan)
+        near = np.linalg.norm(nearest - places, axis=1) <= self.slack
+        for k in np.flatnonzero(near & (cells >= 0)):
+            values[k] = self._in_cell(mesh, int(cells[k]), nearest[k])
+        return values
+
+    def _in_cell(self, mesh: Any, number: int, place: np.ndarray) -> float:
+        """The value in a cell at a place of it."""
+        from vtkmodules.vtkCommonCore import reference
+
+        if self.per_cell:
+            return float(self.values[number])
+        cell = mesh.GetCell(number)
+        ids = [cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]
+        weights = [0.0] * len(ids)
+        part, far = reference(0), reference(0.0)
+        cell.EvaluatePosition(place.tolist(), [0.0] * 3, part, [0.0] * 3, far, weights)
+        return float(np.dot(weights, self.values[ids]))
 
 
-def read_field(path: Path, name: str) -> MeshField:
+@dataclass(frozen=True, kw_only=True)
+class Counting:
+    """How a file counts, in SI units or scaled as the case is.
+
+    length: of 1 in its coordinates. zero, one: what 0 and 1 mean among its values. component: which
+    of those of a vector is meant, None of a number.
+    """
+
+    length: float = 1.0
+    zero: float = 0.0
+    one: float = 1.0
+    component: int | None = None
+
+
+def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshField:
     """The field of this name in a file that PyVista reads: .vtu, .vtk, .vtkhdf.
 
     Raises
@@ -58,24 +125,41 @@ def read_field(path: Path, name: str) -> MeshField:
     if name not in found:
         held = choices(name, found) if found else "it has none"
         raise InputError(f"the file has no field '{name}'; {held}")
-    values = np.asarray(found[name])
-    if values.ndim != 1 or values.dtype.kind not in "fiu":
-        raise InputError(f"'{name}' is not one number at each place; name a field that is")
+    counting = counting or Counting()
+    values = _numbers(np.asarray(found[name]), name, counting.component)
     if not np.all(np.isfinite(values)):
         raise InputError(f"'{name}' is not finite everywhere; mend the file")
     per_cell = name not in dict(mesh.point_data.items())
-    return _field(mesh, values.astype(float), per_cell=per_cell, path=path)
+    return _field(mesh, values.astype(float), counting, per_cell=per_cell, path=path)
 
 
-def _field(mesh: Any, values: np.ndarray, *, per_cell: bool, path: Path) -> MeshField:
-    arrays = {
-        "points": np.asarray(mesh.points, dtype=float),
+def _numbers(values: np.ndarray, name: str, component: int | None) -> np.ndarray:
+    """One number at each place, of a vector one of its components."""
+    if values.dtype.kind in "fiu" and component is not None:
+        if values.ndim == 2 and component < values.shape[1]:
+            return values[:, component]
+        raise InputError(f"'{name}' has no such component; name a vector, or leave component out")
+    if values.ndim != 1 or values.dtype.kind not in "fiu":
+        raise InputError(f"'{name}' is not one number at each place; name a field that is")
+    return values
+
+
+def _field(
+    mesh: Any, values: np.ndarray, counting: Counting, *, per_cell: bool, path: Path
+) -> MeshField:
+    scaled = values if counting.one == 1 and counting.zero == 0 else _counted(values, counting)
+    arrays: dict[str, Any] = {
+        "points": counting.length * np.asarray(mesh.points, dtype=float),
         "cells": np.asarray(mesh.cells),
         "types": np.asarray(mesh.celltypes),
-        "values": values,
+        "values": scaled,
     }
     digest = hashlib.sha256(b"".join(a.tobytes() for a in arrays.values())).hexdigest()
     return MeshField(**arrays, per_cell=per_cell, digest=digest, path=path)
+
+
+def _counted(values: np.ndarray, counting: Counting) -> np.ndarray:
+    return counting.zero + (counting.one - counting.zero) * values
 
 
 @contextmanager

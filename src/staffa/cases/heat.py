@@ -1,14 +1,18 @@
 """Case -> what the heat equation needs to know of the body."""
 
+from typing import Any
+
 import numpy as np
 
 from staffa.cases.boxes import product
 from staffa.cases.formula import formula, names
+from staffa.cases.given_files import in_body
 from staffa.cases.heat_keys import HeatBand, HeatKeys, InTime
 from staffa.cases.kinds import ONE, Formula
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, conductivity, pieces
 from staffa.cases.properties import in_space, point_property, product_of
+from staffa.cases.property_keys import FieldFile
 from staffa.heat.body import (
     Bath,
     Conduction,
@@ -33,8 +37,8 @@ def conduction(case: Case) -> Conduction:
     return Conduction(
         **vars(body),
         regions=dict(zip(case.regions, regions, strict=True)),
-        initial=in_space(keys.initial, dim),
-        stress_free=None if keys.stress_free is None else in_space(keys.stress_free, dim),
+        initial=_start(case, keys.initial),
+        stress_free=None if keys.stress_free is None else _start(case, keys.stress_free),
         sides=_sides(case),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
@@ -42,6 +46,10 @@ def conduction(case: Case) -> Conduction:
         tolerance=keys.tolerance,
         agreement=keys.agreement,
     )
+
+
+def _start(case: Case, value: Any) -> PointValues:
+    return in_body(case, value) if isinstance(value, FieldFile) else in_space(value, case.dim)
 
 
 def _kinks(case: Case) -> tuple[float, ...]:
@@ -96,11 +104,19 @@ def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
         if given.flux is not None:
             found.append(Inflow(side=side, q=in_time(given.flux, dim)))
         elif given.h is not None:
-            h, T = in_time(given.h, dim), in_time(given.T, dim)
+            h, T = in_time(given.h, dim), _temperature(case, given.T)
             found.append(Film(side=side, h=h, T=T))
         else:
-            found.append(Held(side=side, T=in_time(given.T, dim)))
+            found.append(Held(side=side, T=_temperature(case, given.T)))
     return tuple(found)
+
+
+def _temperature(case: Case, value: Any) -> Values:
+    """The temperature of a side, or beyond its film."""
+    if isinstance(value, FieldFile):
+        field = in_body(case, value)
+        return lambda x, time: field(x)
+    return in_time(value, case.dim)
 
 
 def _cracks(keys: HeatKeys, dim: int) -> Insulating | Bath | None:

@@ -1,6 +1,6 @@
 """The table [heat]: where a body's heat comes from and goes to, as keys."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Discriminator, Field, InstanceOf, Tag
@@ -21,6 +21,7 @@ from staffa.cases.kinds import (
     TemperatureGradient,
     kind,
 )
+from staffa.cases.property_keys import FieldFile
 from staffa.cases.tolerances import Agreement
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity
@@ -88,6 +89,12 @@ class Geotherm(Even):
     )
 
 
+class TemperatureFile(FieldFile):
+    """A field of temperatures. In a case with units, field_unit says how they count."""
+
+    dimension: ClassVar[str] = "temperature"
+
+
 def _is_formula(value: Any) -> bool:
     return isinstance(value, Formula) or (isinstance(value, dict) and "formula" in value)
 
@@ -97,6 +104,12 @@ def form(value: Any) -> str:
     return "a formula" if _is_formula(value) else kind(value)
 
 
+def form_or_file(value: Any) -> str:
+    """The same, where a field in a file may be meant too."""
+    is_file = isinstance(value, FieldFile) or (isinstance(value, dict) and "file" in value)
+    return "a file" if is_file else form(value)
+
+
 # A number, a table, or a formula of it.
 type Given[Value, Table] = Annotated[
     Annotated[Value, Tag("a value")]
@@ -104,18 +117,32 @@ type Given[Value, Table] = Annotated[
     | Annotated[Formula, Tag("a formula")],
     Discriminator(form),
 ]
-TemperatureValue = Given[Temperature, TemperatureInTime]
+# The same, or a field in a file.
+type OrFile[Value, Table] = Annotated[
+    Annotated[Value, Tag("a value")]
+    | Annotated[Table, Tag("a table")]
+    | Annotated[Formula, Tag("a formula")]
+    | Annotated[TemperatureFile, Tag("a file")],
+    Discriminator(form_or_file),
+]
+TemperatureValue = OrFile[Temperature, TemperatureInTime]
 FluxValue = Given[HeatFlux, FluxInTime]
 FilmValue = Given[Annotated[FilmCoefficient, POSITIVE], FilmInTime]
 SourceValue = Given[HeatSource, SourceInTime]
-Start = Given[Temperature, Geotherm]
+Start = OrFile[Temperature, Geotherm]
 
+FILE_EXAMPLE = {"file": "T0.vtu", "name": "T", "field_unit": "°C"}
 START_EXAMPLES = [
     "20 °C",
     {"value": "20 °C", "gradient": ["0 K/m", "-0.03 K/m"]},
     {"formula": "293 - 0.03*y"},
+    FILE_EXAMPLE,
 ]
-TEMPERATURE_EXAMPLES = ["5 °C", {"t": ["0 s", "10 min"], "value": ["20 °C", "5 °C"]}]
+TEMPERATURE_EXAMPLES = [
+    "5 °C",
+    {"t": ["0 s", "10 min"], "value": ["20 °C", "5 °C"]},
+    FILE_EXAMPLE,
+]
 FILM_EXAMPLES = ["500 W/(m^2 K)", {"formula": "500 + 20*x"}]
 FLUX_EXAMPLES = ["-500 W/m^2", {"formula": "-500*exp(-t/3600)"}]
 SOURCE_EXAMPLES = ["2e-6 W/m^3", {"formula": "100*exp(-t/3600)"}]
@@ -152,10 +179,10 @@ class HeatCracks(Section):
         description="film coefficient of each of a crack's two faces",
         examples=FILM_EXAMPLES,
     )
-    T: TemperatureValue | None = Field(
+    T: Given[Temperature, TemperatureInTime] | None = Field(
         default=None,
         description="temperature of the fluid in the cracks",
-        examples=TEMPERATURE_EXAMPLES,
+        examples=TEMPERATURE_EXAMPLES[:2],
     )
 
 
@@ -186,13 +213,14 @@ class HeatKeys(SidesSection):
     { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. The faces of a mesh
     or a shape go by their names. Each of these
     values may be a table in time { t = [...], value = [...] } or a { formula = "..." } of t, x, y
-    (and z in 3-D) in SI units, or scaled as the case is."""
+    (and z in 3-D) in SI units, or scaled as the case is; a temperature also a field in a file,
+    { file = "T0.vtu", name = "T", field_unit = "°C" }, which does not change in time."""
 
     __pydantic_extra__: dict[str, HeatSide]
 
     initial: Start = Field(
-        description="temperature at t = 0: a value, one with a gradient, or a formula of x, y "
-        "(and z)",
+        description="temperature at t = 0: a value, one with a gradient, a formula of x, y "
+        "(and z), or a field in a file",
         examples=START_EXAMPLES,
     )
     stress_free: Start | None = Field(

@@ -18,6 +18,7 @@ from staffa.cases.model import Case, History
 from staffa.cases.numbers import Numbers
 from staffa.cases.pace import prescribed_knots
 from staffa.cases.pieces import piece_varies, pieces
+from staffa.cases.property_keys import FieldFile
 from staffa.cases.rock_keys import RegionKeys
 from staffa.cases.rules import adaptive, is_moved
 from staffa.cases.rules.supports import as_table, held
@@ -134,24 +135,26 @@ def _spans(case: Case, box: Box | RegionKeys, across: int | None) -> bool:
 
 
 def _values(case: Case) -> Iterator[Any]:
-    """Every formula and every value with a gradient that a load of the case has."""
+    """Every formula, value with a gradient and field in a file that a load of the case has."""
     loads = (case.supports, case.heat, case.forces)
     for section in loads:
         if section is not None:
             yield from _placed(section)
 
 
-def _placed(section: BaseModel) -> Iterator[Formula | Even]:
+def _placed(section: BaseModel) -> Iterator[Formula | Even | FieldFile]:
     for name in (*type(section).model_fields, *(section.model_extra or {})):
         value = getattr(section, name)
-        if isinstance(value, Formula | Even):
+        if isinstance(value, Formula | Even | FieldFile):
             yield value
         elif isinstance(value, BaseModel):
             yield from _placed(value)
 
 
-def _is_even(value: Formula | Even, across: int | None) -> bool:
+def _is_even(value: Formula | Even | FieldFile, across: int | None) -> bool:
     """True if a value changes along this axis at most."""
+    if isinstance(value, FieldFile):
+        return False
     if isinstance(value, Even):
         return all(not g for axis, g in enumerate(value.gradient) if axis != across)
     allowed = "" if across is None else "xyz"[across]

@@ -10,6 +10,7 @@ import numpy as np
 
 from staffa.cases.amounts import amount, at_least, at_most
 from staffa.cases.cost import coarser_for, memory
+from staffa.cases.edge_cautions import long_edges
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, box_of, pieces
 from staffa.cases.property_keys import RandomField
@@ -21,7 +22,6 @@ from staffa.geometry.msh import WAY_OUT
 from staffa.unstructured import MISSING
 
 LOCKING = 0.49  # above it linear elements are too stiff where the volume is constrained
-RESOLVED = 3.0  # cells in ell that resolve a crack
 MUCH_LEFT = 1e-3  # of the stiffness, in a crack
 WIDTH = 4.0  # of a crack's damage with AT1, over ell
 
@@ -50,19 +50,17 @@ def mesh_cautions(case: Case) -> Iterator[str]:
     yield from _of_memory(case)
 
 
+def mesh_notes(case: Case) -> Iterator[str]:
+    """Sentences on what was made of a mesh, and on cells that resolve a crack, if barely."""
+    yield from case.outline.notes
+    yield from (text for much, text in long_edges(case, cell_edge(case)) if not much)
+
+
 def _of_ell(case: Case) -> Iterator[str]:
-    ell, h, widest = float(case.damage.ell), cell_edge(case), widest_ell(case)
+    ell, widest = float(case.damage.ell), widest_ell(case)
     if case.domain.has_simplices and find_spec("gmsh") is None:
         yield MISSING if case.domain.is_block else missing("domain.shape", WAY_OUT)
-    finer = f"h <= ell/3 = {at_most(case, ell / RESOLVED, 'm')}"
-    larger = f"damage.ell >= {at_least(case, RESOLVED * h, 'm')}"
-    if ell / h < 1 - 1e-9:
-        yield (
-            f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
-            f"(damage.allow_coarse is set); take {finer}, or {larger}, to be free of it"
-        )
-    elif ell / h < RESOLVED * (1 - 1e-9):
-        yield f"ell/h = {ell / h:.3g} < 3: a crack is not resolved; take {finer}, or {larger}"
+    yield from (text for much, text in long_edges(case, cell_edge(case)) if much)
     if widest < ell * (1 - 1e-9):
         yield (
             f"the smallest extent is {WIDTH * widest / ell:.2g} ell: a crack's damage, 4 ell wide, "

@@ -20,12 +20,13 @@ from staffa.cases.kinds import (
     Position,
     PositiveNumber,
     Section,
-    SidesSection,
-    kind,
     one_of,
 )
 from staffa.cases.probe_keys import ProbeKeys
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys
+from staffa.cases.support_keys import History as History
+from staffa.cases.support_keys import Prescribed as Prescribed
+from staffa.cases.support_keys import SupportKeys as SupportKeys
 from staffa.cases.times import TimeKeys
 from staffa.cases.tolerances import Better, Change, Residual
 from staffa.geometry.outline import Outline
@@ -124,73 +125,6 @@ class TemperatureKeys(Section):
         default=None,
         description="convective: film coefficient times L over conductivity",
         examples=[10.0],
-    )
-
-
-class History(Section):
-    """A displacement in time, straight between the given times and constant beyond them."""
-
-    t: tuple[Instant, ...] = Field(description="times, increasing", examples=[[0.0, 1.0]])
-    u: tuple[Position, ...] = Field(
-        description="the displacement at each of them", examples=[[0.0, 0.1]]
-    )
-
-
-def _component(axis: str) -> Any:
-    return Field(
-        default=None,
-        description=f"displacement along {axis}: a number, or a table of times t and values u",
-        examples=[0.1, {"t": [0.0, 1.0], "u": [0.0, 0.1]}],
-    )
-
-
-Component = Annotated[
-    Annotated[Position, Tag("a value")] | Annotated[History, Tag("a table")], Discriminator(kind)
-]
-
-
-class Prescribed(Section):
-    """Displacement components prescribed on a side."""
-
-    x: Component | None = _component("x")
-    y: Component | None = _component("y")
-    z: Component | None = _component("z")
-
-
-Support = Annotated[
-    Annotated[Literal["free", "rollers", "clamped"], Tag("a value")]
-    | Annotated[Prescribed, Tag("a table")],
-    Discriminator(kind),
-]
-SUPPORT_EXAMPLE = {"y": {"t": [0.0, 1.0], "u": [0.0, 0.1]}}
-
-
-def _support(side: str) -> Any:
-    return Field(default="free", description=side, examples=[SUPPORT_EXAMPLE])
-
-
-class SupportKeys(SidesSection):
-    """What holds the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
-    like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or a shape
-    go by their names. Rigid motions that are left are stopped without bending anything."""
-
-    __pydantic_extra__: dict[str, Support]
-
-    left: Support | None = _support("side x = 0")
-    right: Support | None = _support("side x = width")
-    bottom: Support | None = _support("lower side")
-    top: Support | None = _support("upper side")
-    front: Support | None = Field(
-        default=None, description="side y = 0, 3-D only", examples=["free", SUPPORT_EXAMPLE]
-    )
-    back: Support | None = Field(
-        default=None, description="side y = depth, 3-D only", examples=["free", SUPPORT_EXAMPLE]
-    )
-    section: Literal["none", "fixed", "stretch", "free"] = Field(
-        default="none",
-        description="what the rest of a long slab does to this piece of it, 2-D: fixed (left and "
-        "right stay), stretch (they stay upright, no force: it may shorten), free (no force, no "
-        "moment: it may bend too); puts rollers on left and right",
     )
 
 

@@ -7,7 +7,7 @@ kind is another such class, a line in `form`, and one in `PropertyValue`.
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import (
@@ -21,7 +21,7 @@ from pydantic import (
 )
 
 from staffa.cases.directions import turned_by, with_third
-from staffa.cases.field_file import MeshField, read_field
+from staffa.cases.field_file import Counting, MeshField, read_field
 from staffa.cases.kinds import (
     Angle,
     Conductivity,
@@ -43,6 +43,7 @@ from staffa.cases.place import Place
 from staffa.cases.random_field import random_factor
 from staffa.errors import InputError
 from staffa.physics.elasticity import PointFunction
+from staffa.units import parse
 
 PLACE = "place"  # of the case file, in the context of its validation
 
@@ -141,11 +142,14 @@ class RandomHeatCapacity(RandomField):
 
 
 class FieldFile(Section):
-    """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is.
+    """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is,
+    if nothing else is said.
 
     It is read with the case, on rank 0, and goes with it to the other ranks. Once read it goes by
     its file's name, as the copy that is kept with a run does.
     """
+
+    dimension: ClassVar[str] = ""
 
     file: FilePath = Field(
         description="the file, such as .vtu, .vtk or .vtkhdf; its path counts from the case file",
@@ -154,17 +158,41 @@ class FieldFile(Section):
     name: Annotated[str, StringConstraints(max_length=200)] = Field(
         description="name of the field in it", examples=["E"]
     )
+    unit: Length | None = Field(
+        default=None,
+        description="how long what its coordinates count as 1 is; default 1 m",
+        examples=["1 mm"],
+    )
+    field_unit: Annotated[str, StringConstraints(max_length=20)] | None = Field(
+        default=None, description="unit of its values; default that of SI", examples=["GPa"]
+    )
     _field: MeshField | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> "FieldFile":
         place = (info.context or {}).get(PLACE, Place())
         try:
-            self._field = read_field(place.file(self.file), self.name)
+            self._field = read_field(place.file(self.file), self.name, self._counting())
         except InputError as error:
             raise ValueError(str(error)) from None
         object.__setattr__(self, "file", self.path.name)  # by nobody else: a case is frozen
         return self
+
+    def _counting(self) -> Counting:
+        """How it counts."""
+        length = float(self.unit or 1.0)
+        if self.field_unit is None:
+            return Counting(length=length)
+        if not self.dimension:
+            raise InputError(f'field_unit = "{self.field_unit}" is for a quantity that has a unit')
+        zero, one = (float(parse(f"{n} {self.field_unit}", self.dimension)) for n in (0, 1))
+        return Counting(length=length, zero=zero, one=one)
+
+    @property
+    def field(self) -> MeshField:
+        """The field."""
+        assert self._field is not None
+        return self._field
 
     @property
     def path(self) -> Path:
@@ -176,6 +204,42 @@ class FieldFile(Section):
         """Its values, interpolated; NaN where its mesh does not reach."""
         assert self._field is not None
         return self._field
+
+
+class ModulusFile(FieldFile):
+    """A field of moduli."""
+
+    dimension: ClassVar[str] = "stress"
+
+
+class ToughnessFile(FieldFile):
+    """A field of toughnesses."""
+
+    dimension: ClassVar[str] = "toughness"
+
+
+class ExpansionFile(FieldFile):
+    """A field of expansion coefficients."""
+
+    dimension: ClassVar[str] = "thermal expansion"
+
+
+class ConductivityFile(FieldFile):
+    """A field of conductivities."""
+
+    dimension: ClassVar[str] = "conductivity"
+
+
+class DensityFile(FieldFile):
+    """A field of densities."""
+
+    dimension: ClassVar[str] = "density"
+
+
+class HeatCapacityFile(FieldFile):
+    """A field of heat capacities."""
+
+    dimension: ClassVar[str] = "heat capacity"
 
 
 def form(value: Any) -> str:
@@ -195,21 +259,21 @@ def one_or_more(value: Any) -> str:
     return "a list" if isinstance(value, list | tuple) else "one property"
 
 
-# R: the random field whose mean is a Q.
-type PropertyValue[Q, R] = Annotated[
+# R: the random field whose mean is a Q; F: the field in a file whose values are.
+type PropertyValue[Q, R, F] = Annotated[
     Annotated[Q, Tag("one value")]
     | Annotated[Formula, Tag("a formula")]
     | Annotated[R, Tag("a random field")]
-    | Annotated[FieldFile, Tag("a file")],
+    | Annotated[F, Tag("a file")],
     Discriminator(form),
 ]
 type OneOrMore[One, Each] = Annotated[
     Annotated[One, Tag("one property")] | Annotated[tuple[Each, ...], Tag("a list")],
     Discriminator(one_or_more),
 ]
-ModulusValue = PropertyValue[Modulus, RandomModulus]
-ToughnessValue = PropertyValue[Toughness, RandomToughness]
-ExpansionValue = PropertyValue[Expansion, RandomExpansion]
-ConductivityValue = PropertyValue[Conductivity, RandomConductivity]
-DensityValue = PropertyValue[Density, RandomDensity]
-HeatCapacityValue = PropertyValue[HeatCapacity, RandomHeatCapacity]
+ModulusValue = PropertyValue[Modulus, RandomModulus, ModulusFile]
+ToughnessValue = PropertyValue[Toughness, RandomToughness, ToughnessFile]
+ExpansionValue = PropertyValue[Expansion, RandomExpansion, ExpansionFile]
+ConductivityValue = PropertyValue[Conductivity, RandomConductivity, ConductivityFile]
+DensityValue = PropertyValue[Density, RandomDensity, DensityFile]
+HeatCapacityValue = PropertyValue[HeatCapacity, RandomHeatCapacity, HeatCapacityFile]

@@ -21,6 +21,7 @@ from staffa.cases.property_keys import (
     ConductivityValue,
     DensityValue,
     ExpansionValue,
+    FieldFile,
     HeatCapacityValue,
     ModulusValue,
     OneOrMore,
@@ -31,8 +32,10 @@ from staffa.cases.property_keys import (
 from staffa.units import EXAMPLES
 
 Moduli = OneOrMore[ModulusValue, ModulusValue]
-Ratio = PropertyValue[Number, RandomNumber]
-Ratios = OneOrMore[PropertyValue[Annotated[Number, Field(gt=-1, le=0.5)], RandomNumber], Ratio]
+Ratio = PropertyValue[Number, RandomNumber, FieldFile]
+Ratios = OneOrMore[
+    PropertyValue[Annotated[Number, Field(gt=-1, le=0.5)], RandomNumber, FieldFile], Ratio
+]
 
 RANDOM_E = {"mean": "70 GPa", "variation": 0.2, "length": "5 mm", "seed": 1}
 # Which keys say how stiff the rock is, and which along what: a region takes each group as a whole.

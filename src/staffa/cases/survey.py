@@ -10,10 +10,13 @@ from staffa.cases.place import Place
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
-from staffa.geometry.msh import read_msh
+from staffa.geometry.foreign import FORMATS, read_foreign
+from staffa.geometry.msh import SALOME, read_msh
 from staffa.geometry.simplices import Simplices, outline
 from staffa.grid import UNSTRUCTURED
 
+# Of the edges of the finest cell so much may be asked for: they are a mean, and no mesh is exact.
+NEARLY = 0.9
 BODIES = ("size", "shape", "mesh")
 
 
@@ -71,13 +74,29 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
                 f"run, at most the mean edge, {found.h:.3g}{unit(case, 'm')}; take a smaller "
                 f"one, or leave it out"
             )
+        least = found.edges.finest if found.edges else 0.0
+        if keys.h < NEARLY * least:
+            raise InputError(
+                f"domain.h = {inline(keys.h)}: the mesh has no such edges; they are "
+                f"{found.h:.3g}{unit(case, 'm')} long in the mean, and {least:.3g} in its finest "
+                f"cell; mesh the body anew, or leave domain.h out, which refines no mesh"
+            )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})
 
 
 def mesh_of(file: Path, unit: float, given: str) -> Simplices:
     """The mesh of a file; given: what the case calls it."""
-    return read_msh(file, unit, f"domain.mesh = {inline(given)}")
+    where, ends = f"domain.mesh = {inline(given)}", file.suffix.lower()
+    if ends in FORMATS:
+        return read_foreign(file, unit, where)
+    if ends not in (".msh", *SALOME):
+        known = ", ".join(sorted((".msh", *SALOME, *FORMATS)))
+        raise InputError(
+            f"{where}: a mesh is one of {known}; convert it, with meshio's own command: meshio "
+            f"convert {file.name} {file.stem}.vtu"
+        )
+    return read_msh(file, unit, where)
 
 
 def _is_possible(shape: Any) -> None:

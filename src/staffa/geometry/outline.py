@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
+from staffa.geometry.edges import Edges
 from staffa.geometry.places import SAME, Grid, Places
 from staffa.grid import SIDES, cells_and_vertices, edge
 
@@ -25,7 +26,8 @@ class Outline:
     the named parts of its surface, each with its plane if it is one across an axis. touching: the
     pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
     cracks that are there from the start. n_cells, n_vertices: about. places: where to look at what
-    varies.
+    varies. notes: what reading it from a file changed. edges: of a mesh, from place to place; None
+    of a body that is meshed evenly.
     """
 
     lower: tuple[float, ...]
@@ -38,6 +40,8 @@ class Outline:
     n_cells: int
     n_vertices: int
     places: Places = field(compare=False, repr=False)
+    notes: tuple[str, ...] = ()
+    edges: Edges | None = None
     sides: Mapping[str, str | None] = field(init=False)
 
     def __post_init__(self) -> None:

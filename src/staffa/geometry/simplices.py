@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from staffa.geometry.edges import edges
 from staffa.geometry.outline import Outline, Plane, pairs
 from staffa.geometry.places import ALONG, SAME, OfMesh, Sample, in_space, some
 
@@ -18,7 +19,7 @@ class Simplices:
 
     x: points (m), shape (n, dim), each the corner of a cell; cells: their corners, shape
     (m, dim + 1). regions: the cells of each name. faces, cracks: the corners of each named facet on
-    the surface, and inside, shape (k, dim).
+    the surface, and inside, shape (k, dim). notes: what reading it from a file changed.
     """
 
     x: np.ndarray
@@ -26,6 +27,7 @@ class Simplices:
     regions: Mapping[str, np.ndarray]
     faces: Mapping[str, np.ndarray]
     cracks: Mapping[str, np.ndarray]
+    notes: tuple[str, ...] = ()
 
     @property
     def dim(self) -> int:
@@ -60,16 +62,20 @@ def parts(mesh: Simplices) -> int:
 def outline(mesh: Simplices) -> Outline:
     """What is known of the body from outside, and the mean edge of its cells."""
     lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
+    named = {"faces": mesh.faces, "cracks": mesh.cracks, "regions": mesh.regions}
+    local = edges(mesh.x, mesh.cells, _edges(mesh), **named)
     return Outline(
         lower=tuple(lower.tolist()),
         upper=tuple(upper.tolist()),
-        h=_mean_edge(mesh),
+        h=local.mean,
+        edges=local,
         faces={name: _plane(mesh, rows) for name, rows in mesh.faces.items()},
         touching=pairs(_touching(mesh.faces)),
         regions=tuple(mesh.regions),
         cracks=tuple(mesh.cracks),
         n_cells=len(mesh.cells),
         n_vertices=len(mesh.x),
+        notes=mesh.notes,
         places=OfMesh(
             cells=_sample(mesh.x, mesh.cells),
             regions={name: _sample(mesh.x, mesh.cells[c]) for name, c in mesh.regions.items()},
@@ -101,11 +107,10 @@ def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return in_space(x[corners[some(len(corners))]])
 
 
-def _mean_edge(mesh: Simplices) -> float:
+def _edges(mesh: Simplices) -> np.ndarray:
+    """The two ends of each edge, each once, shape (k, 2)."""
     ends = np.concatenate([mesh.cells[:, p] for p in combinations(range(mesh.dim + 1), 2)])
-    _, first = np.unique(keys(ends), return_index=True)
-    a, b = ends[first].T
-    return float(np.linalg.norm(mesh.x[a] - mesh.x[b], axis=1).mean())
+    return ends[np.unique(keys(ends), return_index=True)[1]]
 
 
 def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:

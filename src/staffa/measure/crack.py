@@ -11,6 +11,7 @@ from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
 from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Face
+from staffa.measure.coarse import Local, coarse, local_length
 from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
 from staffa.measure.room import room
@@ -29,7 +30,8 @@ class Gauge:
     face: where depth is measured from, None for a body without a cooled face (no tips then).
     depths: where cracks are counted (m). threshold: the damage that is a crack.
     prominence: how much deeper than its surroundings a crack's tip is, ell (m). h: cell edge (m).
-    toughness_factor: the discrete toughness over Gc, measured on the same cells.
+    toughness_factor: the discrete toughness over Gc, measured on the same cells. local: of a mesh
+    whose edges differ, what is known of each cell.
     """
 
     face: Face | None
@@ -38,6 +40,7 @@ class Gauge:
     prominence: float
     h: float
     toughness_factor: float
+    local: Local | None = None
 
     @property
     def reach(self) -> float:
@@ -58,15 +61,23 @@ def measures(
     """Measure a state; in 3-D with the cells on its planes (see `planes`). Collective."""
     found = cracks(domain, state, gauge) if gauge.face else ()
     lines = gauge.depths if domain.dim == 2 else ()
+    cells, too_long = gauge.local, None
+    if cells is None:
+        length = energy.crack_length() / gauge.toughness_factor
+    else:
+        spent = energy.crack_lengths()
+        length = local_length(domain, spent, cells)
+        too_long = coarse(domain, state.alpha, spent, cells, gauge.prominence)
     return Measures(
         sections=tuple(crossing(domain, state, gauge, depth) for depth in lines),
         tips=found,
         front=max((tip.depth for tip in found), default=0.0),
-        length_surface=energy.crack_length() / gauge.toughness_factor,
+        length_surface=length,
         length_geometry=energy.crack_variation(),
         volume=crack_volume(domain, state, energy, gauge),
         fluid=fluid(energy),
         cells=below(state) if below else (),
+        coarse=too_long,
     )
 
 

@@ -30,6 +30,7 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *_state(run),
         *_heat(run),
         *_arrests(run),
+        *_coarse(run),
         *_audit(run),
     )
 
@@ -171,6 +172,23 @@ def _arrests(run: Run) -> Iterator[Fact]:
     if found.left and found.depth is not None:
         text = f"{remaining(found)}, median depth {unit.text(found.depth, 3)}"
         yield Fact(name="at the end", text=text)
+
+
+def _coarse(run: Run) -> Iterator[Fact]:
+    """Cracks that ran through cells too long for them."""
+    found = [step.measures.coarse for step in run.steps if step.measures and step.measures.coarse]
+    if not found:
+        return
+    last, unit = found[-1], run.manifest.shown.length
+    place = ", ".join(f"{unit.of(c):.4g}" for c in last.place)
+    where = f"{f"in region '{last.region}', " if last.region else ''}at ({place}){unit.behind}"
+    yield Fact(
+        name="cells too long",
+        text=f"{last.share:.0%} of the cracks' length is in cells of edge "
+        f"{unit.text(last.edge, 3)}, {last.edge / run.manifest.ell:.2g} ell, most {where}: "
+        f"a crack costs about {last.toughness:.3f} Gc there; mesh it finer, h <= ell/3",
+        alarm=True,
+    )
 
 
 def _gap(audits: Sequence[Audit]) -> str:

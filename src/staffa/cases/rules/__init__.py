@@ -25,6 +25,7 @@ from staffa.cases.rules.cooling import (
     film_is_convective,
     measures_are_inside,
 )
+from staffa.cases.rules.files import files_count_as_the_case, files_cover_the_body
 from staffa.cases.rules.forces import (
     forces_fit_the_body,
     forces_say_something,
@@ -95,6 +96,8 @@ RULES = (
     axes_are_directions,
     lists_have_a_number_an_axis,
     random_fields_are_possible,
+    files_count_as_the_case,
+    files_cover_the_body,
     properties_have_values,
     elasticity_is_definite,
     mesh_carries_cracks,

@@ -54,7 +54,8 @@ def files_are_called_apart(case: Case) -> None:
 
 
 def cracks_are_there(case: Case) -> None:
-    """The cracks that a case names are those of its mesh, each once, and all of them."""
+    """The cracks that a case names are those of its mesh, each once, and all of them, but those
+    that the mesh only numbers: meshers number every line between two parts."""
     cracks = case.outline.cracks
     named = [crack.name for crack in case.cracks if isinstance(crack, Named)]
     for name in named:
@@ -67,7 +68,7 @@ def cracks_are_there(case: Case) -> None:
         if named.count(name) > 1:
             raise InputError(f'cracks, name = "{name}" is there twice; leave one out')
     for name in cracks:
-        if name not in named:
+        if name not in named and not name.isdigit():
             raise InputError(
                 f"the mesh names '{name}' inside the body, of which the case says nothing; add "
                 f'[[cracks]] with name = "{name}" if it is a crack, or remove the name from the '
@@ -78,14 +79,15 @@ def cracks_are_there(case: Case) -> None:
 def regions_are_there(given: Collection[str], body: Outline) -> None:
     """The regions that a case names are the body's, and of several it names each.
 
-    A body of one region need not name it. given: the names after [regions. in the case.
+    A body of one region need not name it, nor those that the mesh only numbers. given: the names
+    after [regions. in the case.
     """
     for name in given:
         if name not in body.regions:
             has = choices(name, body.regions) if body.regions else "it has none; leave it out"
             raise InputError(f"regions.{name}: the body has no such region; {has}")
     for name in body.regions:
-        if len(body.regions) > 1 and name not in given:
+        if len(body.regions) > 1 and name not in given and not name.isdigit():
             raise InputError(
                 f"the body has a region '{name}', of which the case says nothing; add a table "
                 f"[regions.{name}], empty if its rock is that of [material]; its regions are "

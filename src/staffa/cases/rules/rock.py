@@ -14,6 +14,7 @@ from staffa.cases.property_keys import RandomField
 from staffa.cases.rock_keys import RATIOS, RegionKeys, RockKeys, is_isotropic
 from staffa.cases.rules.anisotropy import are_perpendicular, fits_the_dimension, turning
 from staffa.cases.rules.body import box_is_inside
+from staffa.cases.rules.files import covers
 from staffa.cases.rules.names import regions_are_there
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
@@ -110,12 +111,7 @@ def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
         except InputError as error:
             raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
     found: np.ndarray = value.at_points(piece.dim)(places)
-    if np.any(lost := ~np.isfinite(found)):
-        at = inline(tuple(float(f"{c:.4g}") for c in places[: piece.dim, np.argmax(lost)]))
-        raise InputError(
-            f"{where} = {shown(value)}: its mesh does not reach {at}; it must cover all of the "
-            f"body, or of the region"
-        )
+    covers(where, value, piece.dim, places, found)
     return found
 
 

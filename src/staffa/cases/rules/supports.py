@@ -3,11 +3,19 @@
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from staffa.cases.given_files import factors, largest
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.rules.times import table_agrees
+from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.geometry.places import SAME
+
+Held = float | History | DisplacementFile
+# Part of the largest displacement by which fields in files may differ where two sides meet.
+INTERPOLATED = 1e-6
 
 
 def rollers_are_flat(case: Case) -> None:
@@ -90,7 +98,7 @@ def edges_agree(case: Case) -> None:
             continue
         for name in sorted(holds[one].keys() & holds[other].keys()):
             here, there = holds[one][name], holds[other][name]
-            if not _same(here, there):
+            if not _same(here, there, _shared(case, one, other)):
                 raise InputError(
                     f"supports.{one} and supports.{other} meet, and hold {name} differently there, "
                     f"at {inline(here)} and at {inline(there)}; give both the same, or take {name} "
@@ -98,7 +106,7 @@ def edges_agree(case: Case) -> None:
                 )
 
 
-def held(case: Case, side: str) -> dict[str, float | History]:
+def held(case: Case, side: str) -> dict[str, Held]:
     """The components that are prescribed on a side, with a section's rollers."""
     support, names = case.supports.on(side), "xyz"[: case.dim]
     axis = case.outline.axis(side)
@@ -113,17 +121,40 @@ def held(case: Case, side: str) -> dict[str, float | History]:
     return dict.fromkeys({"rollers": across, "clamped": names}.get(support, ""), 0.0)
 
 
-def _same(one: float | History, other: float | History) -> bool:
-    """True if two histories, straight between their times, are equal at all times."""
+def _same(one: Held, other: Held, shared: np.ndarray) -> bool:
+    """True if two histories, straight between their times, are equal at all times where both
+    sides are. shared: places of both (m), shape (3, n)."""
     (t, u), (s, v) = as_table(one), as_table(other)
     times = np.union1d(t, s)
     first, second = np.interp(times, t, u), np.interp(times, s, v)
     slack = 1e-9 * max(np.abs(u).max(), np.abs(v).max())  # "0.03 mm" and "30 um" differ a little
+    if isinstance(one, DisplacementFile) or isinstance(other, DisplacementFile):
+        first, second = _at(one, first, shared), _at(other, second, shared)
+        slack = INTERPOLATED * max(np.abs(u).max(), np.abs(v).max())
     return bool(np.all(np.abs(first - second) <= slack))
 
 
-def as_table(value: float | History) -> tuple[np.ndarray, np.ndarray]:
-    """Times (s) and displacements (m) of a component, each of shape (n,)."""
+def _at(value: Held, history: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """A displacement at places and times, shape (n, times). history: of its largest value."""
+    if not isinstance(value, DisplacementFile):
+        return np.broadcast_to(history, (places.shape[1], len(history)))
+    share = value.field.reaching(np.inf)(places) / (largest(value) or 1.0)
+    return share[:, None] * history
+
+
+def _shared(case: Case, one: str, other: str) -> np.ndarray:
+    """The places that two faces share, of those that are looked at, shape (3, n)."""
+    here, there = (case.outline.places.on(face) for face in (one, other))
+    near = cKDTree(there.T).query(here.T)[0] <= SAME * max(case.outline.size)
+    return here[:, near]
+
+
+def as_table(value: Held) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s) and displacements (m) of a component, each of shape (n,); of a field in a file
+    those of its largest value."""
+    if isinstance(value, DisplacementFile):
+        times, factor = factors(value)
+        return times, factor * largest(value)
     if isinstance(value, History):
         return np.array(value.t, dtype=float), np.array(value.u, dtype=float)
     return np.zeros(1), np.full(1, float(value))
@@ -157,4 +188,4 @@ def _moves(support: object) -> set[int]:
     if not isinstance(support, Prescribed):
         return set()
     given = (support.x, support.y, support.z)
-    return {k for k, c in enumerate(given) if (any(c.u) if isinstance(c, History) else bool(c))}
+    return {k for k, c in enumerate(given) if c is not None and np.any(as_table(c)[1])}
