@@ -1,5 +1,7 @@
 """The part of what drove a step's damage that a safe split would have kept: pressed rock breaks."""
 
+from dataclasses import dataclass
+
 from staffa.stack import MPI
 
 import basix
@@ -20,6 +22,21 @@ EXCESS_ALLOWED = 0.05
 GROWTH = 0.01
 # Energies of two cells that are equal but for round-off.
 EQUAL = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Driven:
+    """Energies that drove damage in a step (J/m in 2-D, J in 3-D): without a split, and under the
+    safe one. place: of the largest difference, in words."""
+
+    whole: float
+    safe: float
+    place: str
+
+    @property
+    def excess(self) -> float:
+        """The part by which the one exceeds the other."""
+        return self.whole / self.safe - 1 if self.safe else (np.inf if self.whole > 0 else 0.0)
 
 
 def safest_of(comm: MPI.Comm, rock: IsotropicRock | AnisotropicRock) -> EnergySplit:
@@ -64,19 +81,26 @@ class PressedGrowth:
 
         before: damage at the vertices at the end of the step before, ghosts included.
         """
+        driven = self.driven(before)
+        if driven is None or driven.excess <= EXCESS_ALLOWED:
+            return ()
+        share = f"{100 * (1 - driven.safe / driven.whole):.0f} %"
+        return (
+            f"pressed rock breaks: {share} of the energy that drove damage in this step would not "
+            f'under the split "{self.safe.name}", most of it at {driven.place}; '
+            f'take damage.split = "{self.safe.name}"',
+        )
+
+    def driven(self, before: np.ndarray) -> Driven | None:
+        """The energies that drove damage since `before`; None if it grew nowhere."""
         self._grown.x.array[:] = np.maximum(self._alpha.x.array - before, 0.0)
         if max_over_ranks(self.comm, self._grown.x.array) < GROWTH:
-            return ()
+            return None
         found = self._values.eval(self._mesh, self._cells).reshape(len(self._cells), 3).T
         released, safely = found[1:] * found[0] * self._sizes
         whole, safe = sum_over_ranks(self.comm, np.array([released.sum(), safely.sum()]))
-        if whole <= (1 + EXCESS_ALLOWED) * safe:
-            return ()
-        share = f"{100 * (1 - max(safe, 0.0) / whole):.0f} %"
-        return (
-            f"pressed rock breaks: {share} of the energy that drove damage in this step would not "
-            f'under the split "{self.safe.name}", most of it at {self._worst(released - safely)}; '
-            f'take damage.split = "{self.safe.name}"',
+        return Driven(
+            whole=float(whole), safe=max(float(safe), 0.0), place=self._worst(released - safely)
         )
 
     def _worst(self, excess: np.ndarray) -> str:
