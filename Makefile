@@ -49,6 +49,7 @@ bench: $(READY)
 	$(PYTHON_HERE) bench/run.py $(CASES)
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/second_order.py
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/split.py
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/scaling.py
 
 # ONLY="second-order array-free" runs these alone.

@@ -611,7 +611,7 @@ FORCES = [
     (('damage.split="spectral"', "material.nu=0.5"), "nu = 0.5 has none", "take 0.49 or less"),
     (
         ("forces.top={pressure=1.0}", 'supports.bottom="clamped"', "material.nu=0.5"),
-        'damage.split = "no-tension", the default with [forces]',
+        'damage.split = "no-tension", the default where something may be pressed',
         "take 0.49 or less",
     ),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),

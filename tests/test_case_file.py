@@ -307,7 +307,8 @@ t = [0.5, 0.55]
     ("settings", "solver"),
     [
         (["domain.size=[1.0,0.3]"], "direct"),
-        ([], "iterative"),
+        (["damage.split=none"], "iterative"),
+        ([], "direct"),
         (['damage.split="volumetric-deviatoric"'], "direct"),
         (['damage.split="volumetric-deviatoric"', "domain.h=0.01"], "iterative"),
     ],

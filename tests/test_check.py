@@ -290,7 +290,8 @@ def test_a_body_that_can_contract_is_said_to_be_strained_less(settings, free):
 
 
 CRACKED = "cracks=[{start=[1.0,0.0],end=[1.0,0.5]}]"
-MOVED = ("supports.left={x=0.0}", "supports.right={x=0.1}")
+# Without the split that moved sides bring about, which alters dT_c.
+MOVED = ("supports.left={x=0.0}", "supports.right={x=0.1}", "damage.split=none")
 WEAK = "toughness.bands=[{lower=[0.0,0.0],upper=[2.0,0.1],factor=0.25}]"
 # What else may break a body that is cooled too little, the verdict, and what is said beside it.
 TOO_MILD = [
@@ -324,10 +325,11 @@ def test_too_mild_a_cooling_is_no_promise_where_something_else_breaks_the_body(
     assert meaning in meanings["will it crack"], meanings["will it crack"]
     promised = "nothing is damaged" in meanings["dT/dT_c"]
     assert promised == ("no new crack" not in verdict), meanings["dT/dT_c"]
-    assert len(known.warnings) == 1, known.warnings
-    assert known.warnings[0].startswith(warning), known.warnings[0]
+    told = [w for w in known.warnings if not w.startswith("damage.split")]
+    assert len(told) == 1, known.warnings
+    assert told[0].startswith(warning), told[0]
     for cause in meaning.split("; ") if verdict == "no new crack" else []:
-        assert cause in known.warnings[0], known.warnings[0]
+        assert cause in told[0], told[0]
 
 
 def test_a_strong_cooling_cracks_whatever_else_is_there():
@@ -370,7 +372,7 @@ def test_a_pressed_body_that_is_not_cooled_is_told_of_its_forces():
     meanings = {name: meaning for name, _, meaning in known.facts}
     assert meanings["will it crack"] == "sigma_c/E; [forces] act too (top)"
     assert meanings["energy split"] == (
-        "forces (top) may press cracks shut; sigma_c does not count them"
+        "by default, as forces (top) may press cracks shut; sigma_c does not count them"
     )
 
 

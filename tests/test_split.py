@@ -129,6 +129,32 @@ def test_what_drives_damage_in_a_pulled_bar(name: str, principal, share: float) 
     assert driven_share(SPLITS[name], principal, NU) == pytest.approx(share, rel=1e-9)
 
 
+# Principal strains of intact rock under pressure alone, by its state of stress.
+PRESSED = {
+    "uniaxial": ((NU, -1.0), (NU, NU, -1.0)),
+    "equal biaxial": ((-1.0, -1.0), (2 * NU / (1 - NU), -1.0, -1.0)),
+    "confined": ((0.0, -1.0), (0.0, 0.0, -1.0)),
+    "all around": ((-1.0, -1.0), (-1.0, -1.0, -1.0)),
+}
+
+
+@pytest.mark.parametrize("pressed", PRESSED)
+@pytest.mark.parametrize("solid", [False, True])
+def test_pressure_alone_drives_no_damage_under_the_safe_split(pressed: str, solid: bool) -> None:
+    """no-tension, in plane stress and in 3-D; without a split all of the energy drives."""
+    strains = PRESSED[pressed][solid]
+    assert driven_share(SPLITS["no-tension"], strains, NU) == pytest.approx(0.0, abs=1e-9)
+    assert driven_share(SPLITS["none"], strains, NU) == pytest.approx(1.0)
+
+
+def test_no_other_split_is_safe() -> None:
+    """Each lets some pressure drive damage."""
+    others = set(SPLITS) - {"no-tension"}
+    for name in others:
+        shares = [driven_share(SPLITS[name], strains[1], NU) for strains in PRESSED.values()]
+        assert max(shares) > 0.05, name
+
+
 TENSORS = {
     "any": np.array([[0.3, 0.2, -0.1], [0.2, -0.4, 0.25], [-0.1, 0.25, 0.7]]),
     "a bar": np.diag([-1.0, 0.3, 0.3]),

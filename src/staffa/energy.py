@@ -124,7 +124,7 @@ class Energy:
         external: External | None = None,
     ) -> None:
         self.comm, self._mesh = domain.comm, domain.mesh
-        self.state, self.law = state, rock.law
+        self.state, self.law, self.elasticity = state, rock.law, rock.elasticity
         self.external = external or External(
             domain, spaces, Forces(), fem.Constant(domain.mesh, 0.0)
         )
@@ -176,6 +176,7 @@ class Energy:
         if self.external.forces.in_cracks:  # the fluid's share of the traction
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
+        self.strained = lambda: rock.elasticity.strained(strain(u, T, rock))
         self._dx, self._ell = dx, ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)

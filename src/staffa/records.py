@@ -115,16 +115,15 @@ class Audit:
     """What was checked after a step, each figure dimensionless, and the sentences on what failed.
 
     largest_rise: largest rise of the total energy in a half sweep, over the total energy.
-    healing: largest decrease of the damage below its irreversibility bound, and below the damage
-    at the end of the step before where that must not heal.
+    healing: largest decrease of the damage below its irreversibility bound or the step before.
     optimality: first-order residual of the whole problem (see `minimize.alternate`), of the state
     that is kept.
-    balance: error of E_i = E_(i-1) + work - released, with the work of the loads done on frozen
-    cracks, over the total energy.
+    balance: error of E_i = E_(i-1) + work (on frozen cracks) - released, over the total energy.
     work, released: the two terms of that balance, in units of energy.
     gap: difference between two energies of what must be one state, over the total energy: at the
-    end of the step before and at the start of this one, before and after a part of the step; None
-    in runs of versions that did not look.
+    end of a step and the start of the next, before and after a part of the step; None where an
+    older version did not look.
+    notes: sentences on what is not violated but may not be meant.
     """
 
     largest_rise: float
@@ -135,6 +134,7 @@ class Audit:
     released: float
     gap: float | None = None
     violations: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.own import Given, tried_load, try_given
 from staffa.cases.pace import plan
 from staffa.cases.rules import require_loaded
+from staffa.cases.split import for_any_load
 from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.survey import mesh_of
 from staffa.domain import Domain, block, body
@@ -56,7 +57,8 @@ def problem(
     Parameters
     ----------
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
-        They are tried at samples; with a load of your own the case need not load the body itself.
+        They are tried at samples; with a load of your own the case need not load the body itself,
+        and takes the split that is safe whatever the load does, unless the case gives one.
 
     Raises
     ------
@@ -67,6 +69,8 @@ def problem(
     require(comm, MPI.Comm, "comm", COMM)
     if temperature is None:
         require_loaded(case)
+    else:
+        case = for_any_load(case)
     try_given(Given(damage=damage, split=split), case)
     derived = numbers(case, law=damage, split=split, own_load=temperature is not None)
     keys = case.solver

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -14,6 +15,7 @@ from staffa.cases.kinds import Formula
 from staffa.cases.knots import DEPART
 from staffa.cases.model import Case, History
 from staffa.cases.rules.times import times_given
+from staffa.cases.support_keys import DisplacementFile
 
 SAMPLES = 1001  # times at which a formula is looked at, before what is steep between them
 MOST_SAMPLES = 10_000  # then nothing more is closed in on
@@ -21,6 +23,7 @@ PLACES = 9  # points at which a formula is looked at
 # A jump of a formula is closed in on down to this part of the run.
 JUMP = 1e-9
 TIME = re.compile(r"\bt\b")
+type Table = History | InTime | DisplacementFile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +49,7 @@ def curves(case: Case) -> Iterator[Curve]:
         if isinstance(given, Formula):
             yield _of_formula(case, where, given, visited)
             continue
-        values = np.array(given.u if isinstance(given, History) else given.value, dtype=float)
-        t = np.array(given.t, dtype=float)
+        t, values = (np.array(column, dtype=float) for column in columns(given))
         within = np.unique([0.0, *t[t < end], *visited])
         yield Curve(where=where, t=within, values=np.interp(within, t, values)[:, None])
 
@@ -58,9 +60,14 @@ def visited_times(case: Case) -> np.ndarray:
     return np.unique([*times_in(case, times_given(case)), *times_in(case, outputs)])
 
 
-def prescribed(
-    section: BaseModel, path: str = ""
-) -> Iterator[tuple[str, History | InTime | Formula]]:
+def columns(table: Table) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """The times of a table and the values at them; of a field in a file its factors."""
+    if isinstance(table, DisplacementFile):
+        return table.t or (), table.factor or ()
+    return table.t, table.u if isinstance(table, History) else table.value
+
+
+def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table | Formula]]:
     """Every table in time and every formula of t of a case, with its key."""
     for name in (*type(section).model_fields, *(section.model_extra or {})):
         value = getattr(section, name)
@@ -68,6 +75,9 @@ def prescribed(
         of_time = isinstance(value, Formula) and TIME.search(value.formula)
         if of_time or isinstance(value, History | InTime):
             yield where, value
+        elif isinstance(value, DisplacementFile):
+            if value.t is not None:
+                yield where, value
         elif isinstance(value, BaseModel):
             yield from prescribed(value, where)
 

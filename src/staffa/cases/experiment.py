@@ -20,6 +20,7 @@ from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
 from staffa.cases.shown_units import reference, units
+from staffa.cases.split import for_any_load
 from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
@@ -91,6 +92,8 @@ def run(
     require(comm, MPI.Comm, "comm", COMM)
     directory, watcher = path_of(directory, "directory"), watching(watcher)
     on_root(comm, lambda: _require_free(directory))
+    if temperature is not None:
+        case = for_any_load(case)  # as it is written into the directory
     given = Given(damage=damage, split=split, temperature=temperature)
     setup = problem(case, comm=comm, **vars(given))
     own, factor = recorded(given, setup), toughness_factor(setup)

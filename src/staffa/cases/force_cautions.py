@@ -9,9 +9,10 @@ from staffa.cases.amounts import amount, key
 from staffa.cases.forces import forces
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor
+from staffa.cases.pressing import only_pulled, pressing
 from staffa.cases.properties import in_space
 from staffa.cases.rules.at_rest import equivalent
-from staffa.cases.split import is_anisotropic, presses, takes_principal_strains
+from staffa.cases.split import is_anisotropic, safest_split
 from staffa.cases.writing import inline
 from staffa.physics.damage import strength
 
@@ -21,9 +22,9 @@ SAMPLES = 25  # times at which what acts is looked at
 
 def force_cautions(case: Case, derived: Numbers) -> Iterator[str]:
     """All of them."""
+    yield from _of_split(case, derived)
     if case.forces is None:
         return
-    yield from _of_split(case, derived)
     yield from _of_signs(case, derived)
     yield from _of_shear(case, derived)
     yield from _of_free_faces(case, derived.sigma_c)
@@ -76,18 +77,26 @@ def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float
 
 
 def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
-    if case.damage.split == "none":
+    """A split under which pressed rock breaks, where something may press it."""
+    reasons = ", ".join(pressing(case))
+    if not reasons:
+        return
+    safest = safest_split(case)
+    if case.damage.split == "none" and not only_pulled(case):
         yield (
-            f'damage.split = "none": rock under pressure ({presses(case)}) breaks as easily as '
-            f"under tension, and its cracks close without resistance; leave damage.split out"
+            f'damage.split = "none": rock under pressure ({reasons}) breaks as easily as under '
+            f"tension, and its cracks close without resistance; leave damage.split out"
         )
     if case.damage.split == "volumetric-deviatoric":
-        stronger = "no-tension" if takes_principal_strains(case) else "star-convex"
+        kind = "anisotropic" if is_anisotropic(case) else "with nu < 0"
+        none = f", and rock that is {kind} takes no split that prevents it"
+        stronger = "no-tension" if safest == "no-tension" else "star-convex"
         m, ell = derived.rock, float(case.damage.ell)
         shear = sqrt(9 * m.Gc * m.E / (16 * ell * (1 + m.nu)))  # of a bar pressed, AT1
         yield (
-            f'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear, a '
-            f"pressed bar at {amount(case, shear, 'Pa')} where a pulled one does at "
+            f'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear'
+            f"{none if stronger != safest else ''}: a pressed bar at "
+            f"{amount(case, shear, 'Pa')} where a pulled one does at "
             f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}", or a smaller damage.ell'
         )
 

@@ -10,11 +10,11 @@ from pydantic import BaseModel
 from staffa.cases.amounts import amount
 from staffa.cases.boxes import Box
 from staffa.cases.cracking import verdict
-from staffa.cases.curves import curves, prescribed, visited_times
+from staffa.cases.curves import columns, curves, prescribed, visited_times
 from staffa.cases.heat_keys import Even
 from staffa.cases.kinds import Formula
 from staffa.cases.knots import DEPART, departure
-from staffa.cases.model import Case, History
+from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 from staffa.cases.pace import prescribed_knots
 from staffa.cases.pieces import piece_varies, pieces
@@ -64,12 +64,12 @@ def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
     for where, table in prescribed(case):
         if isinstance(table, Formula):
             continue
-        values = table.u if isinstance(table, History) else table.value
+        times, values = columns(table)
         still = len(values) < 2 or values[-1] == values[-2]
-        if still or float(table.t[-1]) >= stop * (1 - 1e-9):
+        if still or float(times[-1]) >= stop * (1 - 1e-9):
             continue
         yield (
-            f"{where}: the table ends at t = {inline(table.t[-1]).strip('"')}, and the run at t = "
+            f"{where}: the table ends at t = {inline(times[-1]).strip('"')}, and the run at t = "
             f"{amount(case, stop, 's')}: in between its value stays {inline(values[-1])}; if that "
             f"is meant, give this value at the end of the run too"
         )

@@ -46,7 +46,8 @@ class DamageKeys(Section):
         default=None,
         description="how much of its stiffness a crack keeps when it is pressed shut: "
         f"{', '.join(SPLITS)}. Default: none where cold "
-        "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) with [forces]",
+        "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) where something may "
+        "press the rock: [forces], moved sides, heating, rock that expands unevenly",
         examples=["no-tension"],
     )
     gamma: Annotated[Number, Field(ge=0)] | None = Field(

@@ -17,8 +17,9 @@ from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pace import prescribed_knots
 from staffa.cases.pieces import has_directions, is_uneven, piece_varies, pieces
+from staffa.cases.pressing import pressing
 from staffa.cases.rules import adaptive, require_loaded, unit
-from staffa.cases.split import presses
+from staffa.cases.split import is_by_default
 from staffa.grid import broken_layer, section_raster
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
@@ -128,15 +129,19 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _split_facts(case: Case, derived: Numbers) -> list[Fact]:
-    pressing = presses(case)
-    if pressing:
+    """The energy split, by default or not, and the loads that may press rock."""
+    split, reasons = str(case.damage.split), pressing(case)
+    chosen = "by default, as" if is_by_default(case) else "asked for;"
+    if not reasons:
+        though = "asked for, though" if split != "none" else chosen
+        why = f"{though} cold alone acts, which pulls: cracks need no stiffness against pressure"
+        return [("energy split", split, why)]
+    though = "asked for, though" if split == "none" else chosen
+    why = f"{though} {' and '.join(reasons)} may press cracks shut"
+    if case.forces is not None:
         told = "sigma_c and dT_c do" if derived.cooled and derived.dT_c else "sigma_c does"
-        why = f"forces ({pressing}) may press cracks shut; {told} not count them"
-    elif case.damage.split == "none":
-        why = "cold alone acts, which pulls: cracks need no stiffness against pressure"
-    else:
-        why = "asked for, though cold alone acts, which pulls"
-    return [("energy split", str(case.damage.split), why)]
+        why += f"; {told} not count {'them' if len(reasons) == 1 else 'the forces'}"
+    return [("energy split", split, why)]
 
 
 def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:

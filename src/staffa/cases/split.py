@@ -2,6 +2,7 @@
 
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
+from staffa.cases.pressing import acting_forces, pressing
 from staffa.cases.rock_keys import is_isotropic
 from staffa.physics.split import SPLITS, EnergySplit, StarConvex
 
@@ -9,30 +10,44 @@ GAMMA = 5.0
 
 
 def presses(case: Case) -> str:
-    """What in [forces] may press cracks shut, or nothing."""
-    keys = case.forces
-    if keys is None:
-        return ""
-    own = ("prestress", "gravity", "pore_pressure", "crack_pressure", "crack_volume")
-    return ", ".join([*(name for name in own if getattr(keys, name) is not None), *keys.by_side()])
+    """The keys of [forces] that are given, which may press cracks shut, or nothing."""
+    return ", ".join(acting_forces(case.forces))
 
 
 def is_anisotropic(case: Case) -> bool:
-    """Whether the stiffness of some rock of a case depends on the direction."""
+    """True if the stiffness of some rock of a case depends on the direction."""
     return not all(is_isotropic(keys) for keys in (case.material, *case.regions.values()))
 
 
 def takes_principal_strains(case: Case) -> bool:
-    """Whether splits by principal strains are for its rock: isotropic, with nu >= 0."""
+    """True if splits by principal strains are for its rock: isotropic, with nu >= 0."""
     return not is_anisotropic(case) and all(averages(piece).nu >= 0 for piece in pieces(case))
 
 
-def default_split(case: Case) -> str:
-    """None where cold alone acts: it pulls. Else what breaks the least under pressure of what its
-    rock takes: isotropic rock with nu >= 0 does not break at all."""
-    if not presses(case):
-        return "none"
+def safest_split(case: Case) -> str:
+    """The split of its rock under which pressure breaks the least.
+
+    Isotropic rock with nu >= 0 does not break at all: no-tension is safe, see `physics.split`.
+    """
     return "no-tension" if takes_principal_strains(case) else "volumetric-deviatoric"
+
+
+def default_split(case: Case) -> str:
+    """None where cold alone acts, which pulls; else the safest, see `pressing`."""
+    return safest_split(case) if pressing(case) else "none"
+
+
+def is_by_default(case: Case) -> bool:
+    """True if the case does not give its split itself."""
+    return "split" not in case.damage.model_fields_set
+
+
+def for_any_load(case: Case) -> Case:
+    """The case with the split that is safe under any load of a script, unless it gives one."""
+    if not is_by_default(case):
+        return case
+    damage = case.damage.model_copy(update={"split": safest_split(case)})
+    return case.model_copy(update={"damage": damage})
 
 
 def energy_split(case: Case) -> EnergySplit:

@@ -215,6 +215,8 @@ class Follower:
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
+        for sentence in step.audit.notes if step.audit else ():
+            self._say(f"  note: {sentence}")
 
     def _named(self) -> str:
         return f"{self.name}, " if self.name else ""

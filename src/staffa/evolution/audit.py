@@ -15,6 +15,7 @@ from staffa.fields import State, owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.bounded import unbalanced
 from staffa.parallel import max_over_ranks
+from staffa.physics.split import NO_SPLIT
 from staffa.records import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
@@ -65,6 +66,7 @@ def audit(
             *_heat(system, before, advance),
             *_second_order(advance.curvature, stability),
         ),
+        notes=_pressed(problem, system, before),
     )
 
 
@@ -121,6 +123,13 @@ def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
     if lost <= HEAT_ALLOWED:
         return ()
     return (f"the heat that entered is not what was stored, by {lost:.1e} of it",)
+
+
+def _pressed(problem: Problem, system: System, before: Before) -> tuple[str, ...]:
+    """A sentence on pressed rock that broke, where no split prevents it."""
+    if problem.material.split is not NO_SPLIT:
+        return ()
+    return system.pressed_growth.said(before.alpha)
 
 
 def _second_order(curvature: Curvature | None, stability: Stability | None) -> Iterator[str]:

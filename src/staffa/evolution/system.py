@@ -1,6 +1,7 @@
 """Forms, matrices and solvers of a problem, built once and used at every step."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from staffa.stack import PETSc
 
@@ -8,6 +9,7 @@ from staffa.arguments import require
 from staffa.cut import broken
 from staffa.energy import Energy
 from staffa.evolution.cooling import Cooling, cooling
+from staffa.evolution.pressed import PressedGrowth
 from staffa.evolution.problem import Problem, coarser
 from staffa.evolution.rock import energy_of
 from staffa.fields import (
@@ -64,6 +66,11 @@ class System:
     cooling: Cooling
     alternation: Alternation
     coarser: Coarser | None
+
+    @cached_property
+    def pressed_growth(self) -> PressedGrowth:
+        """The part of a step's damage that pressure drove. Collective where first asked for."""
+        return PressedGrowth(self.energy)
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -12,6 +12,9 @@ from staffa.plot.labels import reading
 from staffa.records import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 
+# Notes that are told; each step may have one, which says much the same.
+MOST_NOTES = 3
+
 
 @dataclass(frozen=True, kw_only=True)
 class Fact:
@@ -235,6 +238,11 @@ def _audit(run: Run) -> Iterator[Fact]:
         yield Fact(name="violations", text="none")
     for text in found:
         yield Fact(name="violation", text=text, alarm=True)
+    noted = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.notes]
+    for text in noted[:MOST_NOTES]:
+        yield Fact(name="note", text=text, alarm=True)
+    if len(noted) > MOST_NOTES:
+        yield Fact(name="notes", text=f"{len(noted) - MOST_NOTES} more in steps.jsonl", alarm=True)
 
 
 def _second_order(steps: Sequence[Step]) -> str:

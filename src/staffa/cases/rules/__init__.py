@@ -148,6 +148,8 @@ def obey(case: Case) -> Case:
     update = {
         name: getattr(case, name).model_copy(update=keys) for name, keys in _defaults(case).items()
     }
+    if case.damage.split is None:  # written out, it is still no choice of the case
+        update["damage"].model_fields_set.discard("split")
     return case.model_copy(update=update)
 
 

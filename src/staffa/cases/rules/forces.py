@@ -152,7 +152,7 @@ def split_fits_the_rock(case: Case) -> None:
 
 
 def _by_default(case: Case) -> str:
-    return "" if case.damage.split else ", the default with [forces],"
+    return "" if case.damage.split else ", the default where something may be pressed,"
 
 
 def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
