@@ -15,7 +15,7 @@ from staffa.cases.reading import read_case
 from staffa.cases.writing import to_toml
 from staffa.cli.terminal import out
 from staffa.cli.walltime import seconds
-from staffa.errors import InputError, StaffaError
+from staffa.errors import EXIT_CODES, InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
 
@@ -24,6 +24,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     help="Predicts how cooling cracks rock.",
+    epilog=EXIT_CODES,
 )
 CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_default=False)]
 Settings = Annotated[
@@ -83,7 +84,7 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
         out.print("[green]nothing is off[/green]")
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def run(
     case_file: CaseFile,
     directory: Annotated[
@@ -107,7 +108,7 @@ def run(
     )
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def resume(
     directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
     settings: Annotated[
@@ -129,7 +130,7 @@ def resume(
     resume_and_follow(directory, settings=settings or [], quiet=quiet, wall_time=limit)
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def ensemble(
     case_file: CaseFile,
     seeds: Annotated[
