@@ -25,7 +25,7 @@ class Outline:
     the named parts of its surface, each with its plane if it is one across an axis. touching: the
     pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
     cracks that are there from the start. n_cells, n_vertices: about. places: where to look at what
-    varies.
+    varies. hinges: points (m) that parts share which have no facet in common.
     """
 
     lower: tuple[float, ...]
@@ -38,6 +38,7 @@ class Outline:
     n_cells: int
     n_vertices: int
     places: Places = field(compare=False, repr=False)
+    hinges: tuple[tuple[float, ...], ...] = ()
     sides: Mapping[str, str | None] = field(init=False)
 
     def __post_init__(self) -> None:

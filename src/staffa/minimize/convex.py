@@ -112,6 +112,8 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
+            if number and slope >= 0 and not held:
+                slope = _downhill(elastic, forces, way)
             last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), least)
             # The first step may put on new prescribed values: it is no descent but a prediction.
             if number == 0:
@@ -137,6 +139,21 @@ def minimize(
     finally:
         way.destroy()
         forces.destroy()
+
+
+def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
+    """Overwrite a way, found as what u has to become, by the answer to the forces left; its slope.
+
+    Near the end they are a small part of all forces, to which the solver of the whole is exact.
+    """
+    answered = forces.copy()
+    try:
+        answered.scale(-1.0)
+        way.set(0.0)
+        elastic.respond(answered, way)
+        return float(forces.dot(way))
+    finally:
+        answered.destroy()
 
 
 def _step(
