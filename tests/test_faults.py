@@ -29,8 +29,9 @@ def failed(done: subprocess.CompletedProcess, *parts: str) -> None:
 
 
 NO_DAMAGE = "-alpha_tao_tao_max_it 1 -alpha_snes_snes_max_it 1"
+STOPPED = "-u_iterative_ksp_max_it 1 -u_direct_ksp_max_it 1 -u_direct_pc_type jacobi"
 STAGNANT = {
-    "the linear solver": ("solver.displacement=iterative", "-u_iterative_ksp_max_it 1"),
+    "the linear solvers": ("solver.displacement=iterative", STOPPED),
     "both solvers of the damage": ("solver.acceleration=none", NO_DAMAGE),
     "the whole, below round-off": ("solver={residual=1e-30,change=1e-29}", ""),
 }

@@ -1,5 +1,6 @@
 """Minimizers keep their promises, and say so when they cannot."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 from staffa.stack import PETSc
@@ -85,7 +86,7 @@ def test_direct_and_iterative_displacements_give_the_same_run() -> None:
     energies = {}
     for solver in ("direct", "iterative"):
         system = build(problem := cooled(displacement=solver, stop=tight))
-        assert system.alternation.elastic.direct == (solver == "direct")
+        assert system.alternation.elastic.linear.direct == (solver == "direct")
         energies[solver] = [step.energies.total for step in march(problem, system)]
         system.destroy()
     assert energies["direct"] == pytest.approx(energies["iterative"], rel=1e-6)
@@ -193,16 +194,45 @@ def test_when_all_damage_solvers_fail_the_run_stops() -> None:
     assert np.all(owned(system.state.alpha) == 0), "it is not the solver's last trial"
 
 
-def test_linear_solver_that_stops_early_is_refused() -> None:
-    system = build(problem := cooled(displacement="iterative"))
-    options = PETSc.Options(system.alternation.elastic.ksp.getOptionsPrefix())
-    usual = options.getString("ksp_max_it")
-    options["ksp_max_it"] = "1"
+@contextmanager
+def crippled(prefix: str, **options: str):
+    """PETSc's options of a solver changed, and put back."""
+    known = PETSc.Options(prefix)
+    usual = {name: known.getString(name, "") for name in options}
+    for name, value in options.items():
+        known[name] = value
     try:
+        yield
+    finally:
+        for name, value in usual.items():
+            if value:
+                known[name] = value
+            else:
+                known.delValue(name)
+
+
+def test_a_factorization_takes_over_from_a_linear_solver_that_stops_early() -> None:
+    """In each step anew, on record of it, with the energies of the direct solver."""
+    energies = {}
+    for name, most in (("direct", "8"), ("iterative", "1")):
+        system = build(problem := cooled(displacement=name))
+        with crippled(f"u_{name}_", ksp_max_it=most):
+            steps = list(march(problem, system))
+        energies[name] = [step.energies.total for step in steps]
+        needed = [step.effort.direct > 0 for step in steps]
+        assert needed == [name == "iterative"] * len(TIMES)
+        assert not any(step.audit.violations for step in steps)
+        system.destroy()
+    assert energies["iterative"] == pytest.approx(energies["direct"], rel=1e-8)
+
+
+def test_linear_solver_that_stops_early_is_refused() -> None:
+    """Where nothing is left that could take over."""
+    with crippled("u_direct_", ksp_max_it="1", pc_type="jacobi"):
+        system = build(problem := cooled(displacement="direct"))
         with pytest.raises(SolveError, match=r"displacement was not solved for.*DIVERGED"):
             list(march(problem, system))
-    finally:
-        options["ksp_max_it"] = usual
+        system.destroy()
 
 
 def test_temperature_that_is_not_finite_is_refused() -> None:
@@ -303,7 +333,7 @@ def test_bounds_hold_forces_that_push_against_them(x: float, force: float, left:
 
 def test_option_prefixes_do_not_depend_on_the_rank() -> None:
     system = build(cooled())
-    prefixes = [system.alternation.elastic.ksp.getOptionsPrefix()]
+    prefixes = [system.alternation.elastic.linear.ksp.getOptionsPrefix()]
     everywhere = PETSc.COMM_WORLD.tompi4py().allgather(prefixes)
     assert all(found == prefixes for found in everywhere)
     system.destroy()
@@ -331,6 +361,6 @@ def test_a_guess_that_is_exact_renews_the_factorization_all_the_same() -> None:
     w.array_w[parts.elastic.held] = 0.0
     parts.elastic.resist(w, force)
     parts.elastic.precondition(force, back)
-    assert parts.elastic.exact
+    assert parts.elastic.linear.exact
     assert back.array_r == pytest.approx(w.array_r, rel=1e-8, abs=1e-8)
     system.destroy()

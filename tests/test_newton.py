@@ -159,7 +159,7 @@ def test_preconditioner_is_symmetric_and_positive(name: str, kept: bool) -> None
             system.state.alpha.x.array[:] += 1e-4
             read_vector(system.state.alpha, system.alternation.alpha)
             equilibrium(system.alternation, np.zeros(len(system.supports.fixed)))
-            assert not system.alternation.elastic.exact
+            assert not system.alternation.elastic.linear.exact
         newton, parts = system.alternation.newton, system.alternation
         lower, upper = system.bounds.lower.x.petsc_vec, system.bounds.upper.x.petsc_vec
         newton._direction(parts.alpha, lower, upper)
@@ -169,7 +169,7 @@ def test_preconditioner_is_symmetric_and_positive(name: str, kept: bool) -> None
             u, alpha = pair.getNestSubVecs()
             alpha.array_w[:] = rng.normal(size=alpha.getLocalSize())
             # With an exact inverse the preconditioner relies on displacements in equilibrium.
-            u.array_w[:] = 0 if parts.elastic.exact else rng.normal(size=u.getLocalSize())
+            u.array_w[:] = 0 if parts.elastic.linear.exact else rng.normal(size=u.getLocalSize())
             u.array_w[parts.elastic.held] = 0.0
             newton.model.precondition(pair, out)
             pairs.append((pair, out))
@@ -301,15 +301,17 @@ def test_factor_is_kept_while_the_stiffness_is_the_same() -> None:
     system = build(problem := cooled())
     parts, values = system.alternation, np.zeros(len(system.supports.fixed))
     equilibrium(parts, values)
-    assert parts.elastic.renewals == 1
+    assert parts.elastic.linear.renewals == 1
     change_loads(problem, system, Loads(time=0.0, values=values), Loads(time=0.006, values=values))
-    assert parts.elastic.renewals == 1 and parts.elastic.exact
+    assert parts.elastic.linear.renewals == 1 and parts.elastic.linear.exact
     system.state.alpha.x.array[:] = 0.5
     equilibrium(parts, values)
-    assert parts.elastic.renewals == 2, "half the stiffness is gone: the old factor is of no use"
+    assert parts.elastic.linear.renewals == 2, (
+        "half the stiffness is gone: the old factor is of no use"
+    )
     system.state.alpha.x.array[:] += 1e-4
     equilibrium(parts, values)
-    assert parts.elastic.renewals == 2 and not parts.elastic.exact
+    assert parts.elastic.linear.renewals == 2 and not parts.elastic.linear.exact
     force = parts.u.duplicate()
     parts.forces(force)
     force.array_w[parts.elastic.held] = 0.0
@@ -329,6 +331,6 @@ def test_rigid_modes_save_iterations() -> None:
         change_loads(
             problem, system, Loads(time=0.0, values=values), Loads(time=0.006, values=values)
         )
-        iterations[known] = elastic.iterations
+        iterations[known] = elastic.linear.iterations
         system.destroy()
     assert iterations[True] < 0.8 * iterations[False], iterations

@@ -1,5 +1,7 @@
 """The one functional: every force, matrix, and reported energy is derived from it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -143,6 +145,7 @@ class Energy:
             name: fem.Constant(domain.mesh, float(getattr(rock, name))) for name in numbers
         }
         rock = replace(rock, **constants)
+        self._residual_stiffness = constants["residual_stiffness"]
 
         stiffness_left = rock.law.a(alpha) + rock.residual_stiffness
         at_rest = fem.Function(spaces.u)
@@ -161,6 +164,7 @@ class Energy:
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
 
+        self._on_body = (loads, spaces.u)
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
         residual = ufl.derivative(potential(u), u, v)
@@ -242,6 +246,32 @@ class Energy:
     def _held_volume(self) -> float:
         """Completes minus the work of a fluid of given volume to p (volume given - volume held)."""
         return float(self.external.pressure.value) * self.external.volume
+
+    @property
+    def loaded(self) -> bool:
+        """Whether external loads act on the body."""
+        return self._loads is not None
+
+    def applied(self, out: PETSc.Vec) -> None:
+        """Forces of the external loads: minus the derivative in u of their energy."""
+        self._vector(self._applied, self._sums_u, out)
+
+    @cached_property
+    def _applied(self) -> fem.Form:
+        """Compiled where it is asked for."""
+        loads, space = self._on_body
+        form = -ufl.derivative(loads, self.state.u, ufl.TestFunction(space))
+        return jit.form(form, self.comm)
+
+    @contextmanager
+    def without_residual_stiffness(self) -> Iterator[None]:
+        """Within it nothing is left of stiffness where rock is broken."""
+        kept = float(self._residual_stiffness.value)
+        self._residual_stiffness.value = 0.0
+        try:
+            yield
+        finally:
+            self._residual_stiffness.value = kept
 
     def crack_volume(self) -> float:
         """The volume that cracks hold open, see `external.crack_volume`; an area in 2-D."""

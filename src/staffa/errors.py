@@ -27,6 +27,25 @@ class LoadError(SolveError):
     """A load gives what no solver can use, at any time step."""
 
 
+class PartedError(SolveError):
+    """The load cannot be carried any more: the body is in two. Steps before it stand."""
+
+    exit_code = 4
+
+
+class AuditError(StaffaError):
+    """The run is finished, but a step of it is not what its audit asks for."""
+
+    exit_code = 5
+
+
+# How a command ends, for its help.
+EXIT_CODES = (
+    "Exit codes: 0 finished; 1 a step failed; 2 what was asked for cannot work; 3 stopped, resume "
+    "goes on; 4 the load cannot be carried any more; 5 finished, but the audit is violated."
+)
+
+
 class AloneError(StaffaError):
     """An error that one rank meets alone: the others wait for it, and nothing collective may follow
     but the end of all."""

@@ -38,6 +38,11 @@ def gather(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray] | None:
     return comm.gather(part, root=0)
 
 
+def everywhere(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray]:
+    """The ranks' arrays in the order of the ranks, on every rank. Collective."""
+    return comm.allgather(part)
+
+
 def scatter(comm: MPI.Comm, parts: list[np.ndarray] | None) -> np.ndarray:
     """Each rank's array of those that rank 0 has, in the order of the ranks. Collective."""
     return comm.scatter(parts, root=0)

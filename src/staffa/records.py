@@ -2,16 +2,17 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from typing import Any, Self
-
-from pydantic import TypeAdapter, ValidationError
 
 from staffa.cell_records import CellSection as CellSection
 from staffa.cell_records import Coarse as Coarse
+from staffa.json_form import made as made
 
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6
+# An energy that is the difference of terms of this size is known to so much of them, at best, over
+# the least that an audit allows: a body that moves or expands freely stores none, but for this.
+CANCELED = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +66,8 @@ class Effort:
     taken, after so many coarse_sweeps there. refused: proposals of either that did not lower the
     energy, so that a plain sweep followed. iterations: of the linear solver within Newton's moves.
     fallbacks: times that the second damage solver took over. plain: times that all was begun again
-    without proposals. halvings: times that a time step was cut in two.
+    without proposals. halvings: times that a time step was cut in two. direct: times that a
+    factorization took over from the iterative solver of the displacement.
     """
 
     moves: int = 0
@@ -76,6 +78,7 @@ class Effort:
     halvings: int = 0
     guesses: int = 0
     coarse_sweeps: int = 0
+    direct: int = 0
 
     def __add__(self, other: "Effort") -> "Effort":
         """Both together."""
@@ -86,7 +89,8 @@ class Effort:
 class Outcome:
     """The end of a minimization: its reason is the sentence that a user reads.
 
-    before: the total energy of the state that it began with.
+    before: the total energy of the state that it began with. spread: the size of the terms that its
+    energy is the difference of, see `ElasticSolver.spread`.
     """
 
     converged: bool
@@ -98,6 +102,12 @@ class Outcome:
     energies: Energies
     before: float
     effort: Effort = Effort()
+    spread: float = 0.0
+
+    @property
+    def scale(self) -> float:
+        """What an error of the energy is small or large against; positive."""
+        return max(self.energies.scale, CANCELED * self.spread, 1e-300)
 
     def then(self, other: "Outcome") -> "Outcome":
         """This minimization and another that went on from it."""
@@ -107,6 +117,7 @@ class Outcome:
             largest_rise=max(self.largest_rise, other.largest_rise),
             before=self.before,
             effort=self.effort + other.effort,
+            spread=max(self.spread, other.spread),
         )
 
 
@@ -345,29 +356,6 @@ class Step:
         """The step that `to_record` wrote, of this version or of an earlier one."""
         # Runs of version 0.1.0 counted nothing else.
         return made(cls, {"effort": {"fallbacks": record.get("fallbacks", 0)}, **record})
-
-
-@cache
-def _reader(kind: Any) -> TypeAdapter[Any]:
-    return TypeAdapter(kind)
-
-
-def made[R](kind: type[R], record: Mapping[str, Any]) -> R:
-    """A record of this kind, from names and values as JSON holds them.
-
-    What the record lacks is as the kind has it by default; what a later version added is left.
-
-    Raises
-    ------
-    ValueError
-        An entry is missing, or of another type.
-    """
-    try:
-        found: R = _reader(kind).validate_python(record)  # type: ignore[arg-type]
-        return found
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        raise ValueError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
 
 
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:

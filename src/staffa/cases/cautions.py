@@ -2,7 +2,7 @@
 
 from staffa.cases.cooling_cautions import cooling_cautions, cooling_notes
 from staffa.cases.force_cautions import force_cautions
-from staffa.cases.holding import holding_notes
+from staffa.cases.holding import hinge_cautions, holding_notes
 from staffa.cases.load_cautions import load_cautions
 from staffa.cases.mesh_cautions import mesh_cautions, mesh_notes
 from staffa.cases.model import Case
@@ -11,7 +11,8 @@ from staffa.cases.numbers import Numbers
 
 def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
-    found = [*mesh_cautions(case), *load_cautions(case, derived), *force_cautions(case, derived)]
+    found = [*mesh_cautions(case), *hinge_cautions(case)]
+    found += [*load_cautions(case, derived), *force_cautions(case, derived)]
     return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
 
 

@@ -1,4 +1,4 @@
-"""The supports of a cooled body, and their meaning for its cracks: a fact and notes."""
+"""The supports of a body, and their meaning for its cracks: a fact, a warning and notes."""
 
 from collections.abc import Iterator
 
@@ -46,6 +46,22 @@ def holding(case: Case) -> tuple[str, str]:
         return "by nothing", "it shortens and bends as it likes"
     shorten = case.temperature.profile != "none" and not laterally_held(case)
     return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
+
+
+def hinge_cautions(case: Case) -> Iterator[str]:
+    """Parts of a mesh that single points or edges join."""
+    found = case.outline.hinges
+    if not found:
+        return
+    first = ", ".join(f"{c:.3g}" for c in found[0])
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    what = "single points or edges" if case.dim == 3 else "single points"
+    yield (
+        f"parts of the mesh share {what} only, at ({first}){more}: a hinge, about which they turn "
+        f"freely, and whose stress is the mesh's own. Join them along faces (Gmsh: Coherence, or "
+        f"BooleanFragments, before meshing), or leave out all but one; where they are meant, hold "
+        f"each by [supports]"
+    )
 
 
 def _kind(case: Case, name: str) -> str:

@@ -11,6 +11,7 @@ from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.geometry.foreign import FORMATS, read_foreign
+from staffa.geometry.hinges import hinges
 from staffa.geometry.msh import SALOME, read_msh
 from staffa.geometry.simplices import Simplices, outline
 from staffa.grid import UNSTRUCTURED
@@ -66,7 +67,8 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
         file = place.file(given)
     except InputError as error:
         raise InputError(f"domain.mesh = {inline(given)}: {error}") from None
-    found = outline(mesh_of(file, float(keys.unit or 1.0), given))
+    mesh = mesh_of(file, float(keys.unit or 1.0), given)
+    found = replace(outline(mesh), hinges=tuple(map(tuple, hinges(mesh)[0].tolist())))
     if keys.h is not None:
         if keys.h > found.h:
             raise InputError(

@@ -16,7 +16,7 @@ from staffa.cases.reading import read_case
 from staffa.cases.writing import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import seconds
-from staffa.errors import InputError, StaffaError, StaffaWarning
+from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
 
@@ -25,6 +25,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     help="Predicts how cooling cracks rock.",
+    epilog=EXIT_CODES,
 )
 CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_default=False)]
 Settings = Annotated[
@@ -84,7 +85,7 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
         out.print("[green]nothing is off[/green]")
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def run(
     case_file: CaseFile,
     directory: Annotated[
@@ -108,7 +109,7 @@ def run(
     )
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def resume(
     directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
     settings: Annotated[
@@ -130,7 +131,7 @@ def resume(
     resume_and_follow(directory, settings=settings or [], quiet=quiet, wall_time=limit)
 
 
-@app.command()
+@app.command(epilog=EXIT_CODES)
 def ensemble(
     case_file: CaseFile,
     seeds: Annotated[

@@ -20,13 +20,14 @@ from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.display_units import Shown
-from staffa.errors import AloneError, StaffaError
+from staffa.errors import AloneError, AuditError, StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
 from staffa.manifest import Manifest
 from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root, require_together
 from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
+from staffa.report.summary import violations
 from staffa.report.tables import write_tables
 
 
@@ -76,6 +77,7 @@ def following(
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(read_run(directory), quiet=quiet))
+    on_root(comm, lambda: require_sound([read_run(directory)]))
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
@@ -85,6 +87,25 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
     else:
         print_summary(run)
         print_pictures(run)
+
+
+def require_sound(runs: Sequence[Run]) -> None:
+    """Finished runs of which the audit found nothing amiss.
+
+    Raises
+    ------
+    AuditError
+        It did: in these steps, with the first of its sentences.
+    """
+    for one in runs:
+        found = violations(one)
+        if found:
+            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+            raise AuditError(
+                f"the run in {one.path} is finished, but its audit is violated: {found[0]}{more}; "
+                f"do not use its results before you know why (docs/results.md, What the audit "
+                f"checks)"
+            )
 
 
 # Seconds that mpiexec is left to pass on a traceback: an abort at once can lose it.
@@ -217,6 +238,9 @@ class Follower:
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
         for sentence in step.audit.notes if step.audit else ():
             self._say(f"  note: {sentence}")
+        if self.speaks and self.quiet and step.audit and step.status == "converged":
+            for sentence in step.audit.violations:
+                print(f"staffa: step {step.index}, audit: {sentence}", file=sys.stderr)
 
     def _named(self) -> str:
         return f"{self.name}, " if self.name else ""

@@ -10,7 +10,7 @@ from staffa.cases.ensemble import run_ensemble, seeds_from
 from staffa.cases.experiment import Watcher
 from staffa.cases.model import Case
 from staffa.cases.preview import preview
-from staffa.cli.live import Follower, ending_all_ranks
+from staffa.cli.live import Follower, ending_all_ranks, require_sound
 from staffa.cli.results import print_ensemble, print_ensemble_pictures
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
@@ -36,6 +36,8 @@ def run_members_and_follow(
     ------
     SolveError
         Members failed; the others are finished, and the results are written.
+    AuditError
+        All are finished, but the audit of one is violated.
     """
     comm = MPI.COMM_WORLD
     stopping = Stopping(wall_time)
@@ -67,6 +69,7 @@ def run_members_and_follow(
         on_root(comm, lambda: _leave_results(directory, quiet=quiet))
         if failures:
             raise SolveError(_told(failures, count))
+        on_root(comm, lambda: require_sound(list(read_ensemble(directory).finished.values())))
 
 
 def _leave_results(directory: Path, *, quiet: bool) -> None:

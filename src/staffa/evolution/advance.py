@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from staffa.errors import LoadError, SolveError
+from staffa.errors import LoadError, PartedError, SolveError
 from staffa.evolution.loading import Loading, change_loads, put_on
+from staffa.evolution.parted import loose_piece
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, descend, raise_bounds, settle
 from staffa.evolution.system import System
@@ -13,11 +14,14 @@ from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.alternate import Watch
 from staffa.parallel import max_over_ranks
-from staffa.records import Curvature, Effort, Energies, Heat, Outcome, Return
+from staffa.records import CANCELED, Curvature, Effort, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
 SURGE = 1.5
+# What round-off and the tolerances of the inner solvers can explain of the balance of energies and
+# of a rise of the energy, and no more.
+BALANCE_ALLOWED, RISE_ALLOWED = 1e-5, 1e-7
 # A step may be cut in two, and its halves again, so often.
 CUTS = 3
 
@@ -121,23 +125,28 @@ def advance_to(
 
     Raises
     ------
+    PartedError
+        A solver failed where a piece has come loose, so that there is nothing to be found.
     SolveError
         All of it failed; the state is the one at the start again.
     """
     kept = snapshot(system)
     proposes = system.alternation.newton is not None or system.coarser is not None
     try:
-        return _advance(problem, system, start, end, watch)
+        return _sound(problem, system, kept, start, end, watch)
     except LoadError:
         restore(system, kept)
         raise
     except SolveError as error:
         failure = error
+        loose = loose_piece(problem, system, solved=False)
         restore(system, kept)
+        if loose is not None:
+            raise PartedError(loose.sentence()) from error
     if proposes:
         plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:
-            return _advance(problem, plain, start, end, watch).after(Effort(plain=1))
+            return _sound(problem, plain, kept, start, end, watch).after(Effort(plain=1))
         except SolveError as error:
             failure = error
             restore(system, kept)
@@ -155,6 +164,24 @@ def advance_to(
         restore(system, kept)
         raise failure from None
     return whole.after(tried)
+
+
+def _sound(
+    problem: Problem,
+    system: System,
+    kept: tuple[np.ndarray, ...],
+    start: Loads,
+    end: Loads,
+    watch: Watch,
+) -> Advance:
+    """Take the step, and with a factorization again if an iterative solver has left it unsound."""
+    advance, elastic = _advance(problem, system, start, end, watch), system.alternation.elastic
+    rise = advance.outcome.largest_rise
+    if elastic.linear.direct or (advance.imbalance <= BALANCE_ALLOWED and rise <= RISE_ALLOWED):
+        return advance
+    restore(system, kept)
+    elastic.linear.take_over()
+    return _advance(problem, system, start, end, watch)
 
 
 def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: Watch) -> Advance:
@@ -179,24 +206,24 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
 
 def imbalance(loading: Loading, outcome: Outcome) -> float:
     """Error of the energy balance on frozen cracks, over the energy."""
-    scale = max(abs(loading.start), abs(loading.end), outcome.energies.scale, 1e-300)
+    scale = max(abs(loading.start), abs(loading.end), outcome.scale, CANCELED * loading.spread)
     return abs(loading.end - loading.start - loading.work) / scale
 
 
-def difference(one: float, other: float, energies: Energies) -> float:
+def difference(one: float, other: float, outcome: Outcome) -> float:
     """Difference of two energies of one state, over its energy."""
-    return abs(one - other) / max(abs(one), abs(other), energies.scale, 1e-300)
+    return abs(one - other) / max(abs(one), abs(other), outcome.scale)
 
 
 def _apart(outcome: Outcome, began: float | None) -> float:
     """The same of what a part of the step ended and the next began with."""
     total = outcome.energies.total
-    return 0.0 if began is None else difference(total, began, outcome.energies)
+    return 0.0 if began is None else difference(total, began, outcome)
 
 
 def _taken_up(loading: Loading, outcome: Outcome) -> float:
     """The same of what new loads left and the minimization began with."""
-    return difference(loading.end, outcome.before, outcome.energies)
+    return difference(loading.end, outcome.before, outcome)
 
 
 def agree(
@@ -226,7 +253,8 @@ def agree(
         T, heat = equation.advance(origin.T, state.alpha.x.array, origin.time, end.time)
         n_owned = len(owned(state.T))
         apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
-        gap = apart / (equation.span(T) or 1.0)
+        # Of the step, and not of its end alone, where the temperature may be the first one again.
+        gap = apart / (max(equation.span(origin.T), equation.span(T)) or 1.0)
         if gap <= rule.agreement:
             spent = heat.seconds
             break

@@ -7,7 +7,7 @@ from staffa.stack import MPI  # noqa: F401
 
 import numpy as np
 
-from staffa.evolution.advance import Advance, difference
+from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, difference
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import irreversible
 from staffa.evolution.system import System
@@ -19,9 +19,7 @@ from staffa.physics.split import NO_SPLIT
 from staffa.records import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
-RISE_ALLOWED = 1e-7
 HEALING_ALLOWED = 1e-12
-BALANCE_ALLOWED = 1e-5
 HEAT_ALLOWED = 1e-8
 # Energies of one state, computed twice: with prestress as differences of what is a million times
 # larger.
@@ -79,11 +77,11 @@ def _healed(problem: Problem, before: np.ndarray, state: State) -> float:
 
 def _gap(system: System, before: Before, advance: Advance) -> float:
     """Between the energies on record and those of the states that the step began and ended with."""
-    energies = advance.outcome.energies
-    ended = difference(energies.total, system.energy.total(), energies)
+    outcome = advance.outcome
+    ended = difference(outcome.energies.total, system.energy.total(), outcome)
     if before.total is None or advance.began is None:
         return ended
-    return max(ended, difference(before.total, advance.began, energies))
+    return max(ended, difference(before.total, advance.began, outcome))
 
 
 def _residual(system: System) -> float:

@@ -11,7 +11,7 @@ from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium, reactions
 from staffa.parallel import any_over_ranks, sum_over_ranks
-from staffa.records import Heat
+from staffa.records import CANCELED, Heat
 
 # To which the work is found with a split, over the energy.
 ACCURACY = 3e-6
@@ -24,13 +24,15 @@ class Loading:
     work: of the temperature change, of the prescribed displacements and of external loads that
     change, along the straight path from the loads before: by the power at its ends, which is exact
     without a split, and with one by that between them too (see `evolution.path`). start, end: total
-    energies. heat: what the heat equation did, if it gives the temperature.
+    energies. heat: what the heat equation did, if it gives the temperature. spread: the size of the
+    terms that these energies are differences of, see `ElasticSolver.spread`.
     """
 
     work: float
     start: float
     end: float
     heat: Heat | None = None
+    spread: float = 0.0
 
 
 def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> Loading:
@@ -73,18 +75,19 @@ def put_on(
 
     energy.direction.x.array[:] = T - state.T.x.array
     path = None if energy.linear else Path(energy, parts)
-    at_first, first = energy.total(), power()
+    at_first, first, u = energy.total(), power(), parts.u.copy()
     state.T.x.array[:] = T
     energy.external.at(end.time)
     if any_over_ranks(comm, not energy.external.is_finite()):
         raise _not_finite("force", end.time)
     equilibrium(parts, end.values)
     at_last, last = energy.total(), power()
-    work = (first + last) / 2
+    work, spread = (first + last) / 2, max(map(parts.elastic.spread, (u, parts.u)))
+    u.destroy()
     if path is not None:
-        scale = max(abs(at_first), abs(at_last), energy.energies().scale)
+        scale = max(abs(at_first), abs(at_last), energy.energies().scale, CANCELED * spread)
         work += path.bend(accuracy=ACCURACY * scale)
-    return Loading(work=work, start=at_first, end=at_last)
+    return Loading(work=work, start=at_first, end=at_last, spread=spread)
 
 
 def _not_finite(what: str, time: float) -> LoadError:

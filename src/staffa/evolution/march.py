@@ -9,11 +9,12 @@ from types import NoneType
 import numpy as np
 
 from staffa.arguments import require
-from staffa.errors import SolveError, StoppedError
+from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.audit import audit
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.measuring import measuring
+from staffa.evolution.parted import require_whole
 from staffa.evolution.problem import Problem
 from staffa.evolution.rest import come_to_rest
 from staffa.evolution.schedule import Walk
@@ -75,6 +76,8 @@ def march(
 
     Raises
     ------
+    PartedError
+        The load cannot be carried any more; as with any `SolveError`, what was before stands.
     SolveError
         A step did not converge, or a solver failed in it; it has been saved and yielded before,
         with its status and the reason. Where the loop stood before it was kept.
@@ -115,6 +118,9 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
             return
         began = perf_counter()
         index, better = loop.next_index, loop.better
+        elastic = system.alternation.elastic
+        elastic.linear.begin()
+        direct = elastic.linear.takeovers
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))
         watch = partial(_watch, observers, moment)
@@ -145,11 +151,13 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
                 continue
             observers.keep(standing, True)
             yield _failed(system, moment, observers, str(error))
-            raise SolveError(f"step {index} (time {time:.6g}) failed: {error}") from error
+            kind = PartedError if isinstance(error, PartedError) else SolveError
+            raise kind(f"step {index} (time {time:.6g}) failed: {error}") from error
         seconds = perf_counter() - began
         if rejected:
             yield _rejected(problem, moment, advance, ran, seconds)
             continue
+        advance = advance.after(Effort(direct=elastic.linear.takeovers - direct))
         outcome = advance.outcome
         if not outcome.converged:
             observers.keep(standing, True)
@@ -189,10 +197,12 @@ def _try(
     Then the state is the one before it. Cracks are looked at again if a state was left that is not
     stable. Collective.
     """
+    before = snapshot(system)
     if problem.schedule.pace is None:
         advance = advance_to(problem, system, start, end, watch)
-        return *examine(problem, system, end, advance, watch), 0.0, False
-    before = snapshot(system)
+        examined = examine(problem, system, end, advance, watch)
+        _require_whole(problem, system, before)
+        return *examined, 0.0, False
     advance, stability = advance_to(problem, system, start, end, watch), None
     ran = _ran(problem, system, before)
     rejected = walk.goes_too_far(ran)
@@ -203,7 +213,18 @@ def _try(
             rejected = walk.goes_too_far(ran)
     if rejected:
         restore(system, before)
+    else:
+        _require_whole(problem, system, before)
     return advance, stability, ran, rejected
+
+
+def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> None:
+    """The same as `require_whole`, after which the state is the one before."""
+    try:
+        require_whole(problem, system)
+    except PartedError:
+        restore(system, before)
+        raise
 
 
 def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.errors import LoadError, SolveError
 from staffa.evolution.advance import snapshot
+from staffa.evolution.parted import require_whole
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
@@ -31,6 +32,8 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
 
     Raises
     ------
+    PartedError
+        Cracks that are given part a piece from what holds it.
     LoadError
         They crack the rock by themselves, or extend the cracks that are there.
     SolveError
@@ -44,6 +47,7 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     outcome, _ = settle(problem, system, start, watch)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
+    require_whole(problem, system)
     system.energy.count_from_here()
     failing = damage_at_strength(problem.material.law) + MARGIN
     ran = crack_advance(system.state, before, threshold=failing)

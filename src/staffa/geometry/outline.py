@@ -27,7 +27,8 @@ class Outline:
     pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
     cracks that are there from the start. n_cells, n_vertices: about. places: where to look at what
     varies. notes: what reading it from a file changed. edges: of a mesh, from place to place; None
-    of a body that is meshed evenly.
+    of a body that is meshed evenly. hinges: points (m) that parts share which have no facet in
+    common.
     """
 
     lower: tuple[float, ...]
@@ -42,6 +43,7 @@ class Outline:
     places: Places = field(compare=False, repr=False)
     notes: tuple[str, ...] = ()
     edges: Edges | None = None
+    hinges: tuple[tuple[float, ...], ...] = ()
     sides: Mapping[str, str | None] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -35,6 +35,9 @@ EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
 # A change of a temperature by less than this part of it is none: rounding makes such.
 UNCHANGED = 1e-7
+# What flows from vertex to vertex at one temperature cancels, but for its round-off: over the
+# least that an audit allows, less than this fraction of what would flow from each alone.
+CANCELED = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +112,7 @@ class HeatEquation:
         for stop in (*(t for t in self.conduction.kinks if start < t < end), end):
             T, largest, steps = self._march(T, time, stop, largest, entered)
             time, substeps = stop, substeps + steps
-        heat = self._account(T, T - began, entered, substeps)
+        heat = self._account(T, T - began, entered, substeps, end - start)
         return self._with_ghosts(T - self._stress_free), replace(
             heat, seconds=perf_counter() - began_at
         )
@@ -247,22 +250,29 @@ class HeatEquation:
         return error / allowed if allowed > 0 else 0.0
 
     def _account(
-        self, T: np.ndarray, change: np.ndarray, entered: dict[str, float], substeps: int
+        self,
+        T: np.ndarray,
+        change: np.ndarray,
+        entered: dict[str, float],
+        substeps: int,
+        length: float,
     ) -> Heat:
-        """What was stored and what entered, over all ranks.
+        """What was stored and what entered in a time (s), over all ranks.
 
         Their difference is held against what crossed, or what the body has stored since t = 0 if
         that is more: near a steady state next to nothing crosses.
         """
+        self.operators.matrix.getDiagonal(self._diagonal)
         names, capacity = sorted(entered), self.operators.capacity
         mine = [
             capacity @ change,
             capacity @ np.abs(T - self._initial),
             capacity @ np.abs(T),
+            length * float(self._diagonal.array_r @ np.abs(T)),
             *(entered[name] for name in names),
         ]
-        stored, since, content, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()
-        scale = max(abs(stored), sum(map(abs, parts)), since, UNCHANGED * content)
+        stored, since, content, flows, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()
+        scale = max(abs(stored), sum(map(abs, parts)), since, UNCHANGED * content, CANCELED * flows)
         return Heat(
             stored=stored,
             entered=dict(zip(names, parts, strict=True)),

@@ -13,12 +13,15 @@ from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
 from staffa.minimize.convex import ConvexEnergy, Held
 from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
+from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
-from staffa.records import Effort, Energies, Outcome, Stop
+from staffa.records import CANCELED, Effort, Energies, Outcome, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
 # unbalanced force that it was given.
 REDUCTION = 0.05
+# Corrections of a displacement whose forces are not those of its supports.
+CORRECTIONS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,10 +93,13 @@ def alternate(
         out of sweeps raises nothing: the outcome says so.
     """
     # Another pressure of a fluid whose volume is given is another energy of the damage.
-    tally = Tally(energies=problem.energies(), comparable=problem.held is None)
+    spread = problem.elastic.spread
+    tally = Tally(
+        energies=problem.energies(), comparable=problem.held is None, spread=spread(problem.u)
+    )
     before = tally.last
     patience = Patience()
-    newton, exact = problem.newton, problem.elastic.direct or problem.convex is not None
+    newton, exact = problem.newton, problem.elastic.linear.direct or problem.convex is not None
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
@@ -130,6 +136,7 @@ def alternate(
         energies=tally.energies,
         before=before,
         effort=tally.effort(),
+        spread=max(tally.spread, spread(problem.u)),
     )
 
 
@@ -140,6 +147,43 @@ def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 
     else:
         convex.minimize(problem.elastic, problem.convex, problem.u, values, problem.held)
     problem.keep_u(problem.u)
+    if not reduction and problem.held is None:
+        _correct(problem, values)
+
+
+def _correct(problem: Alternation, values: np.ndarray) -> None:
+    """Hold what is left unbalanced against the forces of loads and supports, and correct it.
+
+    The linear solver's own measure has the forces that prescribed displacements would need if all
+    else stayed: beside soft rock next to hard they are next to nothing. Where corrections by the
+    iterative solver do not help, a factorization takes over. Collective.
+    """
+    elastic, most = problem.elastic, LARGEST_RESIDUAL
+    if problem.convex is None and elastic.linear.left <= most * elastic.applied:
+        return
+    applied = 0.0 if problem.convex else elastic.applied
+    forces, way = problem.u.duplicate(), problem.u.duplicate()
+    try:
+        for number in range(2 * CORRECTIONS):
+            problem.forces(forces)
+            total = forces.norm()
+            forces.array_w[elastic.held] = 0.0
+            left = forces.norm()
+            carried = max(total**2 - left**2, 0.0) ** 0.5
+            if left <= max(most * max(applied, carried), elastic.linear.round_off(problem.u)):
+                return
+            if number == CORRECTIONS:
+                if elastic.linear.direct:
+                    return  # nothing better can be had: the audit tells of it
+                elastic.linear.take_over()
+            forces.scale(-1.0)
+            way.set(0.0)
+            elastic.respond(forces, way)
+            problem.u.axpy(1.0, way)
+            problem.keep_u(problem.u)
+    finally:
+        forces.destroy()
+        way.destroy()
 
 
 def reactions(problem: Alternation) -> np.ndarray:
@@ -152,11 +196,13 @@ def reactions(problem: Alternation) -> np.ndarray:
 class Tally:
     """What is counted during one minimization, and the energies of the last state accepted.
 
-    comparable: whether the energy must not rise where the displacement is solved for.
+    comparable: whether the energy must not rise where the displacement is solved for. spread: the
+    size of the terms that energies are differences of.
     """
 
     energies: Energies
     comparable: bool = True
+    spread: float = 0.0
     last: float = field(init=False)
     largest_rise: float = 0.0
     moves: int = 0
@@ -185,7 +231,8 @@ class Tally:
                 f"the energy is not finite after {what}; try a shorter time step or a larger "
                 f"damage.residual_stiffness"
             )
-        scale = max(abs(self.last), abs(total), self.energies.work, 1e-300)
+        canceled = CANCELED * self.spread
+        scale = max(abs(self.last), abs(total), self.energies.work, canceled, 1e-300)
         self.largest_rise = max(self.largest_rise, (total - self.last) / scale)
         self.last = total
 

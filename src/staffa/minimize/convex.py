@@ -19,6 +19,9 @@ from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 
 # A step that would lower the energy by less than this fraction of it changes nothing that counts.
 ENOUGH = 1e-13
+# Nor does one that changes the energy before by this fraction: a load that vanishes leaves a
+# billionth of a billionth of it, and round-off less.
+LEFT = 1e-25
 MOST = 100
 # What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
 # with many cracks pressed shut.
@@ -98,6 +101,8 @@ def minimize(
     way, forces = u.duplicate(), u.duplicate()
     gap, met = float("inf"), False
     try:
+        energy.move_to(u)
+        least = max(LEFT * energy.stored(), 1e-300)
         for number in range(MOST):
             energy.move_to(u)
             u.copy(way)
@@ -107,7 +112,9 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
-            last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
+            if number and slope >= 0 and not held:
+                slope = _downhill(elastic, forces, way)
+            last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), least)
             # The first step may put on new prescribed values: it is no descent but a prediction.
             if number == 0:
                 met = elastic.meets(u, values)
@@ -132,6 +139,21 @@ def minimize(
     finally:
         way.destroy()
         forces.destroy()
+
+
+def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
+    """Overwrite a way, found as what u has to become, by the answer to the forces left; its slope.
+
+    Near the end they are a small part of all forces, to which the solver of the whole is exact.
+    """
+    answered = forces.copy()
+    try:
+        answered.scale(-1.0)
+        way.set(0.0)
+        elastic.respond(answered, way)
+        return float(forces.dot(way))
+    finally:
+        answered.destroy()
 
 
 def _step(

@@ -119,7 +119,7 @@ class CoupledModel:
         C = self.coupling.matrix
         force_alpha.copy(self.alpha_work)
         force_u.copy(self.u_work)
-        if not self.elastic.exact:
+        if not self.elastic.linear.exact:
             self.elastic.precondition(force_u, u)
             C.mult(u, alpha)
             self.alpha_work.axpy(-1.0, alpha)

@@ -7,17 +7,7 @@ from staffa.stack import PETSc
 
 import numpy as np
 
-from staffa.errors import SolveError
-from staffa.options import apply, petsc_errors
-
-# A new factorization gives 1e-12 or so; what is worse than this has not been solved.
-LARGEST_RESIDUAL = 1e-6
-# A multigrid hierarchy is kept until an iteration gains so much less than when it was new: setting
-# it up costs as much as 15 iterations (brick of 100k unknowns), of which a sweep needs 5 to 10.
-SLOWER = 2.5
-# A factorization, which costs as much as 10 iterations (slab of 120k unknowns), is kept while no
-# entry of the stiffness's diagonal has changed by more than this fraction of the largest.
-DRIFT = 2e-3
+from staffa.minimize.linear import LinearSolver
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +51,7 @@ class ElasticSolver:
         self.constrained = self.stiffness.duplicate() if modes else self.stiffness
         self.constrained.setOption(PETSc.Mat.Option.SPD, True)
         # Prescribed rows get a pivot of the matrix's own size, so that they count as forces.
-        self.diagonal, self.kept = self.stiffness.getDiagonal(), self.stiffness.getDiagonal()
+        self.diagonal = self.stiffness.getDiagonal()
         self.pivot = self.diagonal.norm(PETSc.NormType.NORM_INFINITY)
         self.load, self.rhs = self.stiffness.createVecRight(), self.stiffness.createVecRight()
         self.force = self.rhs.duplicate()
@@ -80,37 +70,13 @@ class ElasticSolver:
         null_space = PETSc.NullSpace().create(vectors=self.near_null, comm=self.stiffness.comm)
         self.constrained.setNearNullSpace(null_space)
         null_space.destroy()
-        apply(prefix, preset)
-        self.ksp = self._new_ksp(prefix)
-        self.direct = self.ksp.pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
-        self.iterations = self.renewals = 0
-        self._stale, self._drift, self._pace = True, 0.0, 0.0
-        self._forgotten = False
-
-    def _new_ksp(self, prefix: str) -> PETSc.KSP:
-        ksp = PETSc.KSP().create(self.stiffness.comm)
-        ksp.setOptionsPrefix(prefix)
-        ksp.setOperators(self.constrained)
-        ksp.setFromOptions()
-        ksp.setInitialGuessNonzero(True)
-        return ksp
-
-    def _replace_ksp(self) -> None:
-        """GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset:
-        a run that went on after a reset came to other minima."""
-        prefix = self.ksp.getOptionsPrefix()
-        self.ksp.destroy()
-        self.ksp = self._new_ksp(prefix)
-
-    @property
-    def exact(self) -> bool:
-        """Whether `precondition` is the inverse of the stiffness itself."""
-        return self.direct and self._drift == 0
+        self.linear = LinearSolver(self.constrained, self.diagonal, preset, prefix)
+        self.applied = 0.0  # the force of what acts besides supports, its 2-norm
 
     def forget(self) -> None:
         """Begin with a new preconditioner, and modes without a first guess: what comes then depends
         on the problem alone."""
-        self._stale = self._forgotten = True
+        self.linear.forget()
         for response in self.responses:
             response.set(0.0)
 
@@ -120,7 +86,7 @@ class ElasticSolver:
         return vector
 
     def minimize(self, u: PETSc.Vec, values: np.ndarray, *, reduction: float = 0.0) -> None:
-        """Overwrite u by the minimizer; what u holds is the first guess of an iterative solver.
+        """Overwrite u by the minimizer; what u holds is the first guess.
 
         Parameters
         ----------
@@ -137,92 +103,22 @@ class ElasticSolver:
         self.energy.load(self.load)
         if self.modes:
             self.stiffness.copy(self.constrained, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        self._measure_drift()
+        self.stiffness.getDiagonal(self.diagonal)
+        self.linear.changed()
         self.force.set(0.0)
         self.force.array_w[self.fixed] = values
+        self.applied = self.load.norm()
         self.load.copy(self.rhs)
         self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
         # How far the modes go is found from a displacement in equilibrium.
-        self._solve(self.rhs, u, 0.0 if self.modes else reduction)
+        self.linear.solve(self.rhs, u, 0.0 if self.modes else reduction)
         if self.modes:
             self._add_modes(u)
 
-    def _measure_drift(self) -> None:
-        """How far the stiffness is from the one that was factorized last."""
-        self.stiffness.getDiagonal(self.diagonal)
-        self.force.waxpy(-1.0, self.kept, self.diagonal)
-        self._drift = self.force.norm(PETSc.NormType.NORM_INFINITY) / self.pivot
-        self._stale = self._stale or (self.direct and not self._drift <= DRIFT)
-
-    def _solve(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float = 0.0) -> None:
-        """Solve, with a new preconditioner if the old one is stale or fails."""
-        guess = u.copy()
-        try:
-            fresh = self._stale
-            failure = self._attempt(rhs, u, reduction)
-            if failure and not fresh:
-                self._stale = True
-                guess.copy(u)
-                failure = self._attempt(rhs, u, reduction)
-        finally:
-            guess.destroy()
-        if failure:
-            other = "iterative" if self.direct else "direct"
-            raise SolveError(
-                f"the displacement was not solved for: {failure}; try "
-                f'solver.displacement = "{other}", or a larger damage.residual_stiffness'
-            )
-
-    def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
-        fresh = self._stale
-        if fresh:
-            if self._forgotten and not self.direct:
-                self._replace_ksp()
-            self._forgotten = False
-            self.renewals += 1
-            self.diagonal.copy(self.kept)
-            self._stale, self._drift, self._pace = False, 0.0, 0.0
-        before = self._unbalanced(rhs, u)
-        if not np.isfinite(before):
-            return "its forces are not finite"
-        self.ksp.pc.setReusePreconditioner(not fresh)
-        self.ksp.setTolerances(atol=reduction * before)
-        with petsc_errors("the displacement was not solved for", self.ksp.comm):
-            if fresh:  # a solve that has nothing to do would keep the old one
-                self.ksp.setUp()
-                self.ksp.pc.setUp()
-            self.ksp.solve(rhs, u)
-        self.iterations += self.ksp.getIterationNumber()
-        reason, after, scale = self.ksp.getConvergedReason(), self._unbalanced(rhs, u), rhs.norm()
-        if not self.direct:
-            self._judge(fresh, before, after)
-        # An all-zero right-hand side has the zero solution, whose residual is exactly zero.
-        relative = after / scale if scale > 0 else after
-        # CG's own residual drifts from the true one by round-off: a tenth more is no failure.
-        solved = relative <= LARGEST_RESIDUAL or after <= 1.1 * reduction * before
-        # A new factorization may end at its own round-off, above what CG was asked for.
-        if solved and (reason > 0 or (self.direct and fresh)):
-            return ""
-        return (
-            f"the linear solver ended with {_name(reason)} and a relative residual of "
-            f"{relative:.1e}"
-        )
-
-    def _judge(self, fresh: bool, before: float, after: float) -> None:
-        """Whether the preconditioner, made for an earlier stiffness, has become too slow."""
-        digits = np.log10(before / after) if before > after > 0 else 0.0
-        if digits < 1:  # too few to tell
-            return
-        pace = self.ksp.getIterationNumber() / digits
-        if fresh or not self._pace:  # a new one whose first solves had nothing to do
-            self._pace = pace
-        self._stale = pace > SLOWER * self._pace
-
-    def _unbalanced(self, rhs: PETSc.Vec, u: PETSc.Vec) -> float:
-        self.constrained.mult(u, self.force)
-        self.force.aypx(-1.0, rhs)
-        return self.force.norm()
+    def spread(self, u: PETSc.Vec) -> float:
+        """u . diag(K) u: the size of the terms that an energy of u is the difference of."""
+        self.force.pointwiseMult(self.diagonal, u)
+        return float(self.force.dot(u))
 
     def _add_modes(self, u: PETSc.Vec) -> None:
         """u + sum c_j u_j, where u_j answers mode j, and the c_j make the energy smallest."""
@@ -230,7 +126,7 @@ class ElasticSolver:
             self.stiffness.mult(mode, self.rhs)
             self.rhs.scale(-1.0)
             self.rhs.array_w[self.held] = self.pivot * mode.array_r[self.held]
-            self._solve(self.rhs, response)
+            self.linear.solve(self.rhs, response)
             self.stiffness.mult(response, force)
         self.mode_stiffness = np.array([[m.dot(f) for f in self.forces] for m in self.modes])
         self.stiffness.mult(u, self.force)
@@ -246,12 +142,12 @@ class ElasticSolver:
     def precondition(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
         """Overwrite u by the displacement that answers a force at fixed supports, approximately.
 
-        Symmetric and positive definite; it is the inverse itself if the solver is `exact`, at the
+        Symmetric and positive definite; it is the inverse itself if `linear` is `exact`, at the
         damage of the last `minimize`. Overwrites `rhs`.
         """
         force.copy(self.rhs)
         self.rhs.array_w[self.held] = 0.0
-        self.ksp.pc.apply(self.rhs, u)
+        self.linear.ksp.pc.apply(self.rhs, u)
         u.array_w[self.held] = 0.0
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
@@ -267,7 +163,7 @@ class ElasticSolver:
         """
         force.copy(self.rhs)
         self.rhs.array_w[self.held] = 0.0
-        self._solve(self.rhs, u)
+        self.linear.solve(self.rhs, u)
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
@@ -290,9 +186,9 @@ class ElasticSolver:
     def destroy(self) -> None:
         """Free the PETSc objects."""
         vectors = [self.load, self.rhs, self.force, *self.modes, *self.responses, *self.forces]
-        vectors += [self.diagonal, self.kept]
+        vectors += [self.diagonal]
         copies = [self.constrained] if self.modes else []
-        for thing in [self.ksp, self.stiffness, *copies, *vectors, *self.near_null]:
+        for thing in [self.linear, self.stiffness, *copies, *vectors, *self.near_null]:
             thing.destroy()
 
 
@@ -303,8 +199,3 @@ def _orthonormal(vectors: list[PETSc.Vec]) -> list[PETSc.Vec]:
                 vector.axpy(-before.dot(vector), before)
         vector.normalize()
     return vectors
-
-
-def _name(reason: int) -> str:
-    names = {v: k for k, v in vars(PETSc.KSP.ConvergedReason).items() if isinstance(v, int)}
-    return names.get(reason, str(reason))

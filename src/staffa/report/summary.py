@@ -43,6 +43,12 @@ def title(run: Run) -> str:
     return run.manifest.title or run.path.resolve().name
 
 
+def violations(run: Run) -> list[str]:
+    """What the audit found amiss in the steps that stand, one sentence each."""
+    audited = [(step.index, step.audit) for step in run.steps if step.audit]
+    return [f"step {index}: {text}" for index, audit in audited for text in audit.violations]
+
+
 def _case(run: Run) -> Iterator[Fact]:
     manifest = run.manifest
     unit, severity = manifest.shown.length, manifest.scales.get("severity")
@@ -70,7 +76,9 @@ def _progress(run: Run) -> Iterator[Fact]:
         text = f"{steps[-1].status} at step {steps[-1].index}, {count}: {steps[-1].reason}"
         yield Fact(name="status", text=text, alarm=True)
     elif run.finished:
-        yield Fact(name="status", text=f"finished, {count}")
+        violated = bool(violations(run))
+        text = f"finished, {count}" + (", but the audit is violated" if violated else "")
+        yield Fact(name="status", text=text, alarm=violated)
     else:
         yield Fact(name="status", text=f"{count}; still going on, or stopped")
     yield Fact(name="time", text=_time(run.manifest, steps[-1]))
@@ -221,6 +229,7 @@ def _audit(run: Run) -> Iterator[Fact]:
     effort = sum((step.effort for step in every), Effort())
     needed = {
         "the second damage solver": effort.fallbacks,
+        "a factorization in place of the iterative solver": effort.direct,
         "a step by alternation alone": effort.plain,
         "a step cut in two": effort.halvings,
     }
@@ -233,10 +242,10 @@ def _audit(run: Run) -> Iterator[Fact]:
     tests = [step for step in run.steps if step.curvature is not None]
     if tests:
         yield Fact(name="second-order test", text=_curvature(tests))
-    found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
-    if not found:
+    amiss = violations(run)
+    if not amiss:
         yield Fact(name="violations", text="none")
-    for text in found:
+    for text in amiss:
         yield Fact(name="violation", text=text, alarm=True)
     noted = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.notes]
     for text in noted[:MOST_NOTES]:

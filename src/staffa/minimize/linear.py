@@ -1,0 +1,256 @@
+"""Solves the linear systems of the displacement, with a factorization in reserve."""
+
+from collections.abc import Mapping
+
+from staffa.stack import PETSc
+
+import numpy as np
+
+from staffa.errors import SolveError
+from staffa.options import DIRECT, apply, petsc_errors
+
+# A new factorization gives 1e-12 or so; what is worse than this has not been solved.
+LARGEST_RESIDUAL = 1e-6
+# A residual of this fraction of the stiffness's diagonal times u is round-off of u itself.
+ROUND_OFF = 1e-15
+# Corrections of one solution: each is solved for by itself, so that a load that is a millionth of
+# the last one is met as well as any. A pass that does not halve the residual is the last one.
+PASSES, HALF = 6, 0.5
+# PETSc ends a solve whose residual grows by 1e4. That of CG may, and here the true one is judged.
+NEVER = 1e30
+# The options of the direct solver where it takes over.
+TAKES_OVER = "u_direct_"
+# A multigrid hierarchy is kept until an iteration gains so much less than when it was new: setting
+# it up costs as much as 15 iterations (brick of 100k unknowns), of which a sweep needs 5 to 10.
+SLOWER = 2.5
+# A factorization, which costs as much as 10 iterations (slab of 120k unknowns), is kept while no
+# entry of the stiffness's diagonal has changed by more than this fraction of the largest.
+DRIFT = 2e-3
+
+
+class LinearSolver:
+    """Conjugate gradients for one matrix that changes, preconditioned as a preset says.
+
+    Where the iterative solver fails, a factorization takes over, until `begin` is called. Owns its
+    PETSc objects. Everything is collective.
+
+    Attributes
+    ----------
+    direct : True while a factorization is the preconditioner.
+    iterations, renewals, takeovers : how often each came to be.
+    left : the force that the last solution leaves unbalanced, its 2-norm.
+
+    Parameters
+    ----------
+    matrix : symmetric positive definite. diagonal : of the matrix without supports, which tells
+        how far it has changed and what round-off is.
+    """
+
+    def __init__(
+        self, matrix: PETSc.Mat, diagonal: PETSc.Vec, preset: Mapping[str, str], prefix: str
+    ) -> None:
+        self.matrix, self.diagonal, self.kept = matrix, diagonal, diagonal.copy()
+        self.force = diagonal.duplicate()
+        self.pivot = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+        apply(prefix, preset)
+        self._prefix = prefix
+        self.ksp = self._new_ksp(prefix)
+        self.direct = self._is_direct()
+        self.iterations = self.renewals = self.takeovers = 0
+        self.left = 0.0
+        self._stale, self._drift, self._pace = True, 0.0, 0.0
+        self._forgotten = False
+
+    def _new_ksp(self, prefix: str) -> PETSc.KSP:
+        ksp = PETSc.KSP().create(self.matrix.comm)
+        ksp.setOptionsPrefix(prefix)
+        ksp.setOperators(self.matrix)
+        ksp.setFromOptions()
+        self.rtol = ksp.getTolerances()[0]
+        return ksp
+
+    def _replace_ksp(self, prefix: str) -> None:
+        """GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset:
+        a run that went on after a reset came to other minima."""
+        self.ksp.destroy()
+        self.ksp = self._new_ksp(prefix)
+        self.direct = self._is_direct()
+        self._stale, self._forgotten = True, False
+
+    def _is_direct(self) -> bool:
+        return self.ksp.pc.getType() in (PETSc.PC.Type.CHOLESKY, PETSc.PC.Type.LU)
+
+    @property
+    def took_over(self) -> bool:
+        """Whether a factorization stands in for the iterative solver."""
+        return bool(self.ksp.getOptionsPrefix() != self._prefix)
+
+    def take_over(self) -> None:
+        """Put a factorization in the place of the iterative solver."""
+        apply(TAKES_OVER, DIRECT)
+        self._replace_ksp(TAKES_OVER)
+        self.takeovers += 1
+
+    def begin(self) -> None:
+        """Begin a time step: with the solver that was asked for."""
+        if self.took_over:
+            self._replace_ksp(self._prefix)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the preconditioner is the inverse of the matrix itself."""
+        return self.direct and self._drift == 0
+
+    def forget(self) -> None:
+        """Begin with a new preconditioner."""
+        self._stale = self._forgotten = True
+
+    def changed(self) -> None:
+        """Take note of how far the diagonal is from that of the matrix factorized last."""
+        self.force.waxpy(-1.0, self.kept, self.diagonal)
+        self._drift = self.force.norm(PETSc.NormType.NORM_INFINITY) / self.pivot
+        self._stale = self._stale or (self.direct and not self._drift <= DRIFT)
+
+    def solve(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float = 0.0) -> None:
+        """Overwrite u by the solution, with a new preconditioner if the old one is stale or fails;
+        then directly. What u holds is the first guess.
+
+        Parameters
+        ----------
+        reduction : an iterative solver may stop once it has reduced what u leaves unbalanced to
+            this fraction.
+
+        Raises
+        ------
+        SolveError
+            No solver did, or the residual is too large to use.
+        """
+        guess = u.copy()
+        try:
+            fresh = self._stale
+            failure = self._tried(rhs, u, reduction)
+            if failure and not fresh:
+                self._stale = True
+                guess.copy(u)
+                failure = self._tried(rhs, u, reduction)
+            if failure and not self.direct:
+                self.take_over()
+                guess.copy(u)
+                failure = self._tried(rhs, u, reduction)
+        finally:
+            guess.destroy()
+        if failure:
+            raise SolveError(
+                f"the displacement was not solved for: {failure}; try shorter time steps, or a "
+                f"larger damage.residual_stiffness"
+            )
+
+    def _tried(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
+        """The same where PETSc may stop with an error, which is a failure too."""
+        try:
+            return self._attempt(rhs, u, reduction)
+        except SolveError as error:
+            if self.direct:
+                raise
+            return str(error)
+
+    def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
+        """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
+        fresh = self._stale
+        if fresh:
+            if self._forgotten and not self.direct:
+                self._replace_ksp(self._prefix)
+            self._forgotten = False
+            self.renewals += 1
+            self.diagonal.copy(self.kept)
+            self._stale, self._drift, self._pace = False, 0.0, 0.0
+        scale, before = rhs.norm(), self._unbalanced(rhs, u)
+        if not (np.isfinite(before) and np.isfinite(scale)):
+            return "its forces are not finite"
+        self.ksp.pc.setReusePreconditioner(not fresh)
+        if fresh:  # a solve that has nothing to do would keep the old one
+            with petsc_errors("the displacement was not solved for", self.ksp.comm):
+                self.ksp.setUp()
+                self.ksp.pc.setUp()
+        goal = max(self.rtol * scale, reduction * before)
+        if scale > 0:
+            reason, spent = self._correct(rhs, u, before, goal)
+        else:  # no load, no displacement
+            u.set(0.0)
+            self.left, reason, spent = 0.0, 1, 0
+        self.iterations += spent
+        after = self.left
+        if not self.direct:
+            self._judge(fresh, before, after, spent)
+        # CG's own residual drifts from the true one by round-off: a tenth more is no failure. A
+        # new factorization may end at its own round-off, above what CG was asked for.
+        good = after <= 1.1 * goal or after <= self.round_off(u)
+        if good or (after <= LARGEST_RESIDUAL * scale and (reason > 0 or (self.direct and fresh))):
+            return ""
+        return (
+            f"the linear solver ended with {_name(reason)} and a relative residual of "
+            f"{after / scale:.1e}"
+        )
+
+    def _correct(self, rhs: PETSc.Vec, u: PETSc.Vec, before: float, goal: float) -> tuple[int, int]:
+        """Add to u the displacements that answer what it leaves unbalanced, until that is `goal`.
+
+        Each correction starts from zero, and its forces are scaled to about one: neither the last
+        step's displacement nor a load next to nothing is a measure of it.
+
+        Returns
+        -------
+        PETSc's reason, and its iterations.
+        """
+        correction, reason, spent = u.duplicate(), 1, 0
+        self.left = before
+        try:
+            for number in range(PASSES):
+                if self.left <= (1.1 if number else 1.0) * goal:
+                    break
+                size = 2.0 ** np.round(np.log2(self.left))  # exact in binary
+                self.force.scale(1 / size)
+                self.ksp.setTolerances(rtol=0.0, atol=goal / size, divtol=NEVER)
+                with petsc_errors("the displacement was not solved for", self.ksp.comm):
+                    self.ksp.solve(self.force, correction)
+                reason, spent = self.ksp.getConvergedReason(), spent + self.ksp.getIterationNumber()
+                u.axpy(size, correction)
+                last, self.left = self.left, self._unbalanced(rhs, u)
+                if not self.left < last:
+                    u.axpy(-size, correction)
+                    self.left = self._unbalanced(rhs, u)
+                if not self.left < HALF * last or (reason < 0 and not self.direct):
+                    break
+        finally:
+            correction.destroy()
+        return reason, spent
+
+    def round_off(self, u: PETSc.Vec) -> float:
+        """The force that round-off of u itself leaves unbalanced (N; N/m in 2-D)."""
+        self.force.pointwiseMult(self.diagonal, u)
+        return ROUND_OFF * float(self.force.norm())
+
+    def _judge(self, fresh: bool, before: float, after: float, spent: int) -> None:
+        """Whether the preconditioner, made for an earlier stiffness, has become too slow."""
+        digits = np.log10(before / after) if before > after > 0 else 0.0
+        if digits < 1:  # too few to tell
+            return
+        pace = spent / digits
+        if fresh or not self._pace:  # a new one whose first solves had nothing to do
+            self._pace = pace
+        self._stale = pace > SLOWER * self._pace
+
+    def _unbalanced(self, rhs: PETSc.Vec, u: PETSc.Vec) -> float:
+        self.matrix.mult(u, self.force)
+        self.force.aypx(-1.0, rhs)
+        return self.force.norm()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for thing in (self.ksp, self.kept, self.force):
+            thing.destroy()
+
+
+def _name(reason: int) -> str:
+    names = {v: k for k, v in vars(PETSc.KSP.ConvergedReason).items() if isinstance(v, int)}
+    return names.get(reason, str(reason))
