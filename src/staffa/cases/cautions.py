@@ -1,5 +1,6 @@
 """Warnings and notes on a case that can run: warnings ask for a change, notes explain."""
 
+from staffa.cases.axis_cautions import axis_cautions
 from staffa.cases.cooling_cautions import cooling_cautions, cooling_notes
 from staffa.cases.force_cautions import force_cautions
 from staffa.cases.holding import holding_notes
@@ -12,6 +13,7 @@ from staffa.cases.numbers import Numbers
 def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
     found = [*mesh_cautions(case), *load_cautions(case, derived), *force_cautions(case, derived)]
+    found += axis_cautions(case, derived)
     return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
 
 

@@ -315,6 +315,7 @@ def describe(
         ),
         profile="" if own_load else case.temperature.profile,
         units=units(case, derived),
+        axial=domain.axial,
         reference=None if own_load else reference(case),
     )
 

@@ -27,6 +27,7 @@ from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root, require_together
 from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
+from staffa.report.radial import radial
 from staffa.report.tables import write_tables
 
 
@@ -215,6 +216,8 @@ class Follower:
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
+        for sentence in radial(step):
+            self._say(f"  notice: {sentence}")
 
     def _named(self) -> str:
         return f"{self.name}, " if self.name else ""

@@ -38,7 +38,7 @@ def spacing(run: Run) -> Table:
         return _without("no step was measured")
     if m.cooled_side is None:
         return _without("the body has no flat cooled face from which depths are measured")
-    if not m.plane:
+    if not m.flat:
         return columns([run]) or by_fields(run) or _without("no crack, or no fields to look at")
     found = step.measures.sections or by_tips(m, step.measures)
     if not found:

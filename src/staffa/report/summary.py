@@ -11,6 +11,7 @@ from staffa.manifest import Manifest
 from staffa.plot.labels import reading
 from staffa.records import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
+from staffa.report.radial import radial_steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,6 +213,8 @@ def _audit(run: Run) -> Iterator[Fact]:
     tests = [step for step in run.steps if step.curvature is not None]
     if tests:
         yield Fact(name="second-order test", text=_curvature(tests))
+    if driven := radial_steps(run.steps):
+        yield Fact(name="radial cracks", text=driven, alarm=True)
     found = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.violations]
     if not found:
         yield Fact(name="violations", text="none")

@@ -1,0 +1,285 @@
+"""Bodies of revolution against closed forms: cylinders, a sphere, heat, and a penny crack."""
+
+from dataclasses import replace
+from math import log, pi
+
+from staffa.stack import MPI
+
+import numpy as np
+import pytest
+from scipy.special import j0, j1, jn_zeros
+
+from bodies import body, rates, rock, run
+from heated import Heated, tensor
+from staffa import axis
+from staffa.domain import block, middles
+from staffa.evolution.march import march
+from staffa.evolution.problem import Problem
+from staffa.evolution.system import System, build
+from staffa.fields import owned, vertices
+from staffa.heat.body import Conduction, Held
+from staffa.loads.forces import Forces, Traction
+from staffa.records import Step
+from staffa.supports import SideSupport, at_rest
+
+E, NU, EXPANSION = 2.0, 0.3, 0.01
+A, B, HIGH = 1.0, 2.0, 0.25  # radii and height of a hollow cylinder
+ENDS = tuple(SideSupport(side=side, components={1: at_rest}) for side in ("bottom", "top"))
+STRONG = rock(
+    E=E, nu=NU, expansion=EXPANSION, ell=0.3, Gc=1e6, state="axisymmetric", residual_stiffness=1e-9
+)
+
+
+def revolved(problem: Problem, *, h: float, hole: float = 0.0, cells="quadrilateral") -> Problem:
+    """The problem on a section of the same size that begins at the radius of a hole."""
+    size = problem.domain.size
+    section = block(MPI.COMM_WORLD, size=size, h=h, cells=cells, axial=True, hole=hole)
+    return replace(problem, domain=section)
+
+
+class Of:
+    """A temperature change (K) that depends on the radius alone."""
+
+    def __init__(self, change) -> None:
+        self.change = change
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """At points, shape (3, n)."""
+        return self.change(x[0])
+
+
+def cylinder(h: float, *, pressed: str, pressure: float = 0.0, change=None, hole=A) -> Problem:
+    """A cylinder between plates, a pressure on its wall, and a temperature change."""
+    side = Traction(side=pressed, pressure=lambda x, t: np.full(x.shape[1], t * pressure))
+    load = Of(change or (lambda r: 0.0 * r))
+    plain = body(
+        (B - hole, HIGH), h, material=STRONG, load=load, sides=ENDS, forces=Forces(sides=(side,))
+    )
+    return revolved(plain, h=h, hole=hole)
+
+
+def solved(problem: Problem) -> tuple[System, Step]:
+    """The last step, which is without a violation, and what it ended with; the caller frees it."""
+    system = build(problem)
+    steps = list(march(problem, system))
+    assert not any(step.audit.violations for step in steps)
+    return system, steps[-1]
+
+
+def radial_error(system: System, exact) -> float:
+    """Largest error of u_r over its largest value."""
+    r = vertices(system.spaces.alpha)[:, 0]
+    found, expected = owned(system.state.u)[::2], exact(r)
+    return float(np.abs(found - expected).max() / np.abs(expected).max())
+
+
+def lame(r: np.ndarray, p: float) -> np.ndarray:
+    """u_r of a hollow cylinder in plane strain under a pressure p inside."""
+    c = p * A**2 / (B**2 - A**2) * (1 + NU) / E
+    return c * ((1 - 2 * NU) * r + B**2 / r)
+
+
+def test_integrals_are_over_whole_rings_and_those_of_flat_bodies_as_ever() -> None:
+    section = block(MPI.COMM_WORLD, size=(1.0, 0.5), h=0.5, cells="triangle", axial=True, hole=1.0)
+    around = axis.volume(section, 2)
+    assert isinstance(around, axis.Around)
+    assert around.plain.metadata() == {"quadrature_degree": 3}
+    flat = block(MPI.COMM_WORLD, size=(1.0, 0.5), h=0.5, cells="triangle")
+    plain = axis.volume(flat, 2)
+    assert not isinstance(plain, axis.Around)
+    assert plain.metadata() == {"quadrature_degree": 2}
+    assert (
+        "left"
+        not in block(
+            MPI.COMM_WORLD, size=(1.0, 0.5), h=0.5, cells="triangle", axial=True
+        ).boundaries
+    )
+
+
+def test_a_thick_cylinder_under_pressure_is_lames() -> None:
+    """Second order in h; stresses p A^2/(B^2-A^2) (1 -+ B^2/r^2) along r and around, nu times their
+    sum along z; and half of the work of the pressure on the whole wall is its energy."""
+    p, errors, steps = 0.1, [], (0.25, 0.125, 0.0625)
+    for h in steps:
+        system, step = solved(cylinder(h, pressed="left", pressure=p))
+        errors.append(radial_error(system, lambda r: lame(r, p)))
+        r, stress = middles(system.state.u.function_space.mesh)[0], system.energy.stress()
+        system.destroy()
+    order = rates(errors, steps)
+    assert errors[-1] < 1e-3 and np.all((order > 1.8) & (order < 2.2)), (errors, order)
+    mean, part = p * A**2 / (B**2 - A**2), p * A**2 * B**2 / (B**2 - A**2) / r**2
+    for k, expected in enumerate((mean - part, 2 * NU * mean, mean + part)):
+        assert np.abs(stress[:, k, k] - expected).max() < 0.01 * p, k
+    work = p * 2 * pi * A * HIGH * float(lame(np.array(A), p))
+    assert step.energies.loads == pytest.approx(-work, rel=2e-3)
+    assert step.energies.elastic == pytest.approx(work / 2, rel=2e-3)
+
+
+def heated_cylinder(r: np.ndarray, inner: float, until, whole: float) -> np.ndarray:
+    """u_r between plates of a cylinder whose temperature depends on r: until(r) is the integral of
+    T r from the inner radius on, whole the one up to B."""
+    rest = ((1 - 2 * NU) * r**2 + inner**2) / (B**2 - inner**2)
+    return EXPANSION * (1 + NU) / (1 - NU) * (until(r) + rest * whole) / np.maximum(r, 1e-9)
+
+
+def test_a_hollow_cylinder_in_a_radial_heat_flow_strains_as_in_closed_form() -> None:
+    """Timoshenko and Goodier, art. 151: T = T0 log(B/r)/log(B/A) along r."""
+    T0, c = 5.0, log(B / A)
+
+    def until(r: np.ndarray) -> np.ndarray:
+        return T0 / c * (r**2 / 2 * np.log(B / r) + r**2 / 4 - A**2 / 2 * c - A**2 / 4)
+
+    whole, errors, steps = float(until(np.array(B))), [], (0.125, 0.0625)
+    for h in steps:
+        problem = cylinder(h, pressed="left", change=lambda r: T0 * np.log(B / r) / c)
+        system, _ = solved(problem)
+        errors.append(radial_error(system, lambda r: heated_cylinder(r, A, until, whole)))
+        system.destroy()
+    assert errors[1] < 2e-3 and 1.8 < rates(errors, steps)[0] < 2.2, errors
+
+
+def test_a_cylinder_without_a_hole_is_held_by_its_axis_and_strains_as_in_closed_form() -> None:
+    """T = T0 (1 - r^2/B^2): tension E alpha T0/(4 (1 - nu)) around the axis less at its middle,
+    where the stresses along r and around are one."""
+    T0, errors = -5.0, []
+
+    def until(r: np.ndarray) -> np.ndarray:
+        return T0 * (r**2 / 2 - r**4 / (4 * B**2))
+
+    for h in (0.125, 0.0625):
+        change = Of(lambda r: T0 * (1 - r**2 / B**2)).change
+        system, _ = solved(cylinder(h, pressed="right", change=change, hole=0.0))
+        whole = T0 * B**2 / 4
+        errors.append(radial_error(system, lambda r, w=whole: heated_cylinder(r, 0.0, until, w)))
+        r = vertices(system.spaces.alpha)[:, 0]
+        stress, at = system.energy.stress(), middles(system.state.u.function_space.mesh)[0]
+        moved = np.abs(owned(system.state.u)[::2][r < 1e-12]).max()
+        system.destroy()
+    near = at < 0.05
+    middle = -E * EXPANSION * T0 / (4 * (1 - NU))
+    assert moved == 0.0
+    assert errors[1] < 2e-3 and errors[1] < errors[0] / 3, errors
+    assert stress[near, 0, 0] == pytest.approx(np.full(near.sum(), middle), rel=0.01)
+    assert stress[near, 2, 2] == pytest.approx(np.full(near.sum(), middle), rel=0.01)
+
+
+def test_only_a_motion_along_the_axis_is_stopped_by_a_pin() -> None:
+    """A loose cylinder, warmed evenly: free of stress, held by one vertex and its axis."""
+    plain = body((1.0, 1.0), 0.25, material=STRONG, load=Of(lambda r: 0.0 * r + 3.0))
+    system = build(revolved(plain, h=0.25))
+    (step,) = march(plain, system)
+    axis_entries = 2 * np.flatnonzero(vertices(system.spaces.alpha)[:, 0] < 1e-12)
+    pins = set(system.supports.fixed.tolist()) - set(axis_entries.tolist())
+    elastic, stress = step.energies.elastic, np.abs(system.energy.stress()).max()
+    system.destroy()
+    assert len(axis_entries) == 5 and len(pins) == 1 and pins.pop() % 2 == 1
+    assert elastic < 1e-20 and stress < 1e-9 * E * EXPANSION * 3
+
+
+# A penny-shaped crack.
+P, DEEP, FAR = 0.01, 0.2, 10.1
+
+
+def penny(a: float, *, h: float = 0.1, ell: float = DEEP, **forces) -> Problem:
+    """A flat crack of radius a in the middle of a large body."""
+    middle = FAR / 2
+
+    def cracked(x: np.ndarray) -> np.ndarray:
+        return (x[0] <= a + 1e-9) & (np.abs(x[1] - middle) <= h / 2 + 1e-9)
+
+    strong = rock(E=E, nu=NU, ell=ell, Gc=1e6, state="axisymmetric", residual_stiffness=1e-9)
+    material = replace(strong, cracked=cracked)
+    plain = body((FAR, FAR), h, material=material, forces=Forces(**forces))
+    return revolved(plain, h=h)
+
+
+def test_a_pressed_penny_crack_opens_as_sneddons() -> None:
+    """Sneddon 1946: volume 16 (1 - nu^2) p a^3/(3 E), energy 8 (1 - nu^2) p^2 a^3/(3 E). A crack
+    ends beyond its broken cells, here by 0.5 ell and as much at each radius, so that two tell."""
+    per = 16 * (1 - NU**2) * P / (3 * E)
+    radii, found = np.array([1.0, 1.5]), []
+    for a in radii:
+        system, step = solved(penny(a, crack_pressure=lambda t: P * t))
+        system.destroy()
+        assert step.measures is not None and step.measures.fluid is not None
+        volume = step.measures.fluid.volume
+        assert step.energies.loads == pytest.approx(-P * volume, rel=1e-6)
+        assert step.energies.elastic == pytest.approx(P * volume / 2, rel=1e-6)
+        found.append((volume, step.measures.volume, step.measures.length_surface))
+    volumes, sums, areas = np.array(found).T
+    by_volume = (volumes / per) ** (1 / 3)
+    assert np.diff(by_volume) == pytest.approx(0.5, rel=0.03), by_volume
+    assert np.all((by_volume - radii > 0) & (by_volume - radii < DEEP)), by_volume
+    assert sums == pytest.approx(volumes, rel=0.05)
+    by_area = np.sqrt(areas / pi)
+    assert np.diff(by_area) == pytest.approx(0.5, rel=0.03), by_area
+
+
+def test_steady_heat_through_a_hollow_cylinder_has_a_logarithmic_profile() -> None:
+    """Between walls at 100 and 0 K; what crosses in a time is 2 pi k DT height/log(B/A) of it."""
+    k, DT = 3.0, 100.0
+    sides = (Held(side="left", T=lambda x, t: DT), Held(side="right", T=lambda x, t: 0.0))
+    start = lambda x: DT * np.log(B / x[0]) / log(B / A)  # noqa: E731
+    conduction = Conduction(k=tensor(k, k), rho_c=2.0, initial=start, sides=sides)
+    heated = Heated((B - A, HIGH), 0.05, conduction, axial=True, hole=A)
+    heat = heated.to(2.0)
+    flow = 2 * pi * k * DT * HIGH / log(B / A)
+    assert np.abs(heated.T).max() < 1e-3 * DT
+    assert heat.imbalance < 1e-8
+    assert heat.entered["left"] == pytest.approx(2.0 * flow, rel=2e-3)
+    assert heat.entered["right"] == pytest.approx(-2.0 * flow, rel=2e-3)
+
+
+def test_a_quenched_cylinder_cools_as_bessels_series() -> None:
+    """Carslaw and Jaeger 7.6: T/T0 = 2 sum J0(j r/B)/(j J1(j)) exp(-j^2 kappa t/B^2)."""
+    k, rho_c, T0 = 3.0, 2.0, 50.0
+    conduction = Conduction(
+        k=tensor(k, k),
+        rho_c=rho_c,
+        initial=lambda x: np.full(x.shape[1], T0),
+        sides=(Held(side="right", T=lambda x, t: 0.0),),
+    )
+    heated = Heated((B, HIGH), 0.05, conduction, axial=True)
+    zeros = jn_zeros(0, 60)[:, None]
+    for part in (0.02, 0.1, 0.4):
+        time = part * B**2 * rho_c / k
+        assert heated.to(time).imbalance < 1e-8
+        waves = j0(zeros * heated.x[0] / B) / (zeros * j1(zeros))
+        exact = T0 * 2 * (waves * np.exp(-(zeros**2) * part)).sum(axis=0)
+        assert np.abs(heated.T + T0 - exact).max() < 0.004 * T0, part
+
+
+def test_damage_around_a_pressed_hole_is_driven_around_the_axis() -> None:
+    """And the step says so; of a penny crack nothing is (below)."""
+    weak = replace(STRONG, Gc=0.02, ell=0.25)
+    problem = replace(cylinder(0.125, pressed="left", pressure=0.3), material=weak)
+    (step,) = run(problem)
+    assert step.hoop is not None and step.hoop > 0.99, step.hoop
+
+
+CASE = """
+title = "penny"
+[domain]
+size = ["4 m", "4.1 m"]
+h = "0.1 m"
+symmetry = "axis"
+[material]
+E = "2 GPa"
+nu = 0.3
+Gc = "80 J/m^2"
+[damage]
+ell = "0.3 m"
+split = "none"
+[temperature]
+profile = "none"
+[forces]
+crack_pressure = { t = ["0 s", "2 s"], value = ["0 MPa", "0.2 MPa"] }
+[[cracks]]
+start = ["0 m", "2.05 m"]
+end = ["1 m", "2.05 m"]
+[solver]
+backtracking = true
+stability = "report"
+[time]
+t = ["1 s", "1.5 s", "2 s"]
+"""
