@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import log, pi
+from pathlib import Path
 
 from staffa.stack import MPI
 
@@ -9,18 +10,29 @@ import numpy as np
 import pytest
 from scipy.special import j0, j1, jn_zeros
 
-from bodies import body, rates, rock, run
+from bodies import RANKS, body, needs_gmsh, rates, rock, run
 from heated import Heated, tensor
 from staffa import axis
+from staffa.cases.build import problem as make_problem
+from staffa.cases.preview import preview
+from staffa.cases.reading import parse_case, read_case
 from staffa.domain import block, middles
+from staffa.domain import body as make_body
+from staffa.errors import InputError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
+from staffa.evolution.toughness import toughness_factor
 from staffa.fields import owned, vertices
-from staffa.heat.body import Conduction, Held
+from staffa.geometry.simplices import Simplices
+from staffa.heat.body import Conduction, Film, Held
+from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
 from staffa.records import Step
+from staffa.report.network import networks
+from staffa.report.summary import summary
 from staffa.supports import SideSupport, at_rest
+from test_run import launch
 
 E, NU, EXPANSION = 2.0, 0.3, 0.01
 A, B, HIGH = 1.0, 2.0, 0.25  # radii and height of a hollow cylinder
@@ -283,3 +295,203 @@ stability = "report"
 [time]
 t = ["1 s", "1.5 s", "2 s"]
 """
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", RANKS)
+def test_on_several_ranks_a_run_gives_the_serial_numbers(tmp_path: Path, ranks: int) -> None:
+    """A penny crack with backtracking and exact second order; its network has the area and volume
+    that the energies tell, in units of a whole body."""
+    (tmp_path / "penny.toml").write_text(CASE)
+    found = []
+    for number in (1, ranks):
+        out = tmp_path / f"{number}"
+        done = launch(number, "run", tmp_path / "penny.toml", "--out", out, "--quiet")
+        assert done.returncode == 0, done.stderr
+        found.append(read_run(out))
+    totals = [[step.energies.total for step in each.steps] for each in found]
+    assert totals[1] == pytest.approx(totals[0], rel=1e-9)
+    serial, step = found[0], found[0].steps[-1]
+    assert not step.audit.violations and step.hoop == 0.0
+    (drawn,), _ = networks(serial)
+    measures, shown = step.measures, serial.manifest.shown
+    assert drawn.network.size == pytest.approx(measures.length_surface, rel=0.02)
+    assert drawn.network.volume == pytest.approx(measures.fluid.volume, rel=0.01)
+    assert measures.volume == pytest.approx(measures.fluid.volume, rel=0.06)
+    assert (shown.crack.name, shown.energy.name[-1]) == ("m²", "J")
+    told = {fact.name for fact in summary(serial)}
+    assert "crack area" in told and "radial cracks" not in told
+
+
+def sphere(n: int, pressure: float) -> Problem:
+    """Half of a hollow sphere on rollers, as a mesh that names its axis too."""
+    radii, angles = np.linspace(A, B, n + 1), np.linspace(0, pi / 2, 2 * n + 1)
+    x = np.stack([np.outer(np.cos(angles), radii), np.outer(np.sin(angles), radii)], -1)
+    x[-1, :, 0] = x[0, :, 1] = 0.0
+    number = np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    cells = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
+
+    def chain(points: np.ndarray) -> np.ndarray:
+        return np.stack([points[:-1], points[1:]], axis=1)
+
+    faces = {
+        "axis": chain(number[-1]),
+        "floor": chain(number[0]),
+        "inside": chain(number[:, 0]),
+        "outside": chain(number[:, -1]),
+    }
+    mesh = Simplices(x=x.reshape(-1, 2), cells=cells, regions={}, faces=faces, cracks={})
+    section = make_body(MPI.COMM_WORLD, lambda: mesh, axial=True)
+    side = Traction(side="inside", pressure=lambda x, t: np.full(x.shape[1], t * pressure))
+    floor = SideSupport(side="floor", components={1: at_rest})
+    plain = body((1.0, 1.0), 0.5, material=STRONG, sides=(floor,), forces=Forces(sides=(side,)))
+    return replace(plain, domain=section)
+
+
+def test_a_hollow_sphere_under_pressure_is_lames_and_its_axis_is_no_face() -> None:
+    """As in MOOSE's comparison of an eighth of a sphere in 3-D with one in RZ (idaholab/moose,
+    pull request 5406): u = p A^3/(B^3 - A^3) ((1 - 2 nu) R + (1 + nu) B^3/(2 R^2))/E."""
+    p, errors, sizes = 0.1, [], (16, 32)
+    for n in sizes:
+        problem = sphere(n, p)
+        assert sorted(problem.domain.boundaries) == ["floor", "inside", "outside"]
+        system, step = solved(problem)
+        x = vertices(system.spaces.alpha)
+        R = np.linalg.norm(x, axis=1)
+        moved = np.einsum("ij,ij->i", owned(system.state.u).reshape(-1, 2), x[:, :2]) / R
+        system.destroy()
+        c = p * A**3 / (B**3 - A**3) / E
+        exact = c * ((1 - 2 * NU) * R + (1 + NU) * B**3 / (2 * R**2))
+        errors.append(float(np.abs(moved - exact).max() / exact.max()))
+    assert errors[1] < 5e-3 and 1.6 < rates(errors, [1 / n for n in sizes])[0] < 2.4, errors
+    work = p * 2 * pi * A**2 * c * ((1 - 2 * NU) * A + (1 + NU) * B**3 / (2 * A**2))
+    assert step.energies.elastic == pytest.approx(work / 2, rel=0.01)
+
+
+@needs_gmsh
+def test_a_mesh_on_both_sides_of_the_axis_is_refused(tmp_path: Path) -> None:
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", "3", "1 -1 0 0", "2 1 0 0"]
+    lines += ["3 0 1 0", "$EndNodes", "$Elements", "1", "1 2 2 0 1 1 2 3", "$EndElements", ""]
+    (tmp_path / "both.msh").write_text("\n".join(lines))
+    case = "\n".join(
+        [
+            '[domain]\nmesh = "both.msh"\nsymmetry = "axis"\n[damage]\nell = 2.0',
+            "[temperature]\nprofile='none'\n[time]\nt = [1.0]",
+        ]
+    )
+    (tmp_path / "both.toml").write_text(case)
+    with pytest.raises(InputError, match=r"reaches to x = -1, .*; give one half of the section"):
+        read_case(tmp_path / "both.toml")
+
+
+PELLET = """
+title = "A fuel pellet at 20 kW/m"
+[domain]
+symmetry = "axis"
+size = ["4.1 mm", "0.4 mm"]
+h = "0.1 mm"
+[material]
+E = "200 GPa"
+nu = 0.316
+Gc = "10 J/m^2"
+expansion = "1e-5 1/K"
+k = "3 W/(m K)"
+rho = "10500 kg/m^3"
+c = "300 J/(kg K)"
+[damage]
+ell = "0.3 mm"
+split = "no-tension"
+[temperature]
+profile = "heat"
+face = "right"
+[heat]
+initial = "700 K"
+source = "3.787e8 W/m^3"
+right = { T = "700 K" }
+[supports]
+bottom = "rollers"
+top = "rollers"
+[time]
+t = ["0.5 s", "30 s"]
+"""
+
+
+def test_a_fuel_pellet_is_hot_in_the_middle_and_pulled_around_its_rim() -> None:
+    """Public reports of pellets (Newman, Hansen and Gaston 2009; BISON): T falls by q'/(4 pi k)
+    from the middle to the rim, there E alpha of it/(2 (1 - nu)) pulls around, and radial cracks
+    form: `check` and the steps say so."""
+    case = parse_case(PELLET)
+    warned = [text for text in preview(case).warnings if "radial cracks" in text]
+    assert len(warned) == 1 and "what is heated pulls the rock around it apart" in warned[0]
+    case = parse_case(PELLET, ['material.Gc="1e6 J/m^2"'])
+    assert not [text for text in preview(case).warnings if "radial cracks" in text]
+    system, step = solved(make_problem(case))
+    r, T = vertices(system.spaces.alpha)[:, 0], owned(system.state.T)
+    stress, at = system.energy.stress(), middles(system.state.u.function_space.mesh)[0]
+    system.destroy()
+    fall = 3.787e8 * 4.1e-3**2 / (4 * 3)
+    assert np.abs(T - fall * (1 - (r / 4.1e-3) ** 2)).max() < 0.002 * fall
+    # sigma_tt = E alpha fall/(4 (1 - nu)) (3 r^2/R^2 - 1), a cylinder with traction-free wall.
+    exact = 200e9 * 1e-5 * fall / (4 * (1 - 0.316)) * (3 * (at / 4.1e-3) ** 2 - 1)
+    assert np.abs(stress[:, 2, 2] - exact).max() < 0.01 * exact.max()
+    assert step.hoop == 0.0
+    (first, *_) = run(make_problem(parse_case(PELLET, ['time.t=["0.5 s"]'])))
+    assert first.hoop is not None and first.hoop > 0.9, first.hoop
+
+
+def test_a_borehole_behind_a_film_takes_heat_as_two_resistances_in_series() -> None:
+    """The rock around a borehole as an axisymmetric mesh whose wall exchanges heat with a fluid
+    (gist.github.com/jkfurtney/e21b8e33ad943468b78a81e1fa328e71): in the steady state what flows is
+    2 pi k DT height/(log(B/A) + k/(h A))."""
+    k, h, DT = 3.0, 8.0, 40.0
+    flow = 2 * pi * k * DT / (log(B / A) + k / (h * A))
+    sides = (
+        Film(side="left", h=lambda x, t: h, T=lambda x, t: 300.0 - DT),
+        Held(side="right", T=lambda x, t: 300.0),
+    )
+    start = lambda x: 300.0 - flow / (2 * pi * k) * np.log(B / x[0])  # noqa: E731
+    conduction = Conduction(k=tensor(k, k), rho_c=2.0, initial=start, sides=sides)
+    heated = Heated((B - A, HIGH), 0.05, conduction, axial=True, hole=A)
+    heat = heated.to(3.0)
+    assert np.abs(heated.T).max() < 1e-3 * DT and heat.imbalance < 1e-8
+    assert heat.entered["left"] == pytest.approx(-3.0 * flow * HIGH, rel=2e-3)
+
+
+# Volumes of a fluid in a body of radius and height 10.
+GROWN = """
+title = "A penny crack that a given volume drives"
+[domain]
+symmetry = "axis"
+size = [10.0, 10.1]
+h = 0.1
+[damage]
+ell = 0.3
+split = "none"
+[temperature]
+profile = "none"
+[forces]
+crack_volume = { formula = "t" }
+[[cracks]]
+start = [0.0, 5.05]
+end = [0.75, 5.05]
+[time]
+t = [4.0, 6.0, 8.0]
+"""
+
+
+@pytest.mark.long
+def test_a_growing_penny_crack_costs_the_effective_toughness_at_its_front() -> None:
+    """Sneddon's G = 4 p^2 a/(pi E') with a from p and the volume, 16 p a^3/(3 E'). A crack spends
+    energy as far as its front's damage goes, c beyond a: G 2 pi a = Gc_eff 2 pi (a + c)."""
+    problem = make_problem(parse_case(GROWN))
+    steps, factor, E_prime = run(problem), toughness_factor(problem), 1 / (1 - 0.2**2)
+    found = []
+    for step in steps:
+        assert not step.audit.violations
+        p, V = step.measures.fluid.pressure, step.measures.fluid.volume
+        a = (3 * E_prime * V / (16 * p)) ** (1 / 3)
+        found.append((4 * p**2 * a / (pi * E_prime), a, (step.measures.length_surface / pi) ** 0.5))
+    G, a, front = np.array(found[1:]).T
+    assert G == pytest.approx(factor * front / a, rel=0.02), (G, factor * front / a)
+    assert front - a == pytest.approx([0.4 * 0.3] * 2, rel=0.05), front - a

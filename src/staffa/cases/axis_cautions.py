@@ -5,9 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from staffa.cases.amounts import amount
+from staffa.cases.clock import conductivities, heat_capacity
 from staffa.cases.cracking import peak_drop
 from staffa.cases.exchange import exchanges
 from staffa.cases.forces import forces
+from staffa.cases.heat import in_time
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 from staffa.cases.rules.supports import as_table, held
@@ -41,8 +43,22 @@ def _of_heat(case: Case, derived: Numbers) -> Iterator[str]:
         return
     rise = max((exchange.rise for exchange in exchanges(case)), default=0.0)
     rock = derived.rock
-    if rock.E * rock.expansion * rise >= derived.sigma_c:
+    # A cylinder that is warmer inside by a parabola is pulled at its wall by half of this.
+    made = _made_within(case, derived) / (2 * (1 - rock.nu))
+    if rock.E * rock.expansion * max(rise, made) >= derived.sigma_c:
         yield "what is heated pulls the rock around it apart"
+
+
+def _made_within(case: Case, derived: Numbers) -> float:
+    """By how much a source warms the middle of the body more than its wall (K), at most."""
+    assert case.heat is not None
+    if case.heat.source is None:
+        return 0.0
+    source, x = in_time(case.heat.source, case.dim), case.outline.places.within().x
+    times = np.linspace(0.0, derived.times[-1], SAMPLES)
+    strongest = max(float(np.max(source(x, t))) for t in times)
+    steady = strongest * case.outline.upper[0] ** 2 / (4 * conductivities(case)[0])
+    return min(steady, strongest * derived.times[-1] / heat_capacity(case))
 
 
 def _of_pressure(case: Case, derived: Numbers) -> Iterator[str]:
