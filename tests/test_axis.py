@@ -31,6 +31,7 @@ from staffa.loads.forces import Forces, Traction
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records import Step
 from staffa.report.network import networks
+from staffa.report.radial import radial, radial_steps
 from staffa.report.summary import summary
 from staffa.supports import SideSupport, at_rest
 from test_run import launch
@@ -547,3 +548,95 @@ def test_a_growing_penny_crack_costs_the_effective_toughness_at_its_front() -> N
     G, a, front = np.array(found[1:]).T
     assert pytest.approx(factor * front / a, rel=0.02) == G, (G, factor * front / a)
     assert front - a == pytest.approx([0.4 * 0.3] * 2, rel=0.05), front - a
+
+
+# A cylinder between plates that hold its ends and part, too tough to break.
+PARTED = """
+title = "A cylinder in two ways"
+[domain]
+{body}
+h = 0.1
+[material]
+Gc = 1e9
+[damage]
+ell = 0.4
+split = "none"
+[temperature]
+profile = "none"
+[supports]
+bottom = "clamped"
+top = {moved}
+[time]
+t = [1.0]
+"""
+
+
+@needs_gmsh
+@pytest.mark.long
+def test_a_section_and_a_cylinder_in_3_d_store_the_same_energy() -> None:
+    """Within what a polygon of cells of 0.1 takes off a circle, and its coarse cells add."""
+    solid = 'shape = { kind = "cylinder", radius = 1.0, height = 1.0 }'
+    ways = {
+        solid: "{ x = 0.0, y = 0.0, z = 0.01 }",
+        'size = [1.0, 1.0]\nsymmetry = "axis"': "{ x = 0.0, y = 0.01 }",
+    }
+    energies = []
+    for words, moved in ways.items():
+        (step,) = run(make_problem(parse_case(PARTED.format(body=words, moved=moved))))
+        energies.append(step.energies.elastic)
+    assert energies[1] == pytest.approx(energies[0], rel=0.02), energies
+
+
+BORE = """
+title = "A borehole"
+[domain]
+symmetry = "axis"
+size = [1.0, 1.0]
+hole = 1.0
+h = 0.1
+[damage]
+ell = 0.3
+[temperature]
+profile = "none"
+[time]
+t = [1.0]
+"""
+SQUEEZED = ["forces.prestress={xx=-1.0,zz=-1.0}", "forces.right={pressure=1.0}"]
+# Strength 1.179: a pressure inside pulls by 5/3 of it around the hole, less 8/3 of one outside.
+PULLS = [
+    (["forces.left={pressure=0.72}"], "pulls there around the axis by 1.2"),
+    (["forces.left={pressure=0.7}"], None),
+    (["forces.left={pressure=0.72}", "forces.right={pressure=0.1}"], None),
+    ([*SQUEEZED, "forces.left={pressure=1.0}"], None),
+    ([*SQUEEZED, "forces.left={pressure=2.4}"], "pulls there around the axis by 1.33"),
+    (["supports.left={x=1.2}"], "supports.left.x moves outward by 1.2 of the radius"),
+    (["supports.left={x=1.1}"], None),
+    (["supports.left={x=-2.0}"], None),
+]
+
+
+@pytest.mark.parametrize(("settings", "said"), PULLS, ids=str)
+def test_check_says_where_tension_around_the_axis_breaks_the_rock(settings, said) -> None:
+    warned = [w for w in preview(parse_case(BORE, settings)).warnings if "radial cracks" in w]
+    assert len(warned) == (said is not None), warned
+    assert said is None or said in warned[0]
+
+
+def test_the_summary_names_the_steps_that_tension_around_the_axis_drives() -> None:
+    (step,) = run(replace(cylinder(0.125, pressed="left", pressure=0.01), material=STRONG))
+    shares = (0.0, 0.04, 0.5, 0.9)
+    steps = [replace(step, index=k, hoop=share) for k, share in enumerate(shares)]
+    assert [len(list(radial(each))) for each in steps] == [0, 0, 1, 1]
+    said = radial_steps(steps)
+    assert said is not None and "at steps 2, 3 (up to 90% of a step's damage, at step 3)" in said
+    assert radial_steps(steps[:2]) is None
+    assert radial_steps([replace(step, hoop=None)]) is None
+
+
+def test_a_section_and_the_state_of_its_rock_go_together() -> None:
+    flat = body((1.0, 1.0), 0.5, material=STRONG)
+    with pytest.raises(InputError, match="the domain is no body of revolution"):
+        build(flat)
+    section = revolved(replace(flat, material=replace(STRONG, state="plane strain")), h=0.5)
+    with pytest.raises(InputError, match='goes with "axisymmetric"'):
+        build(section)
