@@ -315,6 +315,19 @@ def test_a_quenched_cylinder_cools_as_bessels_series() -> None:
         assert np.abs(heated.T + T0 - exact).max() < 0.004 * T0, part
 
 
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle"])
+def test_nothing_warms_in_a_quenched_cylinder(cells: str) -> None:
+    """From a diffusion length of a hundredth of a cell on, with its wall and its bottom cold."""
+    cold = lambda x, t: -1.0  # noqa: E731
+    sides = (Held(side="bottom", T=cold), Held(side="right", T=cold))
+    conduction = Conduction(k=tensor(1.0, 1.0), rho_c=1.0, initial=lambda x: 0 * x[0], sides=sides)
+    heated, worst = Heated((0.5, 0.5), 0.05, conduction, cells=cells, axial=True), 0.0
+    for length in 0.05 * 2.0 ** np.arange(-7, 3):
+        heated.to(length**2)
+        worst = max(worst, heated.T.max(), -heated.T.min() - 1)
+    assert worst < 1e-6, worst
+
+
 def test_damage_around_a_pressed_hole_is_driven_around_the_axis() -> None:
     """And the step says so; of a penny crack nothing is (below)."""
     weak = replace(STRONG, Gc=0.02, ell=0.25)
