@@ -146,8 +146,8 @@ def _section_modes(
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     if section is None:
         return np.zeros(0, dtype=np.int32), ()
-    if domain.dim != 2:
-        raise InputError("a section that stretches or bends is for 2-D cells; use rollers in 3-D")
+    if domain.dim != 2 or domain.axial:
+        raise InputError("a section that stretches or bends is for flat 2-D cells; use rollers")
     moved = np.asarray(_dofs(domain, spaces, "right", 0), dtype=np.int32)
     x = vertices(spaces.alpha)
     stretch = np.zeros(2 * spaces.alpha.dofmap.index_map.size_local)
