@@ -43,8 +43,10 @@ class Heated:
         *,
         cells: str = "quadrilateral",
         comm: MPI.Comm = MPI.COMM_SELF,
+        axial: bool = False,
+        hole: float = 0.0,
     ) -> None:
-        domain = block(comm, size=size, h=h, cells=cells)
+        domain = block(comm, size=size, h=h, cells=cells, axial=axial, hole=hole)
         spaces = linear_spaces(domain)
         self.equation = HeatEquation(domain, spaces, conduction)
         self.x = vertices(spaces.alpha).T

@@ -715,6 +715,42 @@ ROCK_3D = [
 ]
 
 
+AXIAL = 'domain.symmetry="axis"'
+# Of bodies of revolution.
+AXIS = [
+    (('domain.symmetry="z"',), 'domain.symmetry = "z"', 'must be one of "axis"'),
+    (("domain.symmetry=true",), "domain.symmetry = true", "axis"),
+    (("domain.hole=0.1",), "domain.hole = 0.1", 'domain.symmetry = "axis"'),
+    ((AXIAL, "domain.hole=0.0"), "domain.hole = 0.0", "larger than zero"),
+    ((AXIAL, *SOLID), "the body is 3-D", "leave symmetry out"),
+    ((AXIAL, 'material.plane="strain"'), 'material.plane = "strain"', "leave one of them out"),
+    ((AXIAL, 'supports.section="free"'), 'supports.section = "free"', "leave it out"),
+    ((AXIAL, 'supports.left="rollers"'), "supports.left", "'left' is the axis"),
+    ((AXIAL, "forces.left={pressure=1.0}"), "forces.left", "'left' is the axis"),
+    ((AXIAL, *HEATED, "heat.left={T=0.0}"), "heat.left", "'left' is the axis"),
+    ((AXIAL, 'temperature.face="left"'), "temperature.face", "'left' is the axis"),
+    ((AXIAL, 'temperature.face="right"'), "'right' runs around the axis", 'profile = "heat"'),
+    ((AXIAL, "supports.bottom={x=0.1}"), "supports.bottom.x = 0.1", "leave x out"),
+    ((AXIAL, "forces.gravity=[1.0,0.0]"), "forces.gravity = [1.0, 0.0]", "x component as 0"),
+    ((AXIAL, "forces.prestress={xx=-1.0}"), "xx = -1.0 acts along r", "give zz = -1.0"),
+    ((AXIAL, "forces.prestress={xy=0.1}"), "forces.prestress.xy = 0.1", "0 at x = 0"),
+    ((AXIAL, "cracks=[{start=[0.0,0.1],end=[0.0,0.3]}]"), "cracks, entry 1", "move an end away"),
+    ((AXIAL, "material.expansion=[1.0,2.0]"), "material.expansion", "it needs 3 numbers"),
+    ((AXIAL, "material.expansion=[1.0,1.0,2.0]"), "its expansion is not", "axis = [0.0, 1.0]"),
+    ((AXIAL, "material={Gc=[1.0,2.0],angle=30}"), "its Gc is not", "without an angle"),
+    ((AXIAL, "material={E=[1,1,2],nu=[0,0,0],G=[1,1,1]}"), "its stiffness is not", "3-D body"),
+    (
+        (
+            'domain={symmetry="axis",size=[1.0,1.0],h=0.1,hole=0.5}',
+            "cracks=[{start=[0.2,0.1],end=[0.7,0.3]}]",
+        ),
+        "start = [0.2, 0.1] lies outside the body",
+        "from (0.5 0) to (1.5 1)",
+    ),
+    (('domain={shape={kind="disc",radius=1.0},h=0.1,symmetry="axis"}',), '"disc" would be', "size"),
+]
+
+
 def sentence_of(call) -> str:
     with pytest.raises(InputError) as caught:
         call()
@@ -770,6 +806,11 @@ def test_a_bad_rock_of_a_solid_is_refused_in_one_sentence(setting, names, way_ou
 
 @pytest.mark.parametrize(("settings", "names", "way_out"), FORCES, ids=lambda v: str(v[-1])[:40])
 def test_a_bad_force_is_refused_in_one_sentence(settings, names, way_out):
+    check_sentence(sentence_of(lambda: read(settings)), names, way_out)
+
+
+@pytest.mark.parametrize(("settings", "names", "way_out"), AXIS, ids=lambda v: str(v[-1])[:40])
+def test_a_bad_body_of_revolution_is_refused_in_one_sentence(settings, names, way_out):
     check_sentence(sentence_of(lambda: read(settings)), names, way_out)
 
 

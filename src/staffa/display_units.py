@@ -109,7 +109,7 @@ def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None
 
     Parameters
     ----------
-    dim : 2 or 3.
+    dim : 2 where energies, volumes and forces are per thickness, else 3.
     written : units that the case file is written in, of "length", "time", "temperature", "stress"
         and "volume"; absent where it has several or none.
     """

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from staffa.stack import MPI
 
@@ -13,7 +14,7 @@ from dolfinx import mesh as dmesh
 from staffa.errors import InputError, choices
 from staffa.geometry.edges import cell_edges
 from staffa.geometry.layer import broken_layer
-from staffa.geometry.outline import Outline
+from staffa.geometry.outline import Outline, without_axis
 from staffa.geometry.places import SAME
 from staffa.geometry.simplices import Simplices, keys, outline
 from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
@@ -37,9 +38,10 @@ class Domain:
     the cells of this rank that break with each crack that the mesh has. lower: corner of the box
     around the body (m); size: its extent along each axis (m). h: cell edge (m), of triangles and
     tetrahedra in the mean. cell_kind: as `block` takes it. graded: whether edges may differ, as in
-    a mesh that was read; see `local_edges`.
-    identity: a text that is the same for the same mesh on any number of ranks. coarser: makes the
-    same body with cells twice as long, boundaries and all; None where that cannot be done.
+    a mesh that was read; see `local_edges`. axial: the section of a body of revolution, x the
+    distance from its axis and y along it; no boundary lies on the axis. identity: a text that is
+    the same for the same mesh on any number of ranks. coarser: makes the same body with cells twice
+    as long, boundaries and all; None where that cannot be done.
     """
 
     mesh: dmesh.Mesh
@@ -52,6 +54,7 @@ class Domain:
     h: float
     cell_kind: str
     identity: str
+    axial: bool = False
     coarser: Callable[[], "Domain"] | None = None
     graded: bool = False
 
@@ -101,6 +104,8 @@ def block(
     h: float,
     cells: str,
     parts: Mapping[str, Part] | None = None,
+    axial: bool = False,
+    hole: float = 0.0,
 ) -> Domain:
     """A rectangle or a box with its lower corner at the origin, meshed with cells of edge <= h.
 
@@ -113,6 +118,8 @@ def block(
     cells : "quadrilateral" or "triangle" in 2-D, "hexahedron" or "tetrahedron" in 3-D, or
         "unstructured" for triangles or tetrahedra made by Gmsh.
     parts : the named regions: a cell whose middle is in several belongs to the last of them.
+    axial : True for the section of a body of revolution about x = 0.
+    hole : distance along x at which the body begins (m), the radius of a hole along the axis.
 
     Raises
     ------
@@ -121,17 +128,23 @@ def block(
     """
     make = _unstructured if cells == UNSTRUCTURED else _structured
     mesh, description = make(comm, size, h, cells)
+    if hole:
+        mesh.geometry.x[:, 0] += hole
+        description += f" from {hole}".encode()
+    lower = (hole, *(0.0,) * (len(size) - 1))
+    sides = [name for name in SIDES[len(size)] if not (axial and name == "left" and not hole)]
     return Domain(
         mesh=mesh,
-        boundaries=_sides(mesh, size),
-        axes={side: face_axis(side, len(size)) for side in SIDES[len(size)]},
+        boundaries={name: _side(mesh, lower, size, name) for name in sides},
+        axes={side: face_axis(side, len(size)) for side in sides},
         regions=_regions(mesh, parts or {}),
-        lower=(0.0,) * len(size),
+        lower=lower,
         size=size,
+        axial=axial,
         h=edge(size, h, cells),
         cell_kind=cells,
         identity=hashlib.sha256(description).hexdigest()[:16],
-        coarser=_coarser(comm, size, h, cells, parts or {}),
+        coarser=_coarser(comm, size, h, cells, parts or {}, axial, hole),
     )
 
 
@@ -142,6 +155,7 @@ def body(
     h: float | None = None,
     *,
     graded: bool = False,
+    axial: bool = False,
 ) -> Domain:
     """The body that a mesh with names fills, from triangles or tetrahedra. Collective.
 
@@ -151,12 +165,16 @@ def body(
     coarser : makes the same body with cells twice as long.
     h : the edge of the cells where cracks run (m), their mean edge if None.
     graded : whether cells differ in length.
+    axial : True for the section of a body of revolution about x = 0.
     """
     held: list[Simplices] = []
 
     def described() -> tuple[Outline, _Names, bytes]:
         held.append(make())
-        return outline(held[0]), _Names.of(held[0]), _digest(held[0].x, held[0].cells)
+        around = outline(held[0])
+        if axial:
+            around = without_axis(around)
+        return around, _Names.of(held[0]), _digest(held[0].x, held[0].cells)
 
     around, names, identity = on_root(comm, described)
     x, corners = (held[0].x, held[0].cells) if held else _nothing(around.dim)
@@ -170,7 +188,7 @@ def body(
     cracks = {name: here(cells) for name, cells in names.layers.items()}
     return Domain(
         mesh=mesh,
-        boundaries=_faces(mesh, names.faces),
+        boundaries=_faces(mesh, {name: names.faces[name] for name in around.faces}),
         axes={n: plane.axis for n, plane in around.faces.items() if plane is not None},
         regions={name: here(cells) for name, cells in names.regions.items()},
         cracks={name: cells[cells < own] for name, cells in cracks.items()},
@@ -178,6 +196,7 @@ def body(
         size=around.size,
         h=h or around.h,
         cell_kind=UNSTRUCTURED,
+        axial=axial,
         identity=hashlib.sha256(identity).hexdigest()[:16],
         coarser=coarser,
         graded=graded,
@@ -268,7 +287,13 @@ def _digest(x: np.ndarray, corners: np.ndarray) -> bytes:
 
 
 def _coarser(
-    comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str, parts: Mapping[str, Part]
+    comm: MPI.Comm,
+    size: tuple[float, ...],
+    h: float,
+    cells: str,
+    parts: Mapping[str, Part],
+    axial: bool,
+    hole: float,
 ) -> Callable[[], Domain] | None:
     if cells == UNSTRUCTURED:
         useless = 2 * h > min(size) * (1 + SAME)
@@ -276,20 +301,21 @@ def _coarser(
         useless = divisions(size, 2 * h) == divisions(size, h)  # a cell along each axis
     if useless:
         return None
-    return lambda: block(comm, size=size, h=2 * h, cells=cells, parts=parts)
+    return partial(
+        block, comm, size=size, h=2 * h, cells=cells, parts=parts, axial=axial, hole=hole
+    )
 
 
-def _sides(mesh: dmesh.Mesh, size: tuple[float, ...]) -> dict[str, np.ndarray]:
-    tolerance = SAME * max(size)
+def _side(
+    mesh: dmesh.Mesh, lower: tuple[float, ...], size: tuple[float, ...], name: str
+) -> np.ndarray:
+    """Facets of a side of a block."""
+    tolerance, axis = SAME * max(size), face_axis(name, len(size))
+    position = lower[axis] + face_position(name, size)
     mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
-
-    def on_side(name: str, axis: int) -> np.ndarray:
-        position = face_position(name, size)
-        return dmesh.locate_entities_boundary(
-            mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
-        )
-
-    return {name: on_side(name, axis) for name, (axis, _) in SIDES[len(size)].items()}
+    return dmesh.locate_entities_boundary(
+        mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
+    )
 
 
 def _regions(mesh: dmesh.Mesh, parts: Mapping[str, Part]) -> dict[str, np.ndarray]:

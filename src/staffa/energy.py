@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import jit
+from staffa import axis, jit
 from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
@@ -22,7 +22,7 @@ from staffa.openings import Openings, cell_integrals
 from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
-from staffa.physics.material import PLANE_STRESS
+from staffa.physics.material import AXIAL, PLANE_STRESS
 from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
 from staffa.records import Energies
 from staffa.strain import (
@@ -45,7 +45,7 @@ class Rock:
     expansion (1/K): a number a cell or of all, or a tensor; Gc: toughness (J/m^2) a cell; ell:
     regularization length (m); roughness: A, see `evolution.problem.Material`, None for the
     identity; prestress (Pa): without what the pores carry, None for none; residual_stiffness:
-    fraction k_res left in a crack; state: "plane stress", "plane strain", or "solid" in 3-D.
+    fraction k_res left in a crack; state: one of those of `physics.material`.
     """
 
     elasticity: IsotropicRock | AnisotropicRock
@@ -113,7 +113,7 @@ class Energy:
 
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
     forms are compiled once; every method evaluates at the state that was given. All methods are
-    collective.
+    collective. intact_stress: the stress (Pa) of rock without damage at the strain at hand.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Energy:
             rock.split, plane_stress=rock.plane_stress
         )
         u, alpha, T = state.u, state.alpha, state.T
-        dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+        dx = axis.volume(domain, QUADRATURE_DEGREE)
 
         ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
@@ -159,7 +159,7 @@ class Energy:
             loads = self.external.potential(u, alpha, cold, dx)
             return elastic if loads is None else elastic + loads
 
-        cold = swelling(T, rock, domain.dim)
+        cold = swelling(T, rock, 3 if rock.state == AXIAL else domain.dim)
         loads = self.external.potential(u, alpha, cold, dx)
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
@@ -171,12 +171,14 @@ class Energy:
         gradient = ufl.derivative(total, alpha, beta)
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
-        length_dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 4})
-        self._in_cracks = (crack_volume(u, alpha, cold) * dx, alpha * cold * dx, u, v)
+        length_dx = axis.volume(domain, 4)
+        in_cracks = crack_volume(domain, u, alpha, cold) * dx
+        self._in_cracks = (in_cracks, alpha * cold * dx, u, v)
 
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
-        lost = ufl.diff(rock.elasticity.strained(e).psi, e) - self._stress_density
+        self.intact_stress = ufl.diff(rock.elasticity.strained(e).psi, e)
+        lost = self.intact_stress - self._stress_density
         if self.external.forces.in_cracks:  # the fluid's share of the traction
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)

@@ -9,6 +9,7 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
+from staffa import axis
 from staffa.domain import Domain
 from staffa.fields import Spaces, vertices
 from staffa.loads.forces import Forces, InSpaceAndTime
@@ -104,7 +105,7 @@ class External:
         self.pressure.value = (1 - share) * start[1] + share * end[1]
 
     def potential(
-        self, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr, dx: ufl.Measure
+        self, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr, dx: axis.Measure
     ) -> ufl.Form | None:
         """Minus the work of all loads, the pores' included; None without any.
 
@@ -112,7 +113,7 @@ class External:
         """
         terms = list(self._terms(u, dx))
         if self.forces.in_cracks:
-            terms.append(-self.in_excess() * crack_volume(u, alpha, swelling) * dx)
+            terms.append(-self.in_excess() * crack_volume(self._domain, u, alpha, swelling) * dx)
         return sum(terms[1:], terms[0]) if terms else None
 
     def in_excess(self) -> ufl.core.expr.Expr:
@@ -121,13 +122,13 @@ class External:
             return self.pressure
         return self.pressure - self._biot * self.pore_pressure
 
-    def _terms(self, u: fem.Function, dx: ufl.Measure) -> list[ufl.Form]:
+    def _terms(self, u: fem.Function, dx: axis.Measure) -> list[ufl.Form]:
         mesh, forces, terms = self._domain.mesh, self.forces, []
         if forces.gravity is not None:
             weight = self._density * fem.Constant(mesh, np.array(forces.gravity))
             terms.append(-ufl.dot(weight, u) * dx)
         if self.pore_pressure is not None:
-            terms.append(-self._biot * self.pore_pressure * ufl.div(u) * dx)
+            terms.append(-self._biot * self.pore_pressure * axis.divergence(self._domain, u) * dx)
         ds, n = _sides(self._domain, forces), ufl.FacetNormal(mesh)
         for number, force, pressure in self._on_sides:
             if force is not None:
@@ -138,7 +139,7 @@ class External:
 
 
 def crack_volume(
-    u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr
+    domain: Domain, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr
 ) -> ufl.core.expr.Expr:
     """alpha (div u - swelling), whose integral is the volume that cracks hold open.
 
@@ -146,16 +147,16 @@ def crack_volume(
     cracks on the surface, where a fluid presses on the body as well: without them it would push the
     body along. What rock shrinks by in the cold (`swelling`, negative) is no crack.
     """
-    return alpha * (ufl.div(u) - swelling)
+    return alpha * (axis.divergence(domain, u) - swelling)
 
 
-def _sides(domain: Domain, forces: Forces) -> ufl.Measure:
+def _sides(domain: Domain, forces: Forces) -> axis.Measure:
     """One measure for all loaded sides, numbered as they are."""
     facets = [domain.facets(t.side) for t in forces.sides]
     if not facets:
-        return ufl.Measure("ds", domain.mesh)
+        return axis.surface(domain)
     numbers = np.repeat(np.arange(len(facets), dtype=np.int32), [len(f) for f in facets])
     places = np.concatenate(facets)
     order = np.argsort(places, kind="stable")
     tags = dmesh.meshtags(domain.mesh, domain.dim - 1, places[order], numbers[order])
-    return ufl.Measure("ds", domain.mesh, subdomain_data=tags)
+    return axis.surface(domain, tags)

@@ -46,6 +46,7 @@ class Manifest:
     in place of the case's, by the names of the arguments: "damage", "split", "temperature"; None
     if that was not recorded. profile: `temperature.profile` of the case, empty if not known.
     units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
+    axial: the body is one of revolution, and its numbers are of all of it.
     reference: the temperature (K) from which the field T counts, if that is one and is known.
     """
 
@@ -83,6 +84,7 @@ class Manifest:
     profile: str = ""
     units: dict[str, Unit] = field(default_factory=dict)
     reference: float | None = None
+    axial: bool = False
     format: int = 1
 
     @cached_property
@@ -92,12 +94,17 @@ class Manifest:
             return Shown(**self.units)
         last = self.times[-1] if self.times else 1.0
         sizes = Magnitudes(extent=max(self.size), depth=self.L, last=last)
-        return shown(len(self.size), sizes)
+        return shown(2 if self.plane else 3, sizes)
+
+    @property
+    def flat(self) -> bool:
+        """True if the fields are those of a plane: of a 2-D body, or of a section."""
+        return len(self.size) == 2
 
     @property
     def plane(self) -> bool:
-        """True for a 2-D body."""
-        return len(self.size) == 2
+        """True for a 2-D body, whose energies, volumes and forces are per thickness."""
+        return self.flat and not self.axial
 
     @property
     def cools(self) -> bool:

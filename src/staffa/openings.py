@@ -18,6 +18,7 @@ import ufl
 from dolfinx import fem, la
 
 from staffa import jit
+from staffa.axis import Measure
 
 # A damage whose gradient's square is below this, in 1/ell^2, has no direction: it is no crack.
 FLAT = 1e-2
@@ -33,7 +34,7 @@ class Openings:
         strain: Callable[[fem.Function], ufl.core.expr.Expr],
         *,
         ell: float,
-        dx: ufl.Measure,
+        dx: Measure,
     ) -> None:
         """strain: j . n of a normal n, constant in each cell. ell: regularization length (m)."""
         mesh = alpha.function_space.mesh

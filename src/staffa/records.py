@@ -17,7 +17,7 @@ CANCELED = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Energies:
-    """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
+    """Energies of a state, in 2-D per unit thickness (J/m, or scaled), else whole (J).
 
     loads: minus the work of external loads. With forces, elastic and loads count from the state of
     rest before the first step, in which they have at_rest together, without their signs.
@@ -247,13 +247,12 @@ class Curvature:
 
 @dataclass(frozen=True, kw_only=True)
 class Heat:
-    """What the heat equation did in a step; heat in 2-D per unit thickness (J/m), in 3-D whole (J).
+    """Account of the heat equation in a step; heat as `Energies` in J/m or J.
 
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
-    where it left. imbalance: of the two, over what was stored or crossed, or what the body has
-    stored since the start if that is more. So
-    many substeps of its own, and passes over the step in which the temperature followed the cracks,
-    till both agreed to gap (over the largest change of temperature). seconds: all of it took.
+    where it left. imbalance: of the two, over what was stored or crossed, or the body has stored
+    since the start if that is more. substeps: its own steps. passes: those in which the temperature
+    followed the cracks, till both agreed to gap (over the largest change of temperature).
     """
 
     stored: float = 0.0
@@ -322,8 +321,8 @@ class Step:
     the last one before that, without audit and measures), or "rejected" (the step was too long, and
     is taken again, or a return to it failed: it stands for no state of the run). fields: the file
     of its fields, if kept.
-    reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
-    (m) and alpha at the points of the manifest's probes, one after the other.
+    reactions: force of each held side on the body (N; N/m in 2-D). probed: T (K), u (m) and alpha
+    at the points of the manifest's probes, one after the other. hoop: see `measure.hoop`.
     """
 
     index: int
@@ -344,6 +343,7 @@ class Step:
     heat: Heat | None = None
     reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
     probed: tuple[tuple[float, ...], ...] = ()
+    hoop: float | None = None
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""

@@ -9,8 +9,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
+from staffa.axis import hoop_strain
 from staffa.physics.elasticity import PAIRS
-from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID, lame
+from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID, lame
 from staffa.physics.split import Strained, in_order, isotropic_strain
 
 # Principal strains have no derivative where two are equal. In 2-D their difference is kept from
@@ -138,24 +139,27 @@ def elastic_strain(u: fem.Function, free: ufl.core.expr.Expr, state: str) -> ufl
     """sym grad u less the strain that is free of stress, shape (3, 3).
 
     In plane strain the elastic strain across the plane is -free_zz (and so on), in plane stress
-    only the 2 x 2 part of the plane counts, the rest being free.
+    only the 2 x 2 part of the plane counts, the rest being free. In a body of revolution the third
+    direction is around the axis, where the strain is u_r/r.
     """
     strain = ufl.sym(ufl.grad(u))
     if state == SOLID:
         return strain - free
     if state == PLANE_STRESS:
         return strain - ufl.as_tensor([[free[i, j] for j in range(2)] for i in range(2)])
-    return embedded(strain, 0 * free[2, 2]) - free
+    across = hoop_strain(u) if state == AXIAL else 0 * free[2, 2]
+    return embedded(strain, across) - free
 
 
 def principal_strains(e: ufl.core.expr.Expr, state: str) -> tuple[ufl.core.expr.Expr, ...]:
     """Eigenvalues, largest first: two in plane stress, else three.
 
-    In plane strain z is a principal direction; in 3-D by the angle of the deviator (Smith 1961).
+    In plane strain and in a body of revolution the third direction is a principal one; in 3-D by
+    the angle of the deviator (Smith 1961).
     """
     if state == PLANE_STRESS:
         return _of_plane(e)
-    if state == PLANE_STRAIN:
+    if state in (PLANE_STRAIN, AXIAL):
         return in_order(*_of_plane(e), e[2, 2])
     middle = ufl.tr(e) / 3
     deviator = e - middle * ufl.Identity(3)

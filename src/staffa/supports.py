@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
+from staffa.axis import held_by_axis
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import Spaces, vertices
@@ -104,7 +105,8 @@ def build_supports(
     The pins are as many components of single vertices as there are free rigid motions, so that
     they carry no reaction under loads in equilibrium, and bend nothing. They are sought on the
     boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
-    all boundaries, or on the whole surface if none has a name. Collective.
+    all boundaries, or on the whole surface if none has a name. On the axis of a body of revolution
+    nothing moves along r. Collective.
     """
     displacements: list[Displacement] = []
     follows: dict[int, int] = {}
@@ -115,9 +117,10 @@ def build_supports(
             )
             displacements.append(displacement)
     moved, modes = _section_modes(domain, spaces, section)
-    held = np.array([*follows, *moved], dtype=np.int32)
+    on_axis = [dof for dof in held_by_axis(domain, spaces).tolist() if dof not in follows]
+    held = np.array([*follows, *moved, *on_axis], dtype=np.int32)
     pins = _pins(domain, spaces, held, anchor)
-    fixed = np.array(sorted([*follows, *pins]), dtype=np.int32)
+    fixed = np.array(sorted([*follows, *pins, *on_axis]), dtype=np.int32)
     number = np.array([follows.get(dof, -1) for dof in fixed.tolist()], dtype=np.int64)
     return Supports(
         fixed=fixed,
@@ -143,8 +146,8 @@ def _section_modes(
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     if section is None:
         return np.zeros(0, dtype=np.int32), ()
-    if domain.dim != 2:
-        raise InputError("a section that stretches or bends is for 2-D cells; use rollers in 3-D")
+    if domain.dim != 2 or domain.axial:
+        raise InputError("a section that stretches or bends is for flat 2-D cells; use rollers")
     moved = np.asarray(_dofs(domain, spaces, "right", 0), dtype=np.int32)
     x = vertices(spaces.alpha)
     stretch = np.zeros(2 * spaces.alpha.dofmap.index_map.size_local)
@@ -161,8 +164,14 @@ def _middle(domain: Domain) -> np.ndarray:
 
 
 def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
-    """Translations and rotations about the body's middle, of order 1; shape (n_local, 3 or 6)."""
+    """Translations and rotations about the body's middle, of order 1; shape (n_local, 3 or 6).
+
+    Of a body of revolution the translation along its axis alone, shape (n_local, 1).
+    """
     dim = domain.dim
+    if domain.axial:
+        along = np.tile([0.0, 1.0], len(vertices(spaces.alpha)))
+        return along[:, None]
     x = (vertices(spaces.alpha)[:, :dim] - _middle(domain)) / max(domain.size)
     planes = [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (2, 0)]
     modes = np.zeros((len(x), dim, dim + len(planes)))

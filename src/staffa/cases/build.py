@@ -130,20 +130,28 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
         make = partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh))
-        return body(comm, make, h=h, graded=True)
+        return body(comm, make, h=h, graded=True, axial=case.axial)
     assert keys.h is not None
     if keys.shape is not None:
-        return _shaped(comm, keys.shape.shape(), float(keys.h))
+        return _shaped(comm, keys.shape.shape(), float(keys.h), case.axial)
     assert keys.size is not None
     size = tuple(float(s) for s in keys.size)
-    return block(comm, size=size, h=float(keys.h), cells=str(keys.cells), parts=parts(case))
+    return block(
+        comm,
+        size=size,
+        h=float(keys.h),
+        cells=str(keys.cells),
+        parts=parts(case),
+        axial=case.axial,
+        hole=float(keys.hole or 0.0),
+    )
 
 
-def _shaped(comm: MPI.Comm, shape: Shape, h: float) -> Domain:
+def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool) -> Domain:
     """A shape with cells of mean edge h. Points on the surface of a round one lie outside of its
     coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
-    coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h)
-    return body(comm, partial(meshed, shape, h, "domain.shape"), coarser)
+    coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h, axial)
+    return body(comm, partial(meshed, shape, h, "domain.shape"), coarser, axial=axial)
 
 
 def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:

@@ -1,5 +1,6 @@
 """Warnings and notes on a case that can run: warnings ask for a change, notes explain."""
 
+from staffa.cases.axis_cautions import axis_cautions
 from staffa.cases.cooling_cautions import cooling_cautions, cooling_notes
 from staffa.cases.force_cautions import force_cautions
 from staffa.cases.holding import hinge_cautions, holding_notes
@@ -13,6 +14,7 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
     found = [*mesh_cautions(case), *hinge_cautions(case)]
     found += [*load_cautions(case, derived), *force_cautions(case, derived)]
+    found += axis_cautions(case, derived)
     return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
 
 

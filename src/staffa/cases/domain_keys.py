@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, PrivateAttr
 from staffa.cases.kinds import FilePath, Length, Section
 from staffa.cases.shape_keys import ShapeKeys
 from staffa.geometry import shapes
-from staffa.geometry.outline import Outline, of_block
+from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
 from staffa.grid import UNSTRUCTURED
 from staffa.units import Quantity
 
@@ -62,6 +62,18 @@ class DomainKeys(Section):
         "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
         examples=["quadrilateral"],
     )
+    symmetry: Literal["axis"] | None = Field(
+        default=None,
+        description="axis: a body of revolution, given by its section, x = r from the axis x = 0 "
+        "outward and y = z along it; energies, areas and forces are then of the whole body, and "
+        "only cracks that run around the axis exist (docs/geometry.md)",
+        examples=["axis"],
+    )
+    hole: Length | None = Field(
+        default=None,
+        description="with symmetry and size: radius of a hole along the axis, at which x begins",
+        examples=[0.1],
+    )
     _file: Path | None = PrivateAttr(default=None)
     _outline: Outline | None = PrivateAttr(default=None)
 
@@ -78,7 +90,19 @@ class DomainKeys(Section):
 
     @property
     def outline(self) -> Outline:
-        """The body from outside."""
+        """The body from outside; the axis of a body of revolution is no face of it."""
+        return without_axis(self._section) if self.symmetry else self._section
+
+    @property
+    def axis_faces(self) -> tuple[str, ...]:
+        """The names of what lies on the axis of a body of revolution."""
+        if not self.symmetry:
+            return ()
+        return tuple(name for name in self._section.faces if is_axis(self._section, name))
+
+    @property
+    def _section(self) -> Outline:
+        """The body from outside, with the axis."""
         if self._outline is not None:
             return self._outline
         h = float(self.h or 0.0)
@@ -86,7 +110,8 @@ class DomainKeys(Section):
             return shapes.outline(self.shape.shape(), h)
         assert self.size is not None
         size = tuple(float(s) for s in self.size)
-        return of_block(size, h, self.cells or BLOCKS[len(size)])
+        lower = (float(self.hole or 0.0), *(0.0,) * (len(size) - 1))
+        return of_block(size, h, self.cells or BLOCKS[len(size)], lower)
 
     @property
     def is_block(self) -> bool:

@@ -319,6 +319,7 @@ def describe(
         ),
         profile="" if own_load else case.temperature.profile,
         units=units(case, derived),
+        axial=domain.axial,
         reference=None if own_load else reference(case),
     )
 

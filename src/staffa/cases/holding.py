@@ -104,6 +104,8 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
 
 def _freed(case: Case) -> str:
     """The supports to take for a piece of a plate that may shorten."""
+    if case.axial:
+        return f"leave {' or '.join(beside(case))} free"
     if case.dim == 3:
         return "leave one of two sides that face each other free, and give rollers to the other"
     return 'take supports.section = "stretch", or "free" if it may bend too, for left and right'

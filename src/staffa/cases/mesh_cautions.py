@@ -107,11 +107,10 @@ def _written(case: Case) -> Iterator[tuple[str, Any]]:
 
 
 def _of_locking(case: Case) -> Iterator[str]:
-    constrained = case.dim == 3 or case.material.plane == "strain"
     locking: set[float] = set()
     for piece in pieces(case):
         nu = averages(piece).nu
-        if nu > LOCKING and constrained and nu not in locking:
+        if nu > LOCKING and not case.plane_stress and nu not in locking:
             locking.add(nu)
             yield (
                 f"{piece.where}.nu = {nu:g}: above {LOCKING} the elements lock, and the body is "

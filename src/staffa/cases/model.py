@@ -306,3 +306,18 @@ class Case(Section):
     def dim(self) -> int:
         """2 or 3."""
         return self.outline.dim
+
+    @property
+    def axial(self) -> bool:
+        """Whether the body is one of revolution, given by its section."""
+        return self.domain.symmetry == "axis"
+
+    @property
+    def plane_stress(self) -> bool:
+        """Whether the strain across a 2-D body is free."""
+        return self.dim == 2 and not self.axial and self.material.plane != "strain"
+
+    @property
+    def extents(self) -> int:
+        """How many extents a volume has: 2 where it is one per thickness, else 3."""
+        return 3 if self.axial else self.dim

@@ -16,7 +16,7 @@ from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
-from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID
+from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID
 from staffa.physics.split import NO_SPLIT, EnergySplit, driven_share
 from staffa.units import LARGEST, SMALLEST
 
@@ -73,9 +73,9 @@ def numbers(
     law, split: those of a script, in place of the case's. own_load: a script gives the temperature,
     so that nothing is known of drops.
     """
-    ell, plane = float(case.damage.ell), case.material.plane
+    ell = float(case.damage.ell)
     law, split = law or LAWS[case.damage.law], split or energy_split(case)
-    state = SOLID if case.dim == 3 else PLANE_STRAIN if plane == "strain" else PLANE_STRESS
+    state = _state(case)
     rocks = {piece.name: averages(piece) for piece in pieces(case)}
     m = rocks["material"]
     cooled = case.temperature.profile != "none"
@@ -101,6 +101,15 @@ def numbers(
         times=tuple(times_in(case, times_given(case))),
         requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
     )
+
+
+def _state(case: Case) -> str:
+    """What is held across the body."""
+    if case.dim == 3:
+        return SOLID
+    if case.axial:
+        return AXIAL
+    return PLANE_STRESS if case.plane_stress else PLANE_STRAIN
 
 
 def _of_a_bar(split: EnergySplit, nu: float, state: str) -> float:

@@ -63,7 +63,7 @@ def try_given(given: Given, case: Case) -> None:
             function = getattr(law, name)
             _in_ufl(f"the damage law '{law.name}': {name}(alpha)", function, ufl.as_ufl(0.5))
     if split is not None:
-        plane_stress = case.dim == 2 and case.material.plane != "strain"
+        plane_stress = case.plane_stress
         for nu in {averages(piece).nu for piece in pieces(case)}:
             try_split(split, plane_stress=plane_stress, nu=nu)
         strains = (0.1, -0.1) if plane_stress else (0.1, 0.0, -0.1)

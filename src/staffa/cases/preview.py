@@ -65,7 +65,7 @@ def preview(case: Case) -> Preview:
 def _body_facts(case: Case) -> list[Fact]:
     """What a shape or a mesh is from outside, and the names that it knows."""
     if case.domain.is_block:
-        return []
+        return _axis_facts(case)
     body, metre = case.outline, unit(case, "m")
     size = " x ".join(f"{length:.4g}" for length in body.size)
     begins = ", ".join(f"{c:.4g}" for c in body.lower)
@@ -81,10 +81,20 @@ def _body_facts(case: Case) -> list[Fact]:
         "cracks": (body.cracks, "that are there from the start"),
     }
     return [
+        *_axis_facts(case),
         ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
         ("h", f"{body.h:.3g}{metre}", edge),
         *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
     ]
+
+
+def _axis_facts(case: Case) -> list[Fact]:
+    """The meaning of x and y in a body of revolution."""
+    if not case.axial:
+        return []
+    low, high = (f"{r:.4g}" for r in (case.outline.lower[0], case.outline.upper[0]))
+    meaning = "x is the distance r from the axis, y is z; energies and areas are of the whole body"
+    return [("body of revolution", f"r = {low} to {high}{unit(case, 'm')}", meaning)]
 
 
 def _mesh_facts(case: Case) -> list[Fact]:

@@ -1,6 +1,7 @@
 """Units in which a case's results are shown; no finite elements."""
 
 from collections.abc import Iterable, Iterator
+from math import pi
 
 from staffa.cases.amounts import is_scaled, quantities
 from staffa.cases.clock import heat_capacity
@@ -19,7 +20,7 @@ def units(case: Case, derived: Numbers) -> dict[str, Unit]:
     """Units of the case by the names of `Shown`, as it writes them; none if it is scaled."""
     if is_scaled(case):
         return {}
-    return vars(shown(case.dim, _magnitudes(case, derived), dict(_written(case))))
+    return vars(shown(case.extents, _magnitudes(case, derived), dict(_written(case))))
 
 
 def reference(case: Case) -> float | None:
@@ -39,7 +40,7 @@ def _written(case: Case) -> Iterator[tuple[str, Unit]]:
     found = [(key, quantity) for key, quantity in quantities(case) if quantity.has_units]
     body = [q for key, q in found if key.startswith("domain.") and key not in FINE]
     forces = [q for key, q in found if key.startswith("forces.")]
-    volume = "volume" if case.dim == 3 else "volume per thickness"
+    volume = "volume" if case.extents == 3 else "volume per thickness"
     for name, dimension, among in (
         ("length", "length", body),
         ("time", "time", (q for key, q in found if key.startswith("time."))),
@@ -69,6 +70,8 @@ def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
     volume = 1.0
     for length in size:
         volume *= length
+    if case.axial:
+        volume *= pi * (case.outline.lower[0] + case.outline.upper[0])
     change = max(derived.dT, _swing(case))
     cold = rock.E * rock.expansion * change
     stored = STRAINED * max(cold, derived.sigma_c) ** 2 / (2 * rock.E) * volume
@@ -77,8 +80,8 @@ def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
         extent=max(size),
         depth=L,
         last=derived.times[-1],
-        energy=max(stored, rock.Gc * L ** (case.dim - 1)),
+        energy=max(stored, rock.Gc * L ** (case.extents - 1)),
         heat=STRAINED * warmth or 1.0,
-        force=max(cold, derived.sigma_c) * L ** (case.dim - 1),
+        force=max(cold, derived.sigma_c) * L ** (case.extents - 1),
         stress=derived.sigma_c,
     )

@@ -96,8 +96,8 @@ def lateral(case: Case, across: int) -> list[int]:
 
 def pulled_axes(case: Case, across: int) -> list[int]:
     """The axes along which cold next to a face pulls: across the plane too in plane strain."""
-    strain = case.dim == 2 and case.material.plane == "strain"
-    return [*lateral(case, across), *([2] if strain else [])]
+    third = case.dim == 2 and not case.plane_stress
+    return [*lateral(case, across), *([2] if third else [])]
 
 
 def thermal_stress(derived: Numbers, drop: float) -> float:

@@ -27,6 +27,7 @@ from staffa.minimize.alternate import Sweep
 from staffa.parallel import on_root, require_together
 from staffa.records import REJECTED, Moment, Step
 from staffa.report.network import networks
+from staffa.report.radial import radial
 from staffa.report.summary import violations
 from staffa.report.tables import write_tables
 
@@ -236,7 +237,8 @@ class Follower:
         self._say(self._line(step))
         for sentence in step.audit.violations if step.audit else (step.reason,):
             self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
-        for sentence in step.audit.notes if step.audit else ():
+        notes = step.audit.notes if step.audit else ()
+        for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
         if self.speaks and self.quiet and step.audit and step.status == "converged":
             for sentence in step.audit.violations:

@@ -162,7 +162,8 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         if not outcome.converged:
             observers.keep(standing, True)
         audited = audit(problem, system, before, advance, stability)
-        yield _accepted(system, moment, observers, advance, audited, stability, seconds)
+        accepted = _accepted(system, moment, observers, advance, audited, stability, seconds)
+        yield replace(accepted, hoop=system.hoop.share(before.alpha) if system.hoop else None)
         if not outcome.converged:
             raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
         if better and history:

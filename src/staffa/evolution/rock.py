@@ -15,13 +15,27 @@ from staffa.external import External
 from staffa.fields import Spaces, State
 from staffa.loads.forces import Forces
 from staffa.physics.elasticity import Isotropic, Property, values
+from staffa.physics.material import AXIAL
 from staffa.strain import AnisotropicRock, Coefficient, IsotropicRock, reduced
 
 Values = Callable[[Material, np.ndarray], np.ndarray]
 
 
 def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
-    """The energy of a problem at a state on these spaces. Collective."""
+    """The energy of a problem at a state on these spaces. Collective.
+
+    Raises
+    ------
+    InputError
+        The state of the rock is not that of the body, or its split is not for it.
+    """
+    state_of, axial = problem.material.state, problem.domain.axial
+    if (state_of == AXIAL) != axial:
+        body = "the section of a body of revolution" if axial else "no body of revolution"
+        raise InputError(
+            f'the domain is {body}, and material.state is "{state_of}"; a section made with '
+            f'axial=True goes with "{AXIAL}"'
+        )
     places = Places(problem.domain, problem.material, problem.regions)
     external = External(
         problem.domain, spaces, problem.forces, places.number(lambda m: m.rho, "density")

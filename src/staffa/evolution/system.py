@@ -24,6 +24,7 @@ from staffa.fields import (
     write_vector,
     zero_state,
 )
+from staffa.measure.hoop import Hoop
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
 from staffa.minimize.convex import ConvexEnergy, Held
@@ -55,7 +56,7 @@ class Coarser:
 class System:
     """What `march` works on; everything in it is owned by it and freed by `destroy`.
 
-    coarser: what a first guess is made on, if it is.
+    coarser: what a first guess is made on, if it is. hoop: of a body of revolution.
     """
 
     spaces: Spaces
@@ -66,6 +67,7 @@ class System:
     cooling: Cooling
     alternation: Alternation
     coarser: Coarser | None
+    hoop: Hoop | None = None
 
     @cached_property
     def pressed_growth(self) -> PressedGrowth:
@@ -113,6 +115,7 @@ def build(problem: Problem) -> System:
         cooling=cold,
         alternation=_alternation(problem, spaces, state, energy, supports),
         coarser=_coarser(problem, spaces),
+        hoop=Hoop(domain, energy) if domain.axial else None,
     )
 
 

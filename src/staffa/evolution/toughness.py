@@ -13,7 +13,7 @@ from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
 from staffa.grid import UNSTRUCTURED, divisions
 from staffa.parallel import on_root
-from staffa.physics.material import SOLID
+from staffa.physics.material import AXIAL, PLANE_STRAIN, SOLID
 from staffa.physics.trial import law_values
 
 # Half width of the strip in ell: AT1's profile ends at 2, AT2's has fallen to exp(-8) = 3e-4.
@@ -30,7 +30,7 @@ def toughness_factor(problem: Problem) -> float:
     """The discrete toughness over Gc of a problem's cells, measured once for all that are alike.
     Collective."""
     domain, material = problem.domain, problem.material
-    law, plane = material.law, material.state if domain.dim == 2 else SOLID
+    law, plane = material.law, _state(material, domain.dim)
     key = (type(law), law_values(law), plane, domain.dim, domain.cell_kind, material.ell, domain.h)
 
     def measured() -> float:
@@ -65,7 +65,7 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
         expansion=0.0,
         ell=material.ell,
         law=material.law,
-        state=material.state if dim == 2 else SOLID,
+        state=_state(material, dim),
     )
     rock_of_strip = rock(Places(strip, uniform, {}))
     energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock_of_strip)
@@ -78,3 +78,10 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
         solver.destroy()
         damage.matrix.destroy()
         damage.unit.destroy()
+
+
+def _state(material: Material, dim: int) -> str:
+    """The state of the strip; far from the axis a crack around it is a straight one."""
+    if dim == 3:
+        return SOLID
+    return PLANE_STRAIN if material.state == AXIAL else material.state

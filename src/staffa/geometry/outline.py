@@ -1,8 +1,10 @@
 """What is known of a body before its mesh is handed out: its extent, its names, how many cells."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
+
+import numpy as np
 
 from staffa.geometry.edges import Edges
 from staffa.geometry.places import SAME, Grid, Places
@@ -85,20 +87,41 @@ class Outline:
         return next(n for n, side in SIDES[self.dim].items() if side == (plane.axis, plane.out))
 
 
-def of_block(size: tuple[float, ...], h: float, cells: str) -> Outline:
-    """A rectangle or a box with its lower corner at the origin."""
+def on_axis(r: np.ndarray, size: tuple[float, ...]) -> np.ndarray:
+    """Which distances r (m), shape (n,), from the axis of a body of this size are none."""
+    return r <= SAME * max(size)
+
+
+def without_axis(body: Outline) -> Outline:
+    """A section x >= 0 without the faces that lie on the axis x = 0: they bound nothing."""
+    faces = {name: plane for name, plane in body.faces.items() if not is_axis(body, name)}
+    touching = frozenset(pair for pair in body.touching if pair <= faces.keys())
+    return replace(body, faces=faces, touching=touching)
+
+
+def is_axis(body: Outline, face: str) -> bool:
+    """True if a face of a section lies on the axis x = 0."""
+    plane = body.faces[face]
+    return plane is not None and plane.axis == 0 and plane.position <= SAME * max(body.size)
+
+
+def of_block(
+    size: tuple[float, ...], h: float, cells: str, lower: tuple[float, ...] | None = None
+) -> Outline:
+    """A rectangle or a box; lower: its lower corner (m), None for the origin."""
     n_cells, n_vertices = cells_and_vertices(size, h, cells)
-    lower = (0.0,) * len(size)
-    faces = flat_sides(lower, size)
+    lower = lower or (0.0,) * len(size)
+    upper = tuple(low + length for low, length in zip(lower, size, strict=True))
+    faces = flat_sides(lower, upper)
     return Outline(
         lower=lower,
-        upper=size,
+        upper=upper,
         h=edge(size, h, cells),
         faces=faces,
         touching=box_edges(len(size)),
         n_cells=n_cells,
         n_vertices=n_vertices,
-        places=Grid(boxes=(("", (lower, size)),), flat=flat(faces)),
+        places=Grid(boxes=(("", (lower, upper)),), flat=flat(faces)),
     )
 
 

@@ -15,7 +15,7 @@ from dolfinx import fem, la
 from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import jit
+from staffa import axis, jit
 from staffa.domain import Domain
 from staffa.errors import InputError, LoadError
 from staffa.fields import Spaces, owned, vertices
@@ -275,7 +275,7 @@ def _in_cells(
     return found
 
 
-def _measures(domain: Domain, conduction: Conduction) -> tuple[ufl.Measure, ufl.Measure]:
+def _measures(domain: Domain, conduction: Conduction) -> tuple[axis.Measure, axis.Measure]:
     """Of the volume, and of the sides, numbered from 1 as the conduction lists them."""
     dim = domain.dim
     facets = [domain.facets(side.side) for side in conduction.sides]
@@ -284,5 +284,4 @@ def _measures(domain: Domain, conduction: Conduction) -> tuple[ufl.Measure, ufl.
     values = np.concatenate([np.zeros(0, dtype=np.int32), *numbers])
     order = np.argsort(entities, kind="stable")
     tags = dmesh.meshtags(domain.mesh, dim - 1, entities[order], values[order])
-    dx = ufl.Measure("dx", domain.mesh)
-    return dx, ufl.Measure("ds", domain.mesh, subdomain_data=tags)
+    return axis.volume(domain), axis.surface(domain, tags)

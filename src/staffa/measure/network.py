@@ -15,7 +15,8 @@ class Network:
     points: shape (n, 3). elements: the points of each segment, shape (m, 2), or of each triangle,
     shape (m, 3). damage, opening (m), uncertainty of the opening (m): at the points, shape (n,);
     empty where it is not known yet. The opening between points is linear, and so its integral over
-    the network is the crack volume.
+    the network is the crack volume. axial: each segment is a ring around the axis x = 0, and counts
+    by its area.
     """
 
     points: np.ndarray
@@ -23,11 +24,15 @@ class Network:
     damage: np.ndarray
     opening: np.ndarray = field(default_factory=lambda: np.zeros(0))
     uncertainty: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    axial: bool = False
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """Length of each segment (m), area of each triangle (m^2)."""
-        return sizes(self.points, self.elements)
+        """Length of each segment (m), area of each triangle or ring (m^2)."""
+        found = sizes(self.points, self.elements)
+        if not self.axial:
+            return found
+        return 2 * np.pi * self.points[self.elements, 0].mean(axis=1) * found
 
     @cached_property
     def cracks(self) -> np.ndarray:

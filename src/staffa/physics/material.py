@@ -3,6 +3,8 @@
 from typing import Any
 
 PLANE_STRESS, PLANE_STRAIN, SOLID = "plane stress", "plane strain", "solid"
+# A body of revolution in the plane of r and z, the third direction being around the axis.
+AXIAL = "axisymmetric"
 
 
 def lame(E: Any, nu: Any, state: str) -> tuple[Any, Any]:

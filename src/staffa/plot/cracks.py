@@ -48,10 +48,10 @@ def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
             triangles = triangulation(frames[number].grid, manifest)
         draw_panel(axes, manifest, frames[number], triangles, dT)
         if number + columns >= len(frames):
-            axes.set_xlabel(manifest.shown.length.label("x"))
+            axes.set_xlabel(manifest.shown.length.label("r" if manifest.axial else "x"))
             axes.tick_params(labelbottom=True)
         if number % columns == 0:
-            axes.set_ylabel(manifest.shown.length.label("y"))
+            axes.set_ylabel(manifest.shown.length.label("z" if manifest.axial else "y"))
     add_legend(figure, manifest, frames, dT)
     return figure
 

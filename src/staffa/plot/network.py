@@ -91,10 +91,10 @@ def _plane(
             side.set_visible(True)
         axes.set_title(moment(manifest, step), loc="left", pad=3)
         if number + columns >= len(moments):
-            axes.set_xlabel(manifest.shown.length.label("x"))
+            axes.set_xlabel(manifest.shown.length.label("r" if manifest.axial else "x"))
             axes.tick_params(labelbottom=True)
         if number % columns == 0:
-            axes.set_ylabel(manifest.shown.length.label("y"))
+            axes.set_ylabel(manifest.shown.length.label("z" if manifest.axial else "y"))
     return figure, list(grid.flat)
 
 

@@ -115,9 +115,9 @@ def fields_figure(
         if across == 3:
             _draw_difference(line[2], manifests[0], both[0], gap, largest)
     for axes in grid[:, 0]:
-        axes.set_ylabel(manifests[0].shown.length.label("y"))
+        axes.set_ylabel(manifests[0].shown.length.label("z" if manifests[0].axial else "y"))
     for axes, manifest in zip(grid[-1], (*manifests, manifests[0]), strict=False):
-        axes.set_xlabel(manifest.shown.length.label("x"))
+        axes.set_xlabel(manifest.shown.length.label("r" if manifest.axial else "x"))
     first = [both[0] for both in frames]
     add_legend(figure, manifests[0], first, temperature_drop(manifests[0], first))
     if across == 3:

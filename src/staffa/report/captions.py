@@ -16,7 +16,7 @@ def caption(name: str, manifest: Manifest, steps: Steps) -> str:
 
 
 def _cracks(manifest: Manifest, steps: Steps) -> str:
-    if not manifest.plane:
+    if not manifest.flat:
         return (
             "The cracks at the last moment whose fields are kept: in the rock, its near quarter "
             "cut away, and alone."
@@ -81,11 +81,11 @@ def _spacing(manifest: Manifest, steps: Steps) -> str:
 
 
 def _growing(manifest: Manifest, steps: Steps) -> str:
-    return "The cracks growing." if manifest.plane else "The cracks growing, in the rock and alone."
+    return "The cracks growing." if manifest.flat else "The cracks growing, in the rock and alone."
 
 
 def _network(manifest: Manifest, steps: Steps) -> str:
-    when = "" if manifest.plane else " at the last moment whose fields are kept"
+    when = "" if manifest.flat else " at the last moment whose fields are kept"
     return f"The crack network{when}, and how far it is open; gray where that is not known."
 
 

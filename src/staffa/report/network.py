@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +57,7 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
             ell=m.ell, crack=m.threshold, tip=tip,
         )  # fmt: skip
+        cracks = replace(cracks, axial=m.axial)
         outline = _outline(grid) if len(m.size) == 2 else np.zeros((0, 2, 2))
         found.append(Drawing(step=step, network=cracks, outline=outline))
     return found, reasons
@@ -160,7 +161,7 @@ def _write_vtp(path: Path, cracks: Network) -> None:
             "uncertainty": cracks.uncertainty,
             "alpha": cracks.damage,
         },
-        on_cells={"crack": crack, "area" if surface else "length": size},
+        on_cells={"crack": crack, "area" if surface or cracks.axial else "length": size},
     )
 
 
@@ -175,7 +176,7 @@ def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
         for k, axis in enumerate(axes):
             places = cracks.points[cracks.elements[:, corner], k]
             columns[shown.length.column(f"{axis}{corner}")] = shown.length.of(places)
-    name = "length" if corners == 2 else "area"
+    name = "length" if run.manifest.plane else "area"
     columns[shown.crack.column(name)] = shown.crack.of(cracks.sizes)
     across = normals(cracks.points, cracks.elements)
     columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}

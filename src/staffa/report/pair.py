@@ -37,6 +37,16 @@ class Side:
         """2 or 3."""
         return len(self.run.manifest.size)
 
+    @property
+    def extents(self) -> int:
+        """2 where volumes and energies are per thickness, else 3."""
+        return 2 if self.run.manifest.plane else 3
+
+    @property
+    def kind(self) -> str:
+        """The kind of body, in words."""
+        return "of revolution" if self.run.manifest.axial else f"{self.dim}-D"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
@@ -58,8 +68,8 @@ class Pair:
 
     @property
     def dim(self) -> int | None:
-        """2 or 3, None if one body has two and the other three."""
-        return self.first.dim if self.first.dim == self.second.dim else None
+        """2 or 3, None if one body has two and the other three, or only one is of revolution."""
+        return self.first.dim if self.first.kind == self.second.kind else None
 
     @property
     def alike(self) -> bool:
@@ -98,7 +108,7 @@ class Pair:
     def energy_unit(self) -> str:
         """Of energies of bodies of one dimension."""
         if self.mixed:
-            return "Gc L" if self.dim == 2 else "Gc L²"
+            return "Gc L" if self.first.extents == 2 else "Gc L²"
         return self.shown.energy.name
 
     @property
@@ -144,7 +154,7 @@ def caveats(pair: Pair) -> Iterator[str]:
         yield f"{bare} is scaled and {dressed} has units: lengths are over L{told}, times in tau."
     if pair.dim is None:
         yield (
-            f"{one} is {pair.first.dim}-D and {other} is {pair.second.dim}-D: depths and times are "
+            f"{one} is {pair.first.kind} and {other} is {pair.second.kind}: depths and times are "
             f"compared, energies and lengths are not."
         )
     elif not pair.alike:

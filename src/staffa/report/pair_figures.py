@@ -26,7 +26,7 @@ def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:
     if pair.clock is None:
         return figures, [*skipped, "curves: the runs have no clock in common"]
     if pair.dim is None:
-        skipped.append("energies-of-both: those of 2-D and 3-D bodies have different units")
+        skipped.append("energies-of-both: those of bodies of two kinds have different units")
     else:
         panels = _panels(pair, ENERGIES)
         if pair.alike:
@@ -79,7 +79,7 @@ def _curve(pair: Pair, side: Side, reading: Reading) -> Curve:
 
 def _fields(pair: Pair) -> tuple[Figures, list[str]]:
     if pair.dim is None:
-        return {}, ["cracks-of-both: one body is 2-D, the other 3-D"]
+        return {}, ["cracks-of-both: the bodies are of two kinds"]
     frames, skipped = _frames(pair)
     if not frames:
         return {}, [*skipped, "cracks-of-both: there is no time whose fields both runs kept"]

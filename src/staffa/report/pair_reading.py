@@ -99,4 +99,4 @@ def _in_units(first: Side, second: Side) -> tuple[Side, Side]:
 def _over_sizes(side: Side) -> Side:
     """With L and Gc L (in 3-D Gc L^2) to divide by."""
     L, Gc = side.run.manifest.L, averages(pieces(side.case)[0]).Gc
-    return replace(side, length=L, energy=Gc * L ** (side.dim - 1))
+    return replace(side, length=L, energy=Gc * L ** (side.extents - 1))

@@ -28,7 +28,7 @@ class Reading:
 def readings(pair: Pair) -> dict[str, Reading]:
     """All of them, by name; energies and lengths only of bodies of one dimension."""
     length, energy = pair.length_unit, pair.energy_unit
-    plane = pair.dim == 2
+    plane = pair.first.extents == 2
     size = length if plane or not length else f"{length}²"
     crack = "crack length" if plane else "crack area"
     found = (
@@ -75,13 +75,13 @@ def _deepest(side: Side, step: Step) -> float | None:
 def _by_energy(side: Side, step: Step) -> float | None:
     if step.measures is None:
         return None
-    return step.measures.length_surface / side.length ** (side.dim - 1)
+    return step.measures.length_surface / side.length ** (side.extents - 1)
 
 
 def _by_geometry(side: Side, step: Step) -> float | None:
     if step.measures is None:
         return None
-    return step.measures.length_geometry / side.length ** (side.dim - 1)
+    return step.measures.length_geometry / side.length ** (side.extents - 1)
 
 
 def _elastic(side: Side, step: Step) -> float:

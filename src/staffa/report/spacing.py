@@ -26,6 +26,9 @@ BY_TIPS = (
     "crack counts down to its tip, at the place of its tip."
 )
 ALONG = "Spacing: mean distance along the face of neighboring cracks at that depth."
+RINGS = (
+    "The body is one of revolution: these are cracks of its section, each a ring around the axis."
+)
 
 
 def spacing(run: Run) -> Table:
@@ -38,7 +41,7 @@ def spacing(run: Run) -> Table:
         return _without("no step was measured")
     if m.cooled_side is None:
         return _without("the body has no flat cooled face from which depths are measured")
-    if not m.plane:
+    if not m.flat:
         return columns([run]) or by_fields(run) or _without("no crack, or no fields to look at")
     found = step.measures.sections or by_tips(m, step.measures)
     if not found:
@@ -53,6 +56,7 @@ def spacing(run: Run) -> Table:
         for crossed in found
     ]
     notes = [ALONG, _by_damage(m) if step.measures.sections else BY_TIPS]
+    notes += [RINGS] if m.axial else []
     header = (unit.header("depth"), "cracks", unit.header("spacing"))
     return Table(header=header, rows=tuple(rows), notes=tuple(notes))
 

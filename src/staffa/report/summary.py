@@ -11,6 +11,7 @@ from staffa.manifest import Manifest
 from staffa.plot.labels import reading
 from staffa.records import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
+from staffa.report.radial import radial_steps
 
 # Notes that are told; each step may have one, which says much the same.
 MOST_NOTES = 3
@@ -242,6 +243,8 @@ def _audit(run: Run) -> Iterator[Fact]:
     tests = [step for step in run.steps if step.curvature is not None]
     if tests:
         yield Fact(name="second-order test", text=_curvature(tests))
+    if driven := radial_steps(run.steps):
+        yield Fact(name="radial cracks", text=driven, alarm=True)
     amiss = violations(run)
     if not amiss:
         yield Fact(name="violations", text="none")

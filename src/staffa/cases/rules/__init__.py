@@ -11,6 +11,12 @@ from staffa.cases.rules.anisotropy import (
     stiffness_is_complete,
 )
 from staffa.cases.rules.at_rest import rest_is_borne
+from staffa.cases.rules.axis import (
+    axis_is_no_face,
+    loads_fit_the_axis,
+    rock_fits_the_axis,
+    section_is_possible,
+)
 from staffa.cases.rules.body import (
     bands_are_inside,
     cracks_are_inside,
@@ -88,6 +94,8 @@ RULES = (
     heat_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
+    section_is_possible,
+    axis_is_no_face,
     faces_are_there,
     cracks_are_there,
     regions_are_places,
@@ -95,6 +103,7 @@ RULES = (
     stiffness_is_complete,
     axes_are_directions,
     lists_have_a_number_an_axis,
+    rock_fits_the_axis,
     random_fields_are_possible,
     files_count_as_the_case,
     files_cover_the_body,
@@ -120,6 +129,7 @@ RULES = (
     split_fits_the_rock,
     formulas_of_forces_give_numbers,
     outputs_are_within,
+    loads_fit_the_axis,
     rollers_are_flat,
     section_owns_its_sides,
     section_can_stretch,
@@ -178,7 +188,7 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {
         "domain": {"cells": cells},
         "supports": dict.fromkeys(absent, None),
-        "material": {"plane": (keys.plane or "stress") if two else None},
+        "material": {"plane": (keys.plane or "stress") if two and not case.axial else None},
     }
     if keys.stiffness is not None:
         found["material"] |= {"E": None, "nu": None}

@@ -79,7 +79,7 @@ def _is_bedded(piece: Piece) -> None:
 def _is_orthotropic(case: Case, piece: Piece) -> None:
     keys, where = piece.keys, piece.where
     _are_given(piece, ("E", "nu", "G"), "an orthotropic rock has a list of each")
-    flat = case.dim == 2 and case.material.plane != "strain"
+    flat = case.plane_stress
     for name, fewer in (("E", 2), ("nu", 1), ("G", 1)):
         given = getattr(keys, name)
         counts = (fewer, 3) if flat else (3,)
@@ -187,6 +187,8 @@ def _counts(case: Case, piece: Piece, name: str) -> tuple[tuple[int, ...], str]:
     if piece.keys.axis is not None:
         return (2,), "along the bedding and across it, since axis is given"
     if name == "expansion" and case.dim == 2:
+        if case.axial:
+            return (3,), "along r, along z and around the axis"
         if case.material.plane == "strain":
             return (3,), "since in plane strain the third direction is held"
         return (2, 3), "along the rock's axes"

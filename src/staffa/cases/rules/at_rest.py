@@ -31,10 +31,11 @@ def at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
     Returns
     -------
     Stresses (Pa), shape (3, n); None where even rock does not tell them: with shear, with rock that
-    has directions, with moved sides, and of a body without flat ends along an axis.
+    has directions, with moved sides, of a body of revolution, and of one without flat ends along
+    an axis.
     """
     acting = forces(case)
-    if is_anisotropic(case) or is_moved(case):
+    if is_anisotropic(case) or is_moved(case) or case.axial:
         return None
     start = np.zeros((6, x.shape[1])) if acting.prestress is None else acting.prestress(x)
     if np.any(start[3:] != 0):
@@ -42,7 +43,7 @@ def at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
     pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x)
     before, after = start[:3] + pores, start[:3] + pores
     loaded = []
-    if case.dim == 2 and case.material.plane != "strain":
+    if case.plane_stress:
         after[2], loaded = np.zeros(x.shape[1]), [2]
     for axis in range(case.dim):
         sides = case.outline.sides
@@ -104,7 +105,7 @@ def equivalent(case: Case, stress: np.ndarray) -> np.ndarray:
     """
     rock, split = averages(pieces(case)[0]), energy_split(case)
     strains = ((1 + rock.nu) * stress - rock.nu * stress.sum(axis=0)) / rock.E
-    if case.dim == 2 and case.material.plane != "strain":
+    if case.plane_stress:
         strains = strains[:2]
     principal = tuple(-np.sort(-strains, axis=0))
     e = of_principal(principal, E=rock.E, nu=min(rock.nu, 0.4999))

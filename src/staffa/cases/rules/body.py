@@ -136,7 +136,7 @@ def is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
 
 def _extent(case: Case) -> str:
     """Where a body is, in words."""
-    if case.domain.size is not None:
+    if case.domain.size is not None and case.domain.hole is None:
         return f"whose size is {inline(case.domain.size)} from the origin"
     lower, upper = (
         " ".join(f"{c:.4g}" for c in end) for end in (case.outline.lower, case.outline.upper)

@@ -91,8 +91,7 @@ def forces_fit_the_body(case: Case) -> None:
 
 
 def _stress_fits(case: Case, keys: ForceKeys) -> None:
-    strain = case.dim == 3 or case.material.plane == "strain"
-    if keys.pore_pressure is not None and not strain:
+    if keys.pore_pressure is not None and case.plane_stress:
         raise InputError(
             "forces.pore_pressure: in plane stress pores would press the plate apart; take "
             'material.plane = "strain", or a 3-D body'
@@ -102,7 +101,7 @@ def _stress_fits(case: Case, keys: ForceKeys) -> None:
     for name in ("yz", "xz"):
         if getattr(keys.prestress, name) is not None:
             raise InputError(f"forces.prestress.{name}: a 2-D body has none; leave it out")
-    if keys.prestress.zz is not None and not strain:
+    if keys.prestress.zz is not None and case.plane_stress:
         raise InputError(
             "forces.prestress.zz: plane stress has none across the plane; leave it out, or take "
             'material.plane = "strain"'
@@ -115,7 +114,7 @@ def _volume_fits(case: Case, keys: ForceKeys) -> None:
     for volume in value.value if isinstance(value, InTime) else (value,):
         if isinstance(volume, Quantity) and volume.has_units:
             try:
-                parse(volume.given, "volume per thickness" if case.dim == 2 else "volume")
+                parse(volume.given, "volume per thickness" if case.extents == 2 else "volume")
             except InputError as error:
                 raise InputError(f"forces.crack_volume = {shown(volume)}: {error}") from None
 
@@ -131,7 +130,7 @@ def split_fits_the_rock(case: Case) -> None:
     name = name or default_split(case)
     if name == "none":
         return
-    if case.material.plane != "strain" and any(averages(p).nu >= 0.5 for p in pieces(case)):
+    if case.plane_stress and any(averages(p).nu >= 0.5 for p in pieces(case)):
         raise InputError(
             f'damage.split = "{name}"{_by_default(case)} needs a bulk modulus, and rock with nu = '
             f"0.5 has none; take 0.49 or less"

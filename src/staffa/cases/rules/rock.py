@@ -118,7 +118,8 @@ def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
 def elasticity_is_definite(case: Case) -> None:
     """The stiffness resists every strain; nu < 0.5 where the volume is constrained, or where all
     of the stiffness is needed since other rock of the body has directions."""
-    where = "3-D" if case.dim == 3 else "plane strain" if case.material.plane == "strain" else ""
+    where = "" if case.plane_stress else "plane strain" if case.material.plane else "3-D"
+    where = "a body of revolution" if case.axial else where
     if not all(is_isotropic(piece.keys) for piece in pieces(case)):
         where = where or "a body some of whose stiffness has directions"
     for piece in pieces(case):

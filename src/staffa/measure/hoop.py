@@ -1,0 +1,56 @@
+"""Damage that tension around the axis drives: radial cracks, which no section of a body holds."""
+
+from staffa.stack import MPI  # noqa: F401
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from staffa import axis, jit
+from staffa.domain import Domain
+from staffa.energy import Energy
+from staffa.parallel import max_over_ranks, sum_over_ranks
+
+# Growth of the damage in a step that is none yet.
+LEAST = 0.01
+# Two principal stresses are alike if they differ by less than this part.
+ALIKE = 0.01
+DEGREE = 2
+
+
+class Hoop:
+    """The share of a step's damage that grew where no stress pulls more than the one around the
+    axis. Collective."""
+
+    def __init__(self, domain: Domain, energy: Energy) -> None:
+        alpha = energy.state.alpha
+        self._comm, self._alpha = domain.comm, alpha
+        self._growth = fem.Function(alpha.function_space)
+        s = energy.intact_stress
+        middle, half = (s[0, 0] + s[1, 1]) / 2, (s[0, 0] - s[1, 1]) / 2
+        largest = middle + ufl.sqrt(half**2 + s[0, 1] ** 2)
+        around = s[2, 2]
+        drives = ufl.And(ufl.gt(around, 0), ufl.ge(around, (1 - ALIKE) * largest))
+        dx = axis.volume(domain, DEGREE)
+        zero = 0 * around
+        driven = ufl.conditional(drives, self._growth + zero, zero)
+        self._grown = jit.form(self._growth * dx, domain.comm)
+        self._driven = jit.form(driven * dx, domain.comm)
+
+    def share(self, before: np.ndarray) -> float:
+        """The share, 0 where no damage grew.
+
+        Parameters
+        ----------
+        before : damage at the start of the step at the vertices, ghosts included, shape
+            (n_local,).
+        """
+        growth = np.maximum(self._alpha.x.array - before, 0.0)
+        if max_over_ranks(self._comm, growth) < LEAST:
+            return 0.0
+        self._growth.x.array[:] = growth
+        grown, driven = (
+            sum_over_ranks(self._comm, fem.assemble_scalar(form))
+            for form in (self._grown, self._driven)
+        )
+        return driven / grown
