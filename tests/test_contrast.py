@@ -1,4 +1,4 @@
-"""Stiff rock beside soft: what is called solved is in equilibrium, or its run says that it is not."""
+"""Stiff rock beside soft: what is called solved is in equilibrium, or its run says it is not."""
 
 from pathlib import Path
 

@@ -184,7 +184,8 @@ def test_what_moves_or_expands_freely_breaks_no_balance(displacement: str, split
         ran(body(SIZE, H, sides=pulled(lambda t: 0.0), **options)),
     ):
         sound(steps)
-        assert max(step.energies.elastic for step in steps) < 1e-18
+        # Held, it would store 140; the iterative solver leaves 1e-8 of its forces, squared here.
+        assert max(step.energies.elastic for step in steps) < 1e-13
 
 
 @SOLVERS
