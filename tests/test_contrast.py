@@ -83,7 +83,7 @@ def test_what_a_soft_layer_carries_is_found(displacement: str, split: str) -> No
     system = build(problem)
     (step,) = march(problem, system)
     assert step.audit.violations == ()
-    assert step.reactions["top"][1] == pytest.approx(SOFT * 0.5 * 0.5 * 0.1, rel=1e-3)
+    assert step.reactions["top"][1] == pytest.approx(SOFT * 0.1 / 0.2 * 0.5, rel=1e-3)
     assert step.reactions["bottom"][1] == pytest.approx(-step.reactions["top"][1], rel=1e-3)
     system.destroy()
 
@@ -104,7 +104,8 @@ def test_a_weight_does_not_hide_what_else_acts(displacement: str) -> None:
     system = build(problem := body((1.0, 0.5), 0.1, forces=Forces(gravity=(0.0, -1.0)), **options))
     (step,) = march(problem, system)
     assert step.audit.violations == ()
-    assert step.reactions["right"][0] == pytest.approx(0.5e-6, rel=1e-4)
+    # Of the weight, 1e-8 may be left; the pull is 1e-6 of it.
+    assert step.reactions["right"][0] == pytest.approx(0.5e-6, rel=1e-3)
     system.destroy()
 
 
@@ -126,7 +127,7 @@ if MPI.COMM_WORLD.rank == 0:
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_ranks_find_it_too(ranks: int) -> None:
     ((force, violations),) = printed_on(ranks, RANKS)
-    assert float(force) == pytest.approx(SOFT * 0.5 * 0.5 * 0.1, rel=1e-3) and violations == "0"
+    assert float(force) == pytest.approx(SOFT * 0.1 / 0.2 * 0.5, rel=1e-3) and violations == "0"
 
 
 VIOLATED = """

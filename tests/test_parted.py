@@ -129,6 +129,7 @@ def test_pieces_are_counted() -> None:
     assert number == 2
     for side in (x < 0.51, x > 0.54):
         assert len(set(labels[side])) == 1 and labels[side][0] >= 0
+    system.energy.external.at(1.0)
     assert loose_piece(problem, system, solved=False) is not None
     system.state.alpha.x.array[:] = 1.0
     assert pieces(system.state.alpha, 0.95)[1] == 0

@@ -116,7 +116,7 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
-            if number and slope >= 0 and not held:
+            if number and not held and (slope >= 0 or not elastic.linear.direct):
                 slope = _downhill(elastic, forces, way)
             last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
             # The first step may put on new prescribed values: it is no descent but a prediction.
@@ -149,7 +149,7 @@ def minimize(
 def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
     """Overwrite a way, found as what u has to become, by the answer to the forces left; its slope.
 
-    Near the end they are a small part of all forces, to which the solver of the whole is exact.
+    Near the end they are less than what an iterative solver leaves of all forces.
     """
     answered = forces.copy()
     try:
