@@ -50,7 +50,9 @@ at = [1.0]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("displacement", ["iterative", "direct"])
+@pytest.mark.parametrize(
+    "displacement", ["iterative", pytest.param("direct", marks=pytest.mark.long)]
+)
 def test_layers_in_series_carry_one_force(tmp_path: Path, displacement: str) -> None:
     """A = 1/4, the soft layer 1/4 thick takes all of the stretch: 1e-6 * 0.1/(1/4)/4 = 1e-7."""
     case = parse_case(LAYERS, [f"solver.displacement={displacement}"])
@@ -140,7 +142,7 @@ main()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", ["run", "ensemble"])
+@pytest.mark.parametrize("command", ["run", pytest.param("ensemble", marks=pytest.mark.long)])
 def test_a_violated_audit_has_an_exit_code_of_its_own(tmp_path: Path, command: str) -> None:
     """It is told of on the terminal, also with --quiet, and in red on the page."""
     text = LAYERS.replace("0.0625", "0.25").replace(

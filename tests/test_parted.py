@@ -47,7 +47,13 @@ at = [1.0]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "setting", ["", "damage.residual_stiffness=1e-4", "damage.split=none"], ids=lambda s: s or "-"
+    "setting",
+    [
+        "",
+        pytest.param("damage.residual_stiffness=1e-4", marks=pytest.mark.long),
+        pytest.param("damage.split=none", marks=pytest.mark.long),
+    ],
+    ids=["default", "more residual stiffness", "no split"],
 )
 def test_a_dead_load_beyond_the_strength_ends_the_run(tmp_path: Path, setting: str) -> None:
     """What was found below the strength, sigma_c = sqrt(3 E Gc/(8 ell)) = 19.4, stands."""

@@ -236,7 +236,7 @@ def warmed(**changes) -> Problem:
 def test_heat_that_has_left_again_breaks_no_balance() -> None:
     steps = ran(warmed(times=(1.0, 2.0, 100.0, 1e6, 2e6)))
     sound(steps)
-    assert steps[0].energies.elastic > 1e-3 and steps[-1].energies.elastic < 1e-20
+    assert steps[0].energies.elastic > 1e-4 and steps[-1].energies.elastic < 1e-20
 
 
 RANKS = """

@@ -65,6 +65,12 @@ class System:
     alternation: Alternation
     coarser: Coarser | None
 
+    def begin(self) -> None:
+        """Begin a time step: with the solvers that were asked for."""
+        self.alternation.elastic.linear.begin()
+        if self.coarser:
+            self.coarser.system.begin()
+
     def destroy(self) -> None:
         """Free the PETSc objects."""
         if self.coarser:

@@ -22,7 +22,7 @@ ENOUGH = 1e-13
 # Nor does one that changes the energy before the loads changed by this fraction: a load that is a
 # millionth of the last leaves 1e-12 of it, and that is still solved for as any.
 LEFT = 1e-25
-# A displacement of this fraction of the body is none.
+# A displacement of this fraction of the body, or of itself, is none.
 NOTHING = 1e-15
 MOST = 100
 # What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
@@ -123,7 +123,7 @@ def minimize(
             if number == 0:
                 met = elastic.meets(u, values)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
-            small = gap <= ENOUGH or abs(slope) <= least
+            small = gap <= ENOUGH or abs(slope) <= max(least, NOTHING**2 * elastic.spread(u))
             done = energy.quadratic or ((small or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)
