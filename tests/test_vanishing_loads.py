@@ -184,7 +184,8 @@ def test_what_moves_or_expands_freely_breaks_no_balance(displacement: str, split
         ran(body(SIZE, H, sides=pulled(lambda t: 0.0), **options)),
     ):
         sound(steps)
-        assert max(step.energies.elastic for step in steps) < 1e-18
+        # Held, it would store 140; the iterative solver leaves 1e-8 of its forces, squared here.
+        assert max(step.energies.elastic for step in steps) < 1e-13
 
 
 @SOLVERS
@@ -235,7 +236,7 @@ def warmed(**changes) -> Problem:
 def test_heat_that_has_left_again_breaks_no_balance() -> None:
     steps = ran(warmed(times=(1.0, 2.0, 100.0, 1e6, 2e6)))
     sound(steps)
-    assert steps[0].energies.elastic > 1e-3 and steps[-1].energies.elastic < 1e-20
+    assert steps[0].energies.elastic > 1e-4 and steps[-1].energies.elastic < 1e-20
 
 
 RANKS = """

@@ -119,7 +119,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         began = perf_counter()
         index, better = loop.next_index, loop.better
         elastic = system.alternation.elastic
-        elastic.linear.begin()
+        system.begin()
         direct = elastic.linear.takeovers
         moment = _moment(problem, index, time)
         end = Loads(time=time, values=system.supports.values(time))

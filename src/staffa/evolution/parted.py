@@ -18,8 +18,8 @@ from staffa.supports import rigid_modes
 
 # Damage at all corners of a cell from which on it joins nothing.
 BROKEN = 0.95
-# What is left of stiffness in cracks stores less than this fraction of the whole energy, unless it
-# bears a load of its own.
+# What is left of stiffness in cracks stores less than this fraction of what the rest does, unless
+# it bears a load of its own, or is opened by supports that move.
 SHARE = 1e-2
 # A piece is borne by it if it bears this fraction of the piece's load.
 BORNE = 0.5
@@ -80,7 +80,9 @@ def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Pie
     solved : False where no displacement was found. Without a split none is needed.
     """
     energy, alpha, comm = system.energy, system.state.alpha, problem.domain.comm
-    if not energy.loaded or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
+    # Where a volume is given in cracks, its pressure falls as a piece gives way.
+    dead = energy.loaded and not energy.external.controlled
+    if not dead or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
         return None
     known = solved or not energy.linear
     if known and not _stores_much(system):
@@ -149,10 +151,10 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
 def _stores_much(system: System) -> bool:
     """Whether the residual stiffness of cracks stores what counts beside the rest. Collective."""
     energy = system.energy
-    whole, surface = energy.stored(), energy.energies().surface
+    whole = energy.stored()
     with energy.without_residual_stiffness():
         rest = energy.stored()
-    return whole - rest > SHARE * (rest + surface)
+    return whole - rest > SHARE * rest
 
 
 def _net(

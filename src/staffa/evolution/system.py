@@ -74,6 +74,12 @@ class System:
         """The part of a step's damage that pressure drove. Collective where first asked for."""
         return PressedGrowth(self.energy)
 
+    def begin(self) -> None:
+        """Begin a time step: with the solvers that were asked for."""
+        self.alternation.elastic.linear.begin()
+        if self.coarser:
+            self.coarser.system.begin()
+
     def destroy(self) -> None:
         """Free the PETSc objects."""
         if self.coarser:
@@ -175,7 +181,7 @@ def _alternation(
     n_owned = spaces.u.dofmap.index_map.size_local * problem.domain.dim
     matrix = energy.new_stiffness()
     u = matrix.createVecRight()
-    convex = _convex(energy, matrix)
+    convex = _convex(energy, matrix, max(problem.domain.size))
     linear = QuadraticEnergy(matrix=matrix, stiffness=energy.stiffness, load=energy.load)
     elastic = ElasticSolver(
         convex.model(u) if convex else linear,
@@ -211,8 +217,9 @@ def _alternation(
     )
 
 
-def _convex(energy: Energy, matrix: PETSc.Mat) -> ConvexEnergy | None:
-    """The energy of the displacement, unless a linear problem is all there is to it."""
+def _convex(energy: Energy, matrix: PETSc.Mat, length: float) -> ConvexEnergy | None:
+    """The energy of the displacement, unless a linear problem is all there is to it; length: of the
+    body (m)."""
     if energy.linear and not energy.external.controlled:
         return None
     return ConvexEnergy(
@@ -222,6 +229,7 @@ def _convex(energy: Energy, matrix: PETSc.Mat) -> ConvexEnergy | None:
         forces=energy.residual,
         stiffness=energy.stiffness,
         quadratic=energy.linear,
+        length=length,
     )
 
 

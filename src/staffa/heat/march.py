@@ -229,6 +229,11 @@ class HeatEquation:
 
     def _solve(self, gain: np.ndarray) -> np.ndarray:
         self._rhs.array_w[:] = gain * self._free
+        size = self._rhs.norm()
+        if size == 0:
+            return np.zeros_like(gain)
+        size = 2.0 ** np.round(np.log2(size))  # PETSc takes a residual of 1e-50 for none
+        self._rhs.scale(1 / size)
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
         reason = self._ksp.getConvergedReason()
@@ -237,7 +242,7 @@ class HeatEquation:
                 f"the heat equation was not solved: its linear solver ended with reason {reason} "
                 f"of PETSc's KSPConvergedReason; take shorter time steps"
             )
-        return self._solution.array_r.copy()
+        return size * self._solution.array_r
 
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float

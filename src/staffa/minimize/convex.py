@@ -19,9 +19,11 @@ from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 
 # A step that would lower the energy by less than this fraction of it changes nothing that counts.
 ENOUGH = 1e-13
-# Nor does one that changes the energy before by this fraction: a load that vanishes leaves a
-# billionth of a billionth of it, and round-off less.
+# Nor does one that changes the energy before the loads changed by this fraction: a load that is a
+# millionth of the last leaves 1e-12 of it, and that is still solved for as any.
 LEFT = 1e-25
+# A displacement of this fraction of the body, or of itself, is none.
+NOTHING = 1e-15
 MOST = 100
 # What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
 # with many cracks pressed shut.
@@ -39,7 +41,7 @@ class ConvexEnergy:
 
     `forces` fills its derivative, `stiffness` its second derivative, of the pattern of `matrix`;
     `stored` is the part of the energy that rock stores; `quadratic` says that the second derivative
-    does not depend on u.
+    does not depend on u; `length` is the body's (m).
     """
 
     matrix: PETSc.Mat
@@ -48,6 +50,7 @@ class ConvexEnergy:
     forces: Callable[[PETSc.Vec], None]
     stiffness: Callable[[PETSc.Mat], None]
     quadratic: bool = False
+    length: float = 0.0
 
     def model(self, at: PETSc.Vec) -> QuadraticEnergy:
         """The quadratic energy that agrees with it to second order at `at`, whatever that holds."""
@@ -102,7 +105,8 @@ def minimize(
     gap, met = float("inf"), False
     try:
         energy.move_to(u)
-        least = max(LEFT * energy.stored(), 1e-300)
+        nothing = elastic.pivot * (NOTHING * energy.length) ** 2
+        least = max(LEFT * energy.stored(), nothing, 1e-300)
         for number in range(MOST):
             energy.move_to(u)
             u.copy(way)
@@ -112,14 +116,15 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
-            if number and slope >= 0 and not held:
+            if number and not held and (slope >= 0 or not elastic.linear.direct):
                 slope = _downhill(elastic, forces, way)
-            last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), least)
+            last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
             # The first step may put on new prescribed values: it is no descent but a prediction.
             if number == 0:
                 met = elastic.meets(u, values)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
-            done = energy.quadratic or ((gap <= ENOUGH or stalls) and (met or number > 0))
+            small = gap <= ENOUGH or abs(slope) <= max(least, NOTHING**2 * elastic.spread(u))
+            done = energy.quadratic or ((small or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)
             elif slope < 0:
@@ -144,7 +149,7 @@ def minimize(
 def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
     """Overwrite a way, found as what u has to become, by the answer to the forces left; its slope.
 
-    Near the end they are a small part of all forces, to which the solver of the whole is exact.
+    Near the end they are less than what an iterative solver leaves of all forces.
     """
     answered = forces.copy()
     try:
