@@ -23,6 +23,9 @@ MOST = 100
 # What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
 # with many cracks pressed shut.
 ROUND_OFF = 1e-9
+# A step that is this part of the displacement is round-off, whatever the energy: next to no load it
+# has no digits of its own.
+STILL = 1e-11
 WAY_OUT = (
     'try solver.displacement = "direct", shorter time steps or a larger damage.residual_stiffness'
 )
@@ -112,6 +115,7 @@ def minimize(
             if number == 0:
                 met = elastic.meets(u, values)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
+            stalls = stalls or way.norm() <= STILL * u.norm()
             done = energy.quadratic or ((gap <= ENOUGH or stalls) and (met or number > 0))
             if done or number == 0:
                 u.axpy(1.0, way)
