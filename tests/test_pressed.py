@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import staffa
-from bodies import needs_gmsh
+from bodies import needs_gmsh, printed_on
 from meshes import written
 from staffa.cases.pressing import pressing
 from staffa.cases.preview import preview
@@ -246,7 +246,7 @@ def test_glass_fused_to_steel_that_cools_is_pressed_and_whole() -> None:
     assert last.energies.elastic == pytest.approx(energy, rel=1e-3)
     broken = ran(BIMATERIAL, "damage.split=none")
     assert broken[-1].energies.surface > 0
-    assert any("pressed rock breaks" in note for step in broken for note in step.audit.notes)
+    assert any("pressed rock: " in note for step in broken for note in step.audit.notes)
 
 
 HOT_CORE = """
@@ -441,7 +441,7 @@ def test_a_step_in_which_pressed_rock_breaks_says_so_with_the_place() -> None:
     whole, broken, after = ran(PUSHED_BAR, "damage.split=none")
     assert whole.audit.notes == ()
     (said,) = broken.audit.notes
-    assert said.startswith("pressed rock breaks: 100 % of the energy that drove damage")
+    assert said.startswith("pressed rock: 100 % of the energy that drove damage")
     assert 'take damage.split = "no-tension"' in said
     x, y = (float(c) for c in said.split("at (")[1].split(")")[0].split(", "))
     assert 0 <= x <= 1 and 0 <= y <= 0.3
@@ -454,3 +454,21 @@ def test_nothing_is_said_where_cold_cracks_rock_that_is_pulled() -> None:
     steps = ran(COOLED, *settings, "supports.left=rollers", "supports.right=rollers")
     assert steps[-1].energies.surface > 0.1
     assert all(step.audit.notes == () for step in steps)
+
+
+ON_RANKS = """
+from staffa.stack import MPI
+from test_pressed import PUSHED_BAR, ran
+weak = "toughness.bands=[{lower=[0.48,0.0],upper=[0.52,0.3],factor=0.9}]"
+for step in ran(PUSHED_BAR, "damage.split=none", "domain.h=0.04", "damage.ell=0.12", weak):
+    if MPI.COMM_WORLD.rank == 0:
+        print(step.index, *step.audit.notes)
+"""
+
+
+@pytest.mark.mpi
+def test_the_note_is_the_same_on_any_ranks() -> None:
+    """Its share and its place."""
+    alone, *others = (printed_on(ranks, ON_RANKS) for ranks in (1, 2, 3))
+    assert any("rock:" in line for line in alone)
+    assert all(found == alone for found in others)
