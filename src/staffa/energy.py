@@ -32,6 +32,8 @@ from staffa.strain import (
 
 # Exact for the damaged stiffness of simplices; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
 QUADRATURE_DEGREE = 2
+# One point in the middle of a cell.
+ONE_POINT = 1
 # A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
 FLAT = 1e-12
 
@@ -106,6 +108,17 @@ def crack_measure(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     return crack_density(alpha, rock) * ufl.sqrt(square / rough)
 
 
+def _one_point(domain: Domain) -> ufl.Measure:
+    """Integrals by one point in the middle of each cell.
+
+    They are said to be over cells of a number, which all are: in one kernel with another rule FFCx
+    0.11 sums a matrix wrongly (compare github.com/FEniCS/ffcx, issue 394).
+    """
+    own = np.arange(domain.mesh.topology.index_map(domain.dim).size_local, dtype=np.int32)
+    rule = {"quadrature_degree": ONE_POINT}
+    return ufl.Measure("dx", domain.mesh, subdomain_data=[(1, own)], metadata=rule)(1)
+
+
 class Energy:
     """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
@@ -135,6 +148,7 @@ class Energy:
         )
         u, alpha, T = state.u, state.alpha, state.T
         dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
+        middle = _one_point(domain)
 
         ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
@@ -150,9 +164,18 @@ class Energy:
         def density(e: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
             return rock.split.density(rock.elasticity.strained(e), stiffness_left)
 
+        def stored(u: fem.Function) -> ufl.Form:
+            """The elastic energy. Of reduced elements all that resists a change of volume, or of a
+            split differs from g psi, is integrated in the middle of each cell."""
+            e = strain(u, T, rock)
+            if not spaces.reduced:
+                return density(e) * dx
+            isochoric = stiffness_left * rock.elasticity.strained(e).isochoric
+            return isochoric * dx + (density(e) - isochoric) * middle
+
         def potential(u: fem.Function) -> ufl.Form:
             """All of the energy that depends on the displacement."""
-            elastic = density(strain(u, T, rock)) * dx
+            elastic = stored(u)
             loads = self.external.potential(u, alpha, cold, dx)
             return elastic if loads is None else elastic + loads
 
@@ -176,11 +199,11 @@ class Energy:
         if self.external.forces.in_cracks:  # the fluid's share of the traction
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
-        self._dx, self._ell = dx, ell
+        self._dx, self._ell = (middle if spaces.reduced else dx), ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(jit.form, comm=domain.comm)
-        self._elastic = form(density(strain(u, T, rock)) * dx)
+        self._elastic = form(stored(u))
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)

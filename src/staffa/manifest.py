@@ -47,6 +47,7 @@ class Manifest:
     if that was not recorded. profile: `temperature.profile` of the case, empty if not known.
     units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
     reference: the temperature (K) from which the field T counts, if that is one and is known.
+    elements: of the displacement, see `physics.locking`.
     """
 
     version: str
@@ -83,6 +84,7 @@ class Manifest:
     profile: str = ""
     units: dict[str, Unit] = field(default_factory=dict)
     reference: float | None = None
+    elements: str = "linear"
     format: int = 1
 
     @cached_property

@@ -9,6 +9,7 @@ from staffa.stack import MPI
 import numpy as np
 
 from staffa.arguments import require
+from staffa.cases.elements import elements_of
 from staffa.cases.forces import forces
 from staffa.cases.heat import conduction
 from staffa.cases.material import check_rock, materials, parts
@@ -73,6 +74,7 @@ def problem(
     times = schedule(derived.times, derived.requested, pace(case, derived))
     return Problem(
         domain=domain,
+        elements=elements_of(case),
         material=material,
         regions=regions,
         load=_load(case, derived, temperature, domain, times),

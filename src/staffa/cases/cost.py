@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import ceil
 
+from staffa.cases.elements import displacement_unknowns
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 from staffa.cases.rules import adaptive
@@ -55,11 +56,6 @@ def _without_cracks(case: Case, keys: AdaptiveTau | AdaptiveTime) -> int:
         now += max(float(keys.shortest), growth * now)
         number += 1
     return number + max(0, ceil((keys.stop - now) / keys.longest))
-
-
-def displacement_unknowns(case: Case) -> int:
-    """About how many there are."""
-    return case.dim * case.outline.n_vertices
 
 
 def memory(case: Case) -> float:

@@ -62,6 +62,14 @@ class DomainKeys(Section):
         "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
         examples=["quadrilateral"],
     )
+    elements: Literal["linear", "quadratic", "reduced"] | None = Field(
+        default=None,
+        description="of the displacement: linear; quadratic (triangles and tetrahedra); reduced "
+        "(quadrilaterals and hexahedra: the volume change in the middle of each cell alone). "
+        "Default: linear, but quadratic or reduced where nu is 0.45 or more in plane strain or "
+        "3-D, where linear ones are too stiff (docs/how-to-choose-a-solver.md)",
+        examples=["linear"],
+    )
     _file: Path | None = PrivateAttr(default=None)
     _outline: Outline | None = PrivateAttr(default=None)
 

@@ -316,6 +316,7 @@ def describe(
         profile="" if own_load else case.temperature.profile,
         units=units(case, derived),
         reference=None if own_load else reference(case),
+        elements=setup.elements,
     )
 
 
