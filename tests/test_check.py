@@ -57,7 +57,12 @@ PROVOKED = [
         "is insulated, end at tau = 1, or make the body 1.1 deep",
     ),
     (
-        ('material.plane="strain"', "material.nu=0.495", 'domain.elements="linear"'),
+        (
+            'material.plane="strain"',
+            "material.nu=0.495",
+            'domain.elements="linear"',
+            "temperature.severity=2.4",
+        ),
         'domain.elements = "linear" with nu = 0.495 (material): they lock, and the body is about',
     ),
     (
@@ -88,6 +93,7 @@ PROVOKED = [
             'material.plane="strain"',
             "regions.a={lower=[0,0], upper=[2,1], nu=0.495}",
             'domain.elements="linear"',
+            "temperature.severity=2.4",
         ),
         """with nu = 0.495 (region 'a'): they lock""",
     ),

@@ -1,6 +1,7 @@
 """What `check` says of elements: which a case takes, and how much too stiff linear ones are."""
 
 from collections.abc import Iterator
+from math import sqrt
 
 from staffa.cases.elements import cells_of, elements_of, is_constrained, largest_nu
 from staffa.cases.model import Case
@@ -25,6 +26,17 @@ def element_facts(case: Case) -> list[tuple[str, str, str]]:
     return [("elements", elements, f"{MEANINGS[elements]}: {why}" if elements != LINEAR else why)]
 
 
+def cells_across(case: Case) -> float:
+    """Cells over the smallest extent of a body; of a mesh in the plane over the mean width of what
+    holes leave of it, twice its area over its edge, which has 2 V - C facets (Euler)."""
+    body = case.outline
+    found = min(body.size) / body.h
+    facets = 2 * body.n_vertices - body.n_cells
+    if case.domain.file is None or case.dim == 3 or facets <= 0:
+        return found
+    return min(found, sqrt(3) / 2 * body.n_cells / facets)
+
+
 def locking_cautions(case: Case) -> Iterator[str]:
     """That linear elements are kept where they lock, and by how much they do."""
     if elements_of(case) != LINEAR or not is_constrained(case):
@@ -32,10 +44,10 @@ def locking_cautions(case: Case) -> Iterator[str]:
     nu, piece = largest_nu(case)
     if nu < FROM:
         return
-    cells, across = cells_of(case), min(case.outline.size) / case.outline.h
+    cells, across = cells_of(case), cells_across(case)
     yield (
         f'domain.elements = "{LINEAR}" with nu = {nu:.4g} ({piece.name}): they lock, and the body '
         f"is about {100 * too_stiff(nu, cells, across):.2g} % too stiff with {across:.3g} cells "
-        f"over its smallest extent, its cracks and thin parts more; take "
-        f'domain.elements = "{cures(cells)}", or leave it out'
+        f'across it, more at cracks and in thin parts; take domain.elements = "{cures(cells)}", or '
+        f"leave it out"
     )
