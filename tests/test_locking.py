@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from staffa.stack import MPI
@@ -33,6 +34,7 @@ from staffa.io.run_directory import read_manifest, read_run
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.minimize.alternate import equilibrium
 from staffa.physics.locking import too_stiff
+from test_opening import AT, LONG, NU, cooled, seen
 
 CELLS = ("quadrilateral", "triangle", "hexahedron", "tetrahedron")
 CURES = dict(zip(CELLS, ("reduced", "quadratic") * 2, strict=True))
@@ -316,6 +318,23 @@ def test_a_body_that_only_shrinks_has_no_stress() -> None:
     stress[:, 2, 2] = 0.0
     assert held > 0.5 and np.abs(stress).max() < 1e-9 * held
     system.destroy()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cells", CELLS[:2])
+def test_openings_are_the_jumps_across_cracks(cells: str, tmp_path: Path) -> None:
+    """Of two cracks that cold has opened, to 5 %: the strain across them is no longer constant in a
+    cell."""
+    made = replace(cooled(LONG / 5, "plane strain", cells=cells), elements=CURES[cells])
+    found = seen(made, tmp_path / "fields.vtkhdf")
+    right = found.reference(
+        reach=2 * LONG / 5, expansion=1.0, rock=(1.0, NU, "plane strain"), rest=0.0
+    )
+    assert found.network.volume == pytest.approx(found.volume, rel=0.003)
+    for x in AT.values():
+        here = np.isfinite(right) & (np.abs(found.middles[:, 0] - x) < 0.2)
+        size = found.network.sizes[here]
+        assert size @ found.opening[here] == pytest.approx(size @ right[here], rel=0.05), x
 
 
 # --- files, ranks, restarts ---

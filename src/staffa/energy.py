@@ -22,6 +22,7 @@ from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
+from staffa.quadrature import in_the_middle, over_cells
 from staffa.records import Energies
 from staffa.strain import (
     AnisotropicRock,
@@ -30,10 +31,6 @@ from staffa.strain import (
     elastic_strain,
 )
 
-# Exact for the damaged stiffness of simplices; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
-QUADRATURE_DEGREE = 2
-# One point in the middle of a cell.
-ONE_POINT = 1
 # A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
 FLAT = 1e-12
 
@@ -108,17 +105,6 @@ def crack_measure(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     return crack_density(alpha, rock) * ufl.sqrt(square / rough)
 
 
-def _one_point(domain: Domain) -> ufl.Measure:
-    """Integrals by one point in the middle of each cell.
-
-    They are said to be over cells of a number, which all are: in one kernel with another rule FFCx
-    0.11 sums a matrix wrongly (compare github.com/FEniCS/ffcx, issue 394).
-    """
-    own = np.arange(domain.mesh.topology.index_map(domain.dim).size_local, dtype=np.int32)
-    rule = {"quadrature_degree": ONE_POINT}
-    return ufl.Measure("dx", domain.mesh, subdomain_data=[(1, own)], metadata=rule)(1)
-
-
 class Energy:
     """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
@@ -147,8 +133,7 @@ class Energy:
             rock.split, plane_stress=rock.plane_stress
         )
         u, alpha, T = state.u, state.alpha, state.T
-        dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
-        middle = _one_point(domain)
+        dx, middle = over_cells(domain), in_the_middle(domain)
 
         ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
