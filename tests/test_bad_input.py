@@ -111,6 +111,8 @@ VALUES = [
     ('domain.h="9**9**9**9 m"', "domain.h", 'write it like "5 mm"'),
     ('domain.cells="hexahedron"', "domain.cells", "use quadrilateral or triangle or unstructured"),
     ('domain.cells="triangel"', "domain.cells", "Did you mean 'triangle'?"),
+    ('domain.elements="cubic"', "domain.elements", '"linear", "quadratic", "reduced"'),
+    ('domain.elements="quadratic"', "does not fit quadrilateral cells", '"linear" and "reduced"'),
     ("domain.cells=4", "domain.cells = 4", '"quadrilateral", "triangle"'),
     # the rock
     ("material.E=-70.0", "material.E = -70.0", "larger than zero"),

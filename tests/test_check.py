@@ -58,8 +58,13 @@ PROVOKED = [
         "is insulated, end at tau = 1, or make the body 1.1 deep",
     ),
     (
-        ('material.plane="strain"', "material.nu=0.495", "temperature.severity=2.4"),
-        "the elements lock",
+        (
+            'material.plane="strain"',
+            "material.nu=0.495",
+            'domain.elements="linear"',
+            "temperature.severity=2.4",
+        ),
+        'domain.elements = "linear" with nu = 0.495 (material): they lock, and the body is about',
     ),
     (
         ("toughness.amplitude=0.1", "toughness.correlation_length=0.01"),
@@ -88,9 +93,10 @@ PROVOKED = [
         (
             'material.plane="strain"',
             "regions.a={lower=[0,0], upper=[2,1], nu=0.495}",
+            'domain.elements="linear"',
             "temperature.severity=2.4",
         ),
-        "regions.a.nu = 0.495: above 0.49 the elements lock",
+        """with nu = 0.495 (region 'a'): they lock""",
     ),
     (
         ("supports.top=clamped", "forces.top.pressure=1.0"),

@@ -51,15 +51,16 @@ def volume(domain: Domain, degree: int | None = None) -> Measure:
     """
     raised = RAISED if domain.axial else 0
     metadata = None if degree is None else {"quadrature_degree": degree + raised}
-    return _around(domain, ufl.Measure("dx", domain.mesh, metadata=metadata))
+    return around(domain, ufl.Measure("dx", domain.mesh, metadata=metadata))
 
 
 def surface(domain: Domain, tags: object = None) -> Measure:
     """ds of a body, as `volume` is its dx; tags: the numbers of its sides."""
-    return _around(domain, ufl.Measure("ds", domain.mesh, subdomain_data=tags))
+    return around(domain, ufl.Measure("ds", domain.mesh, subdomain_data=tags))
 
 
-def _around(domain: Domain, plain: ufl.Measure) -> Measure:
+def around(domain: Domain, plain: ufl.Measure) -> Measure:
+    """A measure of the section as one of the body."""
     if not domain.axial:
         return plain
     return Around(plain=plain, r=ufl.SpatialCoordinate(domain.mesh)[0])
@@ -76,9 +77,9 @@ def divergence(domain: Domain, u: fem.Function) -> ufl.core.expr.Expr:
 
 
 def held_by_axis(domain: Domain, spaces: Spaces) -> np.ndarray:
-    """Entries of the displacement along r of vertices on the axis: local, owned, shape (n,)."""
+    """Entries of the displacement along r of nodes on the axis: local, owned, shape (n,)."""
     if not domain.axial:
         return np.zeros(0, dtype=np.int32)
-    owned = spaces.alpha.dofmap.index_map.size_local
-    r = vertices(spaces.alpha)[:owned, 0]
+    owned = spaces.nodes.dofmap.index_map.size_local
+    r = vertices(spaces.nodes)[:owned, 0]
     return (domain.dim * np.flatnonzero(on_axis(r, domain.size))).astype(np.int32)

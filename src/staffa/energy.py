@@ -24,6 +24,7 @@ from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import AXIAL, PLANE_STRESS
 from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
+from staffa.quadrature import DEGREE, in_the_middle
 from staffa.records import Energies
 from staffa.strain import (
     AnisotropicRock,
@@ -32,8 +33,6 @@ from staffa.strain import (
     elastic_strain,
 )
 
-# Exact for the damaged stiffness of simplices; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
-QUADRATURE_DEGREE = 2
 # A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
 FLAT = 1e-12
 
@@ -136,7 +135,7 @@ class Energy:
             rock.split, plane_stress=rock.plane_stress
         )
         u, alpha, T = state.u, state.alpha, state.T
-        dx = axis.volume(domain, QUADRATURE_DEGREE)
+        dx, middle = axis.volume(domain, DEGREE), in_the_middle(domain)
 
         ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
@@ -153,9 +152,18 @@ class Energy:
         def density(e: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
             return rock.split.density(rock.elasticity.strained(e), stiffness_left)
 
+        def stored(u: fem.Function) -> ufl.Form:
+            """The elastic energy. Of reduced elements all that resists a change of volume, or of a
+            split differs from g psi, is integrated in the middle of each cell."""
+            e = strain(u, T, rock)
+            if not spaces.reduced:
+                return density(e) * dx
+            isochoric = stiffness_left * rock.elasticity.strained(e).isochoric
+            return isochoric * dx + (density(e) - isochoric) * middle
+
         def potential(u: fem.Function) -> ufl.Form:
             """All of the energy that depends on the displacement."""
-            elastic = density(strain(u, T, rock)) * dx
+            elastic = stored(u)
             loads = self.external.potential(u, alpha, cold, dx)
             return elastic if loads is None else elastic + loads
 
@@ -183,11 +191,11 @@ class Energy:
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
         self.strained = lambda: rock.elasticity.strained(strain(u, T, rock))
-        self._dx, self._ell = dx, ell
+        self._dx, self._ell = (middle if spaces.reduced else dx), ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
         form = partial(jit.form, comm=domain.comm)
-        self._elastic = form(density(strain(u, T, rock)) * dx)
+        self._elastic = form(stored(u))
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)

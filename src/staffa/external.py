@@ -40,8 +40,11 @@ class External:
         self._domain, self._spaces, self._density = domain, spaces, density
         self._x = vertices(spaces.alpha).T
         self._varying: list[Varying] = []
+        vectors = spaces.u
+        if spaces.quadratic:  # what presses is linear along an edge, whatever moves there
+            vectors = fem.functionspace(domain.mesh, ("Lagrange", 1, (domain.dim,)))
         self._on_sides = [
-            (number, self._vary(t.force, spaces.u), self._vary(t.pressure, spaces.alpha))
+            (number, self._vary(t.force, vectors), self._vary(t.pressure, spaces.alpha))
             for number, t in enumerate(forces.sides)
         ]
         self.pore_pressure = self._at_corners(forces)

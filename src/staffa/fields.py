@@ -1,6 +1,7 @@
 """The unknown fields on a mesh: displacement, damage, temperature, and the bounds of the damage."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from staffa.stack import PETSc
 
@@ -8,8 +9,9 @@ import numpy as np
 from dolfinx import fem, la
 
 from staffa.domain import Domain
-from staffa.errors import StaffaError
+from staffa.errors import InputError, StaffaError
 from staffa.parallel import any_over_ranks
+from staffa.physics.locking import LINEAR, QUADRATIC, REDUCED, cures
 
 # Vertices on a side may lie outside the other mesh by round-off: by this fraction of a cell.
 OUTSIDE = 1e-6
@@ -17,25 +19,68 @@ OUTSIDE = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Spaces:
-    """Linear elements: vectors for u, scalars for alpha and T, a constant a cell for properties."""
+    """Vectors for u, linear scalars for alpha and T, a constant a cell for properties.
+
+    nodes: scalars at the nodes of u, numbered as u is: `alpha` itself where u is linear too, the
+    vertices and the middles of edges where it is quadratic. reduced: whether the volume change is
+    integrated with one point a cell, see `energy`.
+    """
 
     u: fem.FunctionSpace
     alpha: fem.FunctionSpace
     cell: fem.FunctionSpace
+    nodes: fem.FunctionSpace
+    reduced: bool = False
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether the displacement is."""
+        return self.nodes is not self.alpha
+
+    @cached_property
+    def vertex_nodes(self) -> np.ndarray:
+        """The node of u at each vertex of alpha, ghosts included, shape (n_vertices,)."""
+        vertices, nodes = self.alpha.dofmap.list, self.nodes.dofmap.list
+        index_map = self.alpha.dofmap.index_map
+        found = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
+        # The nodes of a cell begin with its corners, in their order.
+        found[vertices.ravel()] = nodes[:, : vertices.shape[1]].ravel()
+        return found
 
 
-def linear_spaces(domain: Domain) -> Spaces:
-    """The spaces on a domain. Vertex i of alpha is vertex i of u on every rank. Collective."""
+def spaces_on(domain: Domain, elements: str = LINEAR) -> Spaces:
+    """The spaces on a domain. Node i of `nodes` is node i of u on every rank. Collective.
+
+    elements: "linear", "quadratic" (of triangles and tetrahedra) or "reduced" (of quadrilaterals
+    and hexahedra), see `physics.locking`.
+
+    Raises
+    ------
+    InputError
+        The cells have no such elements.
+    """
     mesh = domain.mesh
+    shape = mesh.topology.cell_name()
+    if elements not in (LINEAR, cures(shape)):
+        raise InputError(f"{shape} cells have no {elements} elements; take {cures(shape)}")
+    degree = 2 if elements == QUADRATIC else 1
+    alpha = fem.functionspace(mesh, ("Lagrange", 1))
     spaces = Spaces(
-        u=fem.functionspace(mesh, ("Lagrange", 1, (domain.dim,))),
-        alpha=fem.functionspace(mesh, ("Lagrange", 1)),
+        u=fem.functionspace(mesh, ("Lagrange", degree, (domain.dim,))),
+        alpha=alpha,
         cell=fem.functionspace(mesh, ("Discontinuous Lagrange", 0)),
+        nodes=alpha if degree == 1 else fem.functionspace(mesh, ("Lagrange", degree)),
+        reduced=elements == REDUCED,
     )
-    same = np.array_equal(spaces.u.dofmap.list, spaces.alpha.dofmap.list)
+    same = np.array_equal(spaces.u.dofmap.list, spaces.nodes.dofmap.list)
     if any_over_ranks(domain.comm, not same):
         raise StaffaError("displacement and damage number the vertices differently on this mesh")
     return spaces
+
+
+def linear_spaces(domain: Domain) -> Spaces:
+    """The spaces with a linear displacement, whose nodes are the vertices. Collective."""
+    return spaces_on(domain)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +140,12 @@ def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
     vector.array_w[:] = owned(function)
 
 
+def at_vertices(u: fem.Function, spaces: Spaces) -> np.ndarray:
+    """Values of the displacement at the vertices that this rank owns, shape (n, dim)."""
+    values = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
+    return values[spaces.vertex_nodes[: spaces.alpha.dofmap.index_map.size_local]]
+
+
 def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
     """True at the vertices of some of this rank's own cells, or of another's; ghosts included.
 
@@ -108,7 +159,8 @@ def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
 
 
 def vertices(space: fem.FunctionSpace) -> np.ndarray:
-    """Coordinates of the vertices (owned, then ghosts), shape (n, 3)."""
+    """Coordinates of the nodes (owned, then ghosts), shape (n, 3): of linear elements the
+    vertices."""
     return space.tabulate_dof_coordinates()
 
 

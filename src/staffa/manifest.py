@@ -48,6 +48,7 @@ class Manifest:
     units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
     axial: the body is one of revolution, and its numbers are of all of it.
     reference: the temperature (K) from which the field T counts, if that is one and is known.
+    elements: of the displacement, see `physics.locking`.
     """
 
     version: str
@@ -85,6 +86,7 @@ class Manifest:
     units: dict[str, Unit] = field(default_factory=dict)
     reference: float | None = None
     axial: bool = False
+    elements: str = "linear"
     format: int = 1
 
     @cached_property

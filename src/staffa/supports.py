@@ -102,7 +102,7 @@ def build_supports(
 ) -> Supports:
     """Turn supports by side into degrees of freedom, and pin what rigid motions they leave.
 
-    The pins are as many components of single vertices as there are free rigid motions, so that
+    The pins are as many components of single nodes as there are free rigid motions, so that
     they carry no reaction under loads in equilibrium, and bend nothing. They are sought on the
     boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
     all boundaries, or on the whole surface if none has a name. On the axis of a body of revolution
@@ -124,7 +124,7 @@ def build_supports(
     number = np.array([follows.get(dof, -1) for dof in fixed.tolist()], dtype=np.int64)
     return Supports(
         fixed=fixed,
-        points=vertices(spaces.alpha)[fixed // domain.dim].T,
+        points=vertices(spaces.nodes)[fixed // domain.dim].T,
         displacements=tuple(
             (displacement, np.flatnonzero(number == k))
             for k, displacement in enumerate(displacements)
@@ -137,8 +137,8 @@ def build_supports(
 
 def _dofs(domain: Domain, spaces: Spaces, side: str, axis: int) -> np.ndarray:
     facets = domain.facets(side)
-    found = fem.locate_dofs_topological(spaces.alpha, domain.dim - 1, facets)
-    return found[found < spaces.alpha.dofmap.index_map.size_local] * domain.dim + axis
+    found = fem.locate_dofs_topological(spaces.nodes, domain.dim - 1, facets)
+    return found[found < spaces.nodes.dofmap.index_map.size_local] * domain.dim + axis
 
 
 def _section_modes(
@@ -149,8 +149,8 @@ def _section_modes(
     if domain.dim != 2 or domain.axial:
         raise InputError("a section that stretches or bends is for flat 2-D cells; use rollers")
     moved = np.asarray(_dofs(domain, spaces, "right", 0), dtype=np.int32)
-    x = vertices(spaces.alpha)
-    stretch = np.zeros(2 * spaces.alpha.dofmap.index_map.size_local)
+    x = vertices(spaces.nodes)
+    stretch = np.zeros(2 * spaces.nodes.dofmap.index_map.size_local)
     stretch[moved] = 1.0
     if not section.bending:
         return moved, (stretch,)
@@ -170,9 +170,9 @@ def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
     """
     dim = domain.dim
     if domain.axial:
-        along = np.tile([0.0, 1.0], len(vertices(spaces.alpha)))
+        along = np.tile([0.0, 1.0], len(vertices(spaces.nodes)))
         return along[:, None]
-    x = (vertices(spaces.alpha)[:, :dim] - _middle(domain)) / max(domain.size)
+    x = (vertices(spaces.nodes)[:, :dim] - _middle(domain)) / max(domain.size)
     planes = [(0, 1)] if dim == 2 else [(0, 1), (1, 2), (2, 0)]
     modes = np.zeros((len(x), dim, dim + len(planes)))
     for axis in range(dim):
@@ -199,10 +199,10 @@ def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) 
         facets = np.unique(np.concatenate([domain.facets(name) for name in names]))
     else:
         facets = exterior_facet_indices(domain.mesh.topology)
-    candidates = fem.locate_dofs_topological(spaces.alpha, dim - 1, facets)
+    candidates = fem.locate_dofs_topological(spaces.nodes, dim - 1, facets)
     candidates = candidates[candidates * dim < n_owned]
     dofs = (candidates[:, None] * dim + np.arange(dim)).ravel()
-    x = vertices(spaces.alpha) / max(domain.size)
+    x = vertices(spaces.nodes) / max(domain.size)
     local_range = spaces.u.dofmap.index_map.local_range[0] * dim
     pins = []
     for _ in range(free.shape[1]):
@@ -215,7 +215,7 @@ def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) 
             k = max(range(len(dofs)), key=keys.__getitem__)
             best = (*keys[k], float(local_range + dofs[k]), *free[dofs[k]])
         chosen = best_candidate(comm, best)
-        assert chosen is not None and chosen[0] > 1e-6, "no vertex to pin the body at"
+        assert chosen is not None and chosen[0] > 1e-6, "no node to pin the body at"
         dof = int(chosen[5]) - local_range
         row = np.array(chosen[6:])
         if 0 <= dof < n_owned:

@@ -9,6 +9,7 @@ import numpy as np
 
 from staffa.arguments import require
 from staffa.cases.covering import check_files
+from staffa.cases.elements import elements_of
 from staffa.cases.forces import forces
 from staffa.cases.given_files import factors, in_body
 from staffa.cases.heat import conduction
@@ -81,6 +82,7 @@ def problem(
     times = plan(case, derived)
     return Problem(
         domain=domain,
+        elements=elements_of(case),
         material=material,
         regions=regions,
         load=_load(case, derived, temperature, domain, times),

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from staffa.cases.elements import displacement_unknowns
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
 from staffa.cases.pace import plan
@@ -45,11 +46,6 @@ def steps(case: Case, derived: Numbers) -> Steps:
         walk.onward(time, 0.0)
         number += 1
     return Steps(number=number, open=times.pace is not None)
-
-
-def displacement_unknowns(case: Case) -> int:
-    """About how many there are."""
-    return case.dim * case.outline.n_vertices
 
 
 def memory(case: Case) -> float:

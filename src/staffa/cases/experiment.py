@@ -321,6 +321,7 @@ def describe(
         units=units(case, derived),
         axial=domain.axial,
         reference=None if own_load else reference(case),
+        elements=setup.elements,
     )
 
 

@@ -88,6 +88,9 @@ class Keeper:
         self._h = h
         self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
         self._numbering = Numbering(comm, system.spaces.alpha)
+        self._of_u = self._numbering
+        if system.spaces.quadratic:
+            self._of_u = Numbering(comm, system.spaces.nodes)
         self._names: dict[int, str] = {}  # of states of the history that are on disk
         self._mesh: str | None = None
         self._saved_at, self._steps = -1, 0  # how many lines there were, and the steps since
@@ -112,11 +115,11 @@ class Keeper:
         if self._mesh is None:
             self._mesh = self._write({"points": self._numbering.points})
         numbers = stands.numbers()
-        state = self._write({k: self._numbering.whole(v) for k, v in stands.fields().items()})
+        state = self._write({k: self._of(k).whole(v) for k, v in stands.fields().items()})
         known = {number: self._names.get(number) for number in stands.states}
         for number, name in known.items():
             known[number] = name or self._write(
-                {k: self._numbering.whole(v) for k, v in stands.past_fields(number).items()}
+                {k: self._of(k).whole(v) for k, v in stands.past_fields(number).items()}
             )
         self._names = {number: str(name) for number, name in known.items()}
         past = list(self._names.values())
@@ -193,9 +196,13 @@ class Keeper:
             return sorted(arrays)
 
         return {
-            field: self._with_ghosts(self._numbering.share(arrays.get(field)))
+            field: self._with_ghosts(self._of(field).share(arrays.get(field)))
             for field in on_root(self.comm, read)
         }
+
+    def _of(self, field: str) -> Numbering:
+        """The order in which a field is kept."""
+        return self._of_u if field == "u" else self._numbering
 
     def _with_ghosts(self, own: np.ndarray) -> np.ndarray:
         spaces = self._system.spaces

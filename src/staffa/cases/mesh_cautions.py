@@ -11,8 +11,9 @@ import numpy as np
 from staffa.cases.amounts import amount, at_least, at_most
 from staffa.cases.cost import coarser_for, memory
 from staffa.cases.edge_cautions import long_edges
+from staffa.cases.locking import locking_cautions
 from staffa.cases.model import Case
-from staffa.cases.pieces import averages, box_of, pieces
+from staffa.cases.pieces import box_of, pieces
 from staffa.cases.property_keys import RandomField
 from staffa.cases.rules.supports import pulled_axes
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
@@ -21,7 +22,6 @@ from staffa.geometry.gmsh_model import missing
 from staffa.geometry.msh import WAY_OUT
 from staffa.unstructured import MISSING
 
-LOCKING = 0.49  # above it linear elements are too stiff where the volume is constrained
 MUCH_LEFT = 1e-3  # of the stiffness, in a crack
 WIDTH = 4.0  # of a crack's damage with AT1, over ell
 
@@ -44,7 +44,7 @@ def mesh_cautions(case: Case) -> Iterator[str]:
     yield from _of_ell(case)
     yield from _of_residual_stiffness(case)
     yield from _of_noise(case)
-    yield from _of_locking(case)
+    yield from locking_cautions(case)
     yield from _of_regions(case)
     yield from _of_shape(case)
     yield from _of_memory(case)
@@ -104,18 +104,6 @@ def _written(case: Case) -> Iterator[tuple[str, Any]]:
             if id(value) not in seen:
                 yield where, value
             seen.add(id(value))
-
-
-def _of_locking(case: Case) -> Iterator[str]:
-    locking: set[float] = set()
-    for piece in pieces(case):
-        nu = averages(piece).nu
-        if nu > LOCKING and not case.plane_stress and nu not in locking:
-            locking.add(nu)
-            yield (
-                f"{piece.where}.nu = {nu:g}: above {LOCKING} the elements lock, and the body is "
-                f"too stiff; take {LOCKING} or less"
-            )
 
 
 def _of_regions(case: Case) -> Iterator[str]:

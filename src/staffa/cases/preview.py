@@ -10,8 +10,10 @@ from staffa.cases.cooling_cautions import WAVELENGTH
 from staffa.cases.cost import WITHIN, Steps, duration, memory, steps
 from staffa.cases.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.cases.curves import visited_times
+from staffa.cases.elements import displacement_unknowns
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.holding import holding, laterally_held
+from staffa.cases.locking import element_facts
 from staffa.cases.mesh_cautions import cell_edge
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
@@ -50,6 +52,7 @@ def preview(case: Case) -> Preview:
     require_loaded(case)
     derived = numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
+    facts += element_facts(case)
     facts.append(("held", *holding(case)))
     facts += _split_facts(case, derived)
     if derived.cooled:
@@ -262,7 +265,7 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
 def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
     planned = steps(case, derived)
-    unknowns = f"{case.dim * n_vertices:,} + {n_vertices:,}"
+    unknowns = f"{displacement_unknowns(case):,} + {n_vertices:,}"
     fields = "displacement and damage"
     if case.heat is not None:
         unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"

@@ -271,6 +271,12 @@ def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
             f"{directory} was run with the law {manifest.law} and the split {manifest.split}, not "
             f"{law} and {split}; go on with the same ones"
         )
+    if setup.elements != manifest.elements:
+        raise InputError(
+            f"{directory} was run with {manifest.elements} elements, where this staffa takes "
+            f"{setup.elements} ones; go on with the staffa that began it, "
+            f"{manifest.version}, or run the case again"
+        )
     if setup.domain.identity != manifest.mesh:
         raise InputError(
             f"{directory}: the mesh that is made now is not that of the run; use the versions that "

@@ -16,6 +16,7 @@ from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.loads.forces import Forces
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.physics.elasticity import Elasticity, PointFunction, Property
+from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, EnergySplit
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
@@ -129,8 +130,9 @@ class Measuring:
 class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
-    regions: the rock of the domain's regions that differs from `material`; ell, the laws, the plane
-    state and what is cracked are the body's, those of `material`.
+    elements: of the displacement, see `physics.locking`. regions: the rock of the domain's regions
+    that differs from `material`; ell, the laws, the plane state and what is cracked are the body's,
+    those of `material`.
     load: where the temperature comes from, a closed form or the heat equation. forces: what else
     acts; those of t = 0, with the prestress, are in equilibrium before the first step.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
@@ -139,6 +141,7 @@ class Problem:
     """
 
     domain: Domain
+    elements: str = LINEAR
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
     load: Load | Conduction

@@ -23,7 +23,7 @@ from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.records import Energies, Heat, made
 
-# The fields of `snapshot`, in its order; u has a value for each component at a vertex.
+# The fields of `snapshot`, in its order; u has a value for each component at a node.
 FIELDS = ("u", "alpha", "T", "lower")
 # Those of a state of `History`.
 PAST_FIELDS = ("alpha", "T")
@@ -72,9 +72,9 @@ class Standing:
         }
 
     def fields(self) -> dict[str, np.ndarray]:
-        """The fields, ghosts included: shape (n_local,), of u (n_local, components)."""
+        """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
         fields = dict(zip(FIELDS, self.kept, strict=False))
-        return fields | {"u": fields["u"].reshape(len(fields["alpha"]), self.components)}
+        return fields | {"u": fields["u"].reshape(-1, self.components)}
 
     def past_fields(self, number: int) -> dict[str, np.ndarray]:
         """Those of one of the `states`, ghosts included."""

@@ -18,7 +18,7 @@ from staffa.fields import (
     State,
     Transfer,
     corners,
-    linear_spaces,
+    spaces_on,
     unit_bounds,
     vertices,
     write_vector,
@@ -103,7 +103,7 @@ def build(problem: Problem) -> System:
     """Compile, allocate, and set up. Collective."""
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     domain = problem.domain
-    spaces = linear_spaces(domain)
+    spaces = spaces_on(domain, problem.elements)
     state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
     _start_cracked(problem, state, bounds)
     cold = cooling(problem.load, domain, spaces)

@@ -8,7 +8,7 @@ from staffa.stack import MPI
 import numpy as np
 from dolfinx import plot
 
-from staffa.fields import Spaces, State, owned
+from staffa.fields import Spaces, State, at_vertices, owned
 from staffa.io.vtkhdf import VERTICES, Grid, write_vtkhdf
 from staffa.parallel import gather, on_root
 
@@ -17,7 +17,7 @@ class FieldWriter:
     """Writes states on one mesh, whose points and cells are gathered once. Collective."""
 
     def __init__(self, comm: MPI.Comm, spaces: Spaces) -> None:
-        self.comm = comm
+        self.comm, self.spaces = comm, spaces
         index_map = spaces.alpha.dofmap.index_map
         cells, types, x = plot.vtk_mesh(spaces.alpha)
         kind = int(comm.allreduce(int(types[0]) if len(types) else 0, op=MPI.MAX))
@@ -35,12 +35,11 @@ class FieldWriter:
     def write(
         self, path: Path, state: State, in_cells: Mapping[str, np.ndarray] | None = None
     ) -> None:
-        """Write u (m, three components), alpha and T (K) of a state; and values in its cells, shape
-        (n_owned, ...). Collective."""
-        dim = state.u.function_space.dofmap.index_map_bs
-        u = owned(state.u).reshape(-1, dim)
+        """Write u (m, three components), alpha and T (K) of a state at the vertices; and values in
+        its cells, shape (n_owned, ...). Collective."""
+        u = at_vertices(state.u, self.spaces)
         local = {
-            "u": np.pad(u, ((0, 0), (0, 3 - dim))),
+            "u": np.pad(u, ((0, 0), (0, 3 - u.shape[1]))),
             "alpha": owned(state.alpha).copy(),
             "T": owned(state.T).copy(),
         }

@@ -1,7 +1,8 @@
-"""Values at vertices in an order that no partition changes: that in which the mesh was made."""
+"""Values at nodes in an order that no partition changes: that in which the mesh was made."""
 
 from staffa.stack import MPI
 
+import basix
 import numpy as np
 from dolfinx import fem
 
@@ -10,37 +11,51 @@ from staffa.parallel import gather, scatter
 
 
 class Numbering:
-    """The way from the vertices of each rank to those of the whole mesh, on rank 0, and back.
+    """The way from the nodes of each rank to those of the whole mesh, on rank 0, and back.
 
-    The same mesh on other ranks has the same order (DOLFINx's `input_global_indices`), so that what
-    some ranks wrote any others read. Everything is collective.
+    Vertices stand in the order in which the mesh was made (DOLFINx's `input_global_indices`), and
+    the middles of edges by the two ends in that order, so that what some ranks wrote any others
+    read. Everything is collective.
     """
 
     def __init__(self, comm: MPI.Comm, space: fem.FunctionSpace) -> None:
-        """space: linear scalar elements."""
+        """space: scalar elements, linear or quadratic."""
         self.comm = comm
-        geometry = space.mesh.geometry
         points = vertices(space)
-        node = np.zeros(len(points), dtype=np.int64)
-        node[space.dofmap.list.ravel()] = geometry.dofmaps[0].ravel()
         self._owned = space.dofmap.index_map.size_local
-        places = gather(comm, geometry.input_global_indices[node[: self._owned]])
-        if places is not None:
-            self._order = np.argsort(np.concatenate(places))
-            self._ends = np.cumsum([len(part) for part in places])[:-1]
+        ends = gather(comm, _ends(space)[: self._owned])
+        if ends is not None:
+            self._order = np.lexsort(np.concatenate(ends).T)
+            self._ends = np.cumsum([len(part) for part in ends])[:-1]
         self.points = self.whole(points)
 
     def whole(self, values: np.ndarray) -> np.ndarray | None:
-        """Values of all vertices on rank 0, None elsewhere, from those of this rank, shape
+        """Values of all nodes on rank 0, None elsewhere, from those of this rank, shape
         (n_local,) or (n_local, components); ghosts are left out."""
         parts = gather(self.comm, np.ascontiguousarray(values[: self._owned]))
         return None if parts is None else np.concatenate(parts)[self._order]
 
     def share(self, whole: np.ndarray | None) -> np.ndarray:
-        """This rank's own values, from those of all vertices that rank 0 has."""
+        """This rank's own values, from those of all nodes that rank 0 has."""
         parts = None
         if whole is not None:
             own = np.empty_like(whole)
             own[self._order] = whole
             parts = np.split(own, self._ends)
         return scatter(self.comm, parts)
+
+
+def _ends(space: fem.FunctionSpace) -> np.ndarray:
+    """The ends of the edge of each node in the order in which the mesh was made, ghosts included,
+    shape (n, 2): of a vertex twice its own place."""
+    geometry, cells, element = space.mesh.geometry, space.dofmap.list, space.element.basix_element
+    known = geometry.input_global_indices[geometry.dofmaps[0]]
+    ends = np.zeros((len(vertices(space)), 2), dtype=np.int64)
+    for entities, nodes in zip(
+        basix.topology(element.cell_type)[:2], element.entity_dofs[:2], strict=True
+    ):
+        for corners, node in zip(entities, nodes, strict=True):
+            for number in node:
+                pair = known[:, [corners[0], corners[-1]]]
+                ends[cells[:, number]] = np.sort(pair, axis=1)
+    return ends

@@ -197,3 +197,15 @@ def isotropic_average(C: np.ndarray) -> tuple[float, float]:
     K = (direct + 2 * coupled) / 9
     G = (direct - coupled + 3 * np.trace(C[3:, 3:])) / 15
     return float(9 * K * G / (3 * K + G)), float((3 * K - 2 * G) / (2 * (3 * K + G)))
+
+
+def effective_nu(C: np.ndarray) -> np.ndarray:
+    """Poisson's ratio of isotropic rock whose volume and shape resist as those of stiffnesses do,
+    shape (n, 6, 6) -> (n,): the volume by Reuss's modulus, so that it nears 1/2 only where no
+    strain changes the volume at little cost; the shape by Voigt's."""
+    K = 1 / np.linalg.inv(C)[:, :3, :3].sum(axis=(1, 2))
+    direct = np.trace(C[:, :3, :3], axis1=1, axis2=2)
+    coupled = C[:, 0, 1] + C[:, 1, 2] + C[:, 0, 2]
+    G = (direct - coupled + 3 * np.trace(C[:, 3:, 3:], axis1=1, axis2=2)) / 15
+    nu: np.ndarray = (3 * K - 2 * G) / (2 * (3 * K + G))
+    return nu

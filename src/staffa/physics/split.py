@@ -37,6 +37,11 @@ class Strained:
     K: Any
     principal: Principal | None = None
 
+    @property
+    def isochoric(self) -> Any:
+        """The part of psi that no change of volume costs, psi - K/2 volume^2 >= 0."""
+        return self.psi - self.K / 2 * self.volume**2
+
 
 class EnergySplit(Protocol):
     """A rule for tension and compression.

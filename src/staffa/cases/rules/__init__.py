@@ -3,7 +3,7 @@
 from typing import Any
 
 from staffa.cases.amounts import is_scaled, unit
-from staffa.cases.domain_keys import BLOCKS
+from staffa.cases.elements import cells_of, displacement_unknowns, elements_of
 from staffa.cases.model import Case
 from staffa.cases.rules.anisotropy import (
     axes_are_directions,
@@ -21,6 +21,7 @@ from staffa.cases.rules.body import (
     bands_are_inside,
     cracks_are_inside,
     dimension_agrees,
+    elements_fit_the_cells,
     mesh_can_be_numbered,
     mesh_carries_cracks,
 )
@@ -73,7 +74,7 @@ from staffa.cases.rules.times import (
 )
 from staffa.cases.rules.units import nothing_is_one_by_default, units_are_not_mixed
 from staffa.cases.split import GAMMA, default_split
-from staffa.grid import SIDES, UNSTRUCTURED
+from staffa.grid import SIDES
 from staffa.units import Quantity
 
 __all__ = [
@@ -96,6 +97,7 @@ RULES = (
     dimension_agrees,
     section_is_possible,
     axis_is_no_face,
+    elements_fit_the_cells,
     faces_are_there,
     cracks_are_there,
     regions_are_places,
@@ -183,10 +185,9 @@ FEW = 30_000
 def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     """The defaults that depend on other keys: table -> keys."""
     two, keys = case.dim == 2, case.material
-    cells = case.domain.cells or (BLOCKS[case.dim] if case.domain.is_block else UNSTRUCTURED)
     absent = set(SIDES[3]) - set(case.outline.faces)
     found: dict[str, dict[str, Any]] = {
-        "domain": {"cells": cells},
+        "domain": {"cells": cells_of(case), "elements": elements_of(case)},
         "supports": dict.fromkeys(absent, None),
         "material": {"plane": (keys.plane or "stress") if two and not case.axial else None},
     }
@@ -199,7 +200,7 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
         found["damage"]["gamma"] = GAMMA
     if case.solver.displacement == "auto":
         split = found["damage"]["split"]
-        small = case.dim * case.outline.n_vertices <= FEW and split != "none"
+        small = displacement_unknowns(case) <= FEW and split != "none"
         found["solver"] = {"displacement": "direct" if two or small else "iterative"}
     ones = ONES_OF_HEAT if case.heat else ONES
     if case.forces is not None and case.forces.gravity is not None:

@@ -1,11 +1,13 @@
 """Rules on the body: its dimension, its mesh, and what is drawn into it."""
 
 from staffa.cases.amounts import unit
+from staffa.cases.elements import cells_of, displacement_unknowns
 from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.grid import UNSTRUCTURED
+from staffa.physics.locking import LINEAR, QUADRATIC, cures
 
 CELLS = {
     2: ("quadrilateral", "triangle", UNSTRUCTURED),
@@ -28,6 +30,17 @@ def dimension_agrees(case: Case) -> None:
         raise InputError(
             f'material.plane = "{case.material.plane}" is for 2-D bodies, and this one is 3-D; '
             f"leave it out"
+        )
+
+
+def elements_fit_the_cells(case: Case) -> None:
+    """Linear elements are for all cells, quadratic and reduced ones each for some."""
+    elements, cells = case.domain.elements, cells_of(case)
+    if elements not in (None, LINEAR, cures(cells)):
+        kind = "simplices" if cures(cells) == QUADRATIC else "quadrilaterals and hexahedra"
+        raise InputError(
+            f'domain.elements = "{elements}" does not fit {cells} cells: {kind} have '
+            f'"{LINEAR}" and "{cures(cells)}" ones; take one of these, or leave it out'
         )
 
 
@@ -54,7 +67,7 @@ def mesh_carries_cracks(case: Case) -> None:
 
 def mesh_can_be_numbered(case: Case) -> None:
     """Not more unknowns than a 32-bit number counts."""
-    unknowns = case.dim * case.outline.n_vertices
+    unknowns = displacement_unknowns(case)
     if unknowns > LARGEST:
         raise InputError(
             f"{_edge_in_words(case)} gives {unknowns:.2g} unknowns of displacement, "

@@ -1,0 +1,68 @@
+"""Which elements the displacement of a case takes, and why; no finite elements."""
+
+from typing import Any
+
+import numpy as np
+
+from staffa.cases.anisotropy import elasticity
+from staffa.cases.domain_keys import BLOCKS
+from staffa.cases.model import Case
+from staffa.cases.pieces import Piece, pieces
+from staffa.cases.properties import in_space, point_property
+from staffa.cases.rock_keys import is_isotropic
+from staffa.grid import UNSTRUCTURED
+from staffa.physics.elasticity import effective_nu
+from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
+
+
+def cells_of(case: Case) -> str:
+    """The shape of its cells, "unstructured" for triangles or tetrahedra of Gmsh."""
+    given = case.domain.cells
+    return given or (BLOCKS[case.dim] if case.domain.is_block else UNSTRUCTURED)
+
+
+def is_constrained(case: Case) -> bool:
+    """Whether the volume can only change with the elements': not in plane stress, where the body
+    is free to grow thicker."""
+    return case.dim == 3 or case.axial or case.material.plane == "strain"
+
+
+def default_elements(case: Case) -> str:
+    """Linear ones, but of nearly incompressible rock those that do not lock."""
+    if not is_constrained(case):
+        return LINEAR
+    largest, _ = largest_nu(case)
+    return LINEAR if largest < FROM else cures(cells_of(case))
+
+
+def elements_of(case: Case) -> str:
+    """Those that are asked for, or the default."""
+    return case.domain.elements or default_elements(case)
+
+
+def displacement_unknowns(case: Case) -> int:
+    """About how many there are: of quadratic elements also in the middles of edges, of which there
+    are about as many as vertices and cells together (Euler)."""
+    body = case.outline
+    edges = body.n_vertices + body.n_cells if elements_of(case) == QUADRATIC else 0
+    return case.dim * (body.n_vertices + edges)
+
+
+def largest_nu(case: Case) -> tuple[float, Piece]:
+    """The largest Poisson's ratio of the rock where it is looked at, and the piece that has it."""
+    found = [(_largest(piece), piece) for piece in pieces(case)]
+    return max(found, key=lambda one: one[0])
+
+
+def _largest(piece: Piece) -> float:
+    """Of rock with directions that of isotropic rock which resists pressure and shear alike."""
+    keys = piece.keys
+    if is_isotropic(keys):
+        if isinstance(keys.nu, int | float):
+            return float(keys.nu)
+        return float(np.max(in_space(keys.nu, piece.dim)(piece.places().x)))
+
+    def read(value: Any) -> Any:
+        return point_property(value, piece.dim)
+
+    return float(np.max(effective_nu(elasticity(keys, read).stiffness(piece.places().x))))
