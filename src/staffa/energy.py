@@ -160,6 +160,9 @@ class Energy:
         loads = self.external.potential(u, alpha, cold, dx)
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
+        # For `measure.release`, which moves the mesh; fixed: fields that do not move with it.
+        self.bulk, self.area = potential(u), crack_measure(alpha, rock) * dx
+        self.fixed = [T, *self.external.fields, *([rock.prestress] if rock.prestress else [])]
 
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
@@ -184,7 +187,7 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
-        self._cracks = form(crack_measure(alpha, rock) * dx)
+        self._cracks = form(self.area)
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)

@@ -181,6 +181,23 @@ class Tip:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Release:
+    """Energy that a crack releases, an area by which it grows (see `measure.release`).
+
+    position: of the tip, in 3-D of a point of the front (m); direction: the unit vector in which
+    the crack would go on. G (J/m^2), None where it is not known for the reason given; uncertainty:
+    difference of two rings around the tip (J/m^2). radius: of the larger one (m).
+    """
+
+    position: tuple[float, ...]
+    direction: tuple[float, ...]
+    G: float | None = None
+    uncertainty: float | None = None
+    radius: float | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Fluid:
     """What presses in the cracks: its pressure (Pa), and the volume on which that does work, see
     `external.crack_volume` (m^3; in 2-D m^2)."""
@@ -330,7 +347,8 @@ class Step:
     is taken again, or a return to it failed: it stands for no state of the run). fields: the file
     of its fields, if kept.
     reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
-    (m) and alpha at the points of the manifest's probes, one after the other.
+    (m) and alpha at the points of the manifest's probes, one after the other. released: at the tips
+    of its cracks, where its fields are kept.
     """
 
     index: int
@@ -351,6 +369,7 @@ class Step:
     heat: Heat | None = None
     reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
     probed: tuple[tuple[float, ...], ...] = ()
+    released: tuple[Release, ...] = ()
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
