@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from staffa.measure.network import Network, normals
 from staffa.measure.opening import outward
@@ -52,22 +51,21 @@ def fronts(found: Network, surface: Surface, *, ell: float, h: float) -> tuple[F
     """
     if not len(found.elements):
         return ()
-    free = np.flatnonzero(outward(found.points, found.elements).any(axis=1))
-    ends = found.points[free]
-    near = cKDTree(surface.middles).query(ends)[0]
-    ends = ends[near > ell + h]
-    if not len(ends):
-        return ()
-    if found.elements.shape[1] == 3:
-        ends = ends[_spread(ends, APART * ell)]
-    ends = ends[np.lexsort(np.rint(ends / (1e-3 * h)).T)]
+    plane = found.elements.shape[1] == 2
+    ends = found.points[outward(found.points, found.elements).any(axis=1)]
     middles = found.points[found.elements].mean(axis=1)
     ways = np.array([_way(end, middles, found.sizes, STRAIGHT * ell) for end in ends])
-    across = normals(found.points, found.elements)
-    many = found.elements.shape[1] == 2
-    return tuple(
-        _front(k, ends, ways, (middles, across), surface, ell, many) for k in range(len(ends))
-    )
+    tip = [_to_face(end, way, surface) > ell + h for end, way in zip(ends, ways, strict=True)]
+    ends, ways = ends[tip], ways[tip]
+    if not len(ends):
+        return ()
+    if not plane:
+        apart = _spread(ends, APART * ell)
+        ends, ways = ends[apart], ways[apart]
+    order = np.lexsort(np.rint(ends / (1e-3 * h)).T)
+    ends, ways = ends[order], ways[order]
+    crack = middles, normals(found.points, found.elements)
+    return tuple(_front(k, ends, ways, crack, surface, ell, plane) for k in range(len(ends)))
 
 
 def _spread(points: np.ndarray, distance: float) -> list[int]:
@@ -100,9 +98,7 @@ def _front(
 ) -> Front:
     end, way = ends[k], ways[k]
     near = {
-        "a face of the body": _nearest(
-            surface.middles - end, np.abs(surface.normals @ way) > FACE_ACROSS, surface.sizes
-        ),
+        "a face of the body": _to_face(end, way, surface),
         "a crack across its way": _nearest(
             crack[0] - end, np.abs(crack[1] @ way) > CRACK_ACROSS, BAND * ell
         ),
@@ -124,7 +120,13 @@ def _front(
     )
 
 
+def _to_face(end: np.ndarray, way: np.ndarray, surface: Surface) -> float:
+    """Distance (m) of a tip to the surface, but for faces along its way."""
+    across = np.abs(surface.normals @ way) > FACE_ACROSS
+    return _nearest(surface.middles - end, across, surface.sizes)
+
+
 def _nearest(offsets: np.ndarray, which: np.ndarray, less: np.ndarray | float) -> float:
     """Length of the shortest of some offsets, each less a length; inf without any."""
     lengths = np.linalg.norm(offsets, axis=1) - less
-    return float(np.min(lengths[which], initial=np.inf))
+    return max(0.0, float(np.min(lengths[which], initial=np.inf)))
