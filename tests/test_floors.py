@@ -17,6 +17,7 @@ FLOORS = [
             "units",
             "display_units",
             "records",
+            "release",
             "manifest",
             "options",
             "parallel",
@@ -39,6 +40,7 @@ FLOORS = [
 WITHIN = {
     "arguments": ["errors"],
     "units": ["display_units", "errors"],
+    "records": ["release"],
     "manifest": ["display_units", "records"],
     "parallel": ["errors", "stack"],
     "options": ["errors", "parallel", "stack"],
@@ -58,6 +60,7 @@ LIGHT = [
     "staffa.units",
     "staffa.display_units",
     "staffa.records",
+    "staffa.release",
     "staffa.manifest",
     "staffa.grid",
     "staffa.unstructured",

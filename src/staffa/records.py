@@ -7,6 +7,8 @@ from typing import Any, Self
 
 from pydantic import TypeAdapter, ValidationError
 
+from staffa.release import Release
+
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6
 
@@ -181,23 +183,6 @@ class Tip:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Release:
-    """Energy that a crack releases, an area by which it grows (see `measure.release`).
-
-    position: of the tip, in 3-D of a point of the front (m); direction: the unit vector in which
-    the crack would go on. G (J/m^2), None where it is not known for the reason given; uncertainty:
-    difference of two rings around the tip (J/m^2). radius: of the larger one (m).
-    """
-
-    position: tuple[float, ...]
-    direction: tuple[float, ...]
-    G: float | None = None
-    uncertainty: float | None = None
-    radius: float | None = None
-    reason: str | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
 class Fluid:
     """What presses in the cracks: its pressure (Pa), and the volume on which that does work, see
     `external.crack_volume` (m^3; in 2-D m^2)."""
@@ -274,9 +259,8 @@ class Heat:
     """What the heat equation did in a step; heat in 2-D per unit thickness (J/m), in 3-D whole (J).
 
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
-    where it left. imbalance: of the two, over what was stored or crossed, or what the body has
-    stored since the start if that is more. So
-    many substeps of its own, and passes over the step in which the temperature followed the cracks,
+    where it left. imbalance: of the two, over what was stored or crossed, or stored since the start
+    if that is more. substeps; passes over the step in which the temperature followed the cracks,
     till both agreed to gap (over the largest change of temperature). seconds: all of it took.
     """
 
@@ -347,8 +331,7 @@ class Step:
     is taken again, or a return to it failed: it stands for no state of the run). fields: the file
     of its fields, if kept.
     reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
-    (m) and alpha at the points of the manifest's probes, one after the other. released: at the tips
-    of its cracks, where its fields are kept.
+    (m), alpha at the manifest's probes in turn. released: at the tips, where fields are kept.
     """
 
     index: int
@@ -410,9 +393,7 @@ def made[R](kind: type[R], record: Mapping[str, Any]) -> R:
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
     """The steps that were not rejected, nor superseded by backtracking, in order of time."""
     found: list[Step] = []
-    for step in steps:
-        if step.status == REJECTED:
-            continue
+    for step in (step for step in steps if step.status != REJECTED):
         while found and found[-1].index >= step.index:
             found.pop()
         found.append(step)

@@ -32,11 +32,11 @@ from staffa.records import (
     Measures,
     Moment,
     Outcome,
-    Release,
     Return,
     Stability,
     Step,
 )
+from staffa.release import Release
 
 
 @dataclass(frozen=True, kw_only=True)

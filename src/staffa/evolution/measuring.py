@@ -14,7 +14,8 @@ from staffa.measure.release import EnergyRelease, surface
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.parallel import gather, on_root
-from staffa.records import Measures, Release
+from staffa.records import Measures
+from staffa.release import Release
 
 
 def measuring(

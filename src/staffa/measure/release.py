@@ -25,7 +25,7 @@ from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.measure.fronts import Front, Surface
 from staffa.parallel import gather, max_over_ranks, sum_over_ranks
-from staffa.records import Release
+from staffa.release import Release
 
 # Inner and outer radius of the rings, over the largest radius: the value, and one to judge it by.
 RINGS = ((1 / 2, 1.0), (1 / 3, 2 / 3))
