@@ -23,7 +23,7 @@ from staffa.io.run_directory import append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, polylines
-from staffa.measure.tip import damage_at_tip
+from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.physics.damage import AT1, AT2
 from staffa.report.network import networks, write_networks
@@ -171,17 +171,30 @@ def test_the_volume_of_a_state_is_its_opening_times_its_crack(cells: str) -> Non
     system.destroy()
 
 
-def pulled(law, cells: str, *, length: float, size=(1.0, 0.6), d: float, h: float = H):
-    """A plate with a crack in it, pulled apart by d; its network, and the surface energy's."""
+def pulled(
+    law,
+    cells: str,
+    *,
+    length: float = 0.0,
+    size=(1.0, 0.6),
+    d: float,
+    h: float = H,
+    wedge: float = 0.0,
+    material=None,
+):
+    """A plate with a crack in it, or the cracks of its material, pulled apart by d, and by wedge
+    more a unit towards its mouth; its network, and the surface energy's."""
     center = (0.0, size[1] / 2 + h / 2, 0.0)
-    material = rock(
+    material = material or rock(
         ell=ELL, law=law,
         cracks=(FlatCrack(center=center, normal=(0.0, 1.0, 0.0), radius=length),),
     )  # fmt: skip
     probe = block(MPI.COMM_WORLD, size=size, h=h, cells=cells)
     sides = (
         clamped(probe, "bottom"),
-        SideSupport(side="top", components={0: lambda x, t: 0.0, 1: lambda x, t: d * t}),
+        SideSupport(
+            side="top", components={0: lambda x, t: 0.0, 1: lambda x, t: d * t + wedge * (1 - x[0])}
+        ),
     )
     problem = body(size, h, cells=cells, sides=sides, material=material)
     system = build(problem)
@@ -192,7 +205,7 @@ def pulled(law, cells: str, *, length: float, size=(1.0, 0.6), d: float, h: floa
     alpha = system.state.alpha.x.array
     found = network(
         grid.points, grid.cells, alpha=alpha, strains=strains, dim=2, h=h, ell=ELL, crack=0.8,
-        tip=tip,
+        tip=tip, falls=falls(law.name),
     )  # fmt: skip
     factor = discrete_toughness(material, dim=2, h=h, cells=cells)
     surface = system.energy.crack_length() / factor
@@ -200,12 +213,51 @@ def pulled(law, cells: str, *, length: float, size=(1.0, 0.6), d: float, h: floa
     return found, surface, step
 
 
+# Given cracks, by middle, direction and half length, and how long they are together.
+GIVEN = {
+    "cross": ([((0.5, 0.5), 0.0, 0.29), ((0.5, 0.5), 90.0, 0.29)], 1.16),
+    "edge": ([((0.0, 0.5), 0.0, 0.51)], 0.51),
+    "inclined": ([((0.5, 0.5), 30.0, 0.3)], 0.6),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cells", ["quadrilateral", "triangle", UNSTRUCTURED])
+@pytest.mark.parametrize("name", GIVEN)
+def test_given_cracks_are_as_long_as_given_until_they_grow(name: str, cells: str) -> None:
+    """The energy holds the damage around their ends as well, an ell or so each.
+
+    The edge crack is the specimen on which Loiseau and Lazarus (arXiv:2502.03900) compare ways to
+    give a crack to a phase field; Romero, Segurado and Castillon (arXiv:2605.03731) report that
+    its area comes out too large; a center crack at 30 degrees is the other common specimen.
+    """
+    lines, length = GIVEN[name]
+    turned = [(middle, np.deg2rad(angle), half) for middle, angle, half in lines]
+    material = rock(
+        ell=ELL,
+        cracks=tuple(
+            FlatCrack(center=(*middle, 0.0), normal=(-np.sin(a), np.cos(a), 0.0), radius=half)
+            for middle, a, half in turned
+        ),
+    )
+    found, surface, _ = pulled(AT1(), cells, material=material, size=(1.0, 1.0), d=1e-2)
+    assert found.size == pytest.approx(length, rel=0.03), f"{found.size}, energy says {surface}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cells", ["quadrilateral", UNSTRUCTURED])
+def test_a_given_crack_of_at2_is_as_long_as_given(cells: str) -> None:
+    found, surface, _ = pulled(AT2(), cells, length=0.6, d=1e-2)
+    assert found.size == pytest.approx(0.6, rel=0.03), f"{found.size}, energy says {surface}"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("cells", ["quadrilateral", UNSTRUCTURED])
 @pytest.mark.parametrize("law", [AT1(), AT2()], ids=["AT1", "AT2"])
-def test_length_agrees_with_the_surface_energy(law, cells: str) -> None:
-    found, surface, _ = pulled(law, cells, length=0.6, d=1e-2)
-    assert found.size == pytest.approx(surface, rel=0.03), f"{found.size}, energy says {surface}"
+def test_a_grown_crack_is_followed_to_its_tip(law, cells: str) -> None:
+    found, surface, _ = pulled(law, cells, length=0.3, d=0.0, wedge=2.5)
+    assert surface > 0.5, "it has grown"
+    assert found.damage.min() < 0.5
 
 
 @pytest.mark.slow

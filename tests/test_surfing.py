@@ -1,5 +1,6 @@
 """A crack driven by the mode I field of a moving tip: it follows, at its speed and at Gc."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,7 +11,8 @@ import pytest
 
 from bodies import body, rock
 from staffa.evolution.march import march
-from staffa.evolution.system import build
+from staffa.evolution.problem import Problem
+from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
 from staffa.measure.tip import BEYOND, THRESHOLDS, reach
@@ -60,12 +62,19 @@ class Ride:
 
 
 def ride(
-    law: str, *, cells_per_ell: float, radius: float, cells: int, on_a_side: float = 0.0
+    law: str,
+    *,
+    cells_per_ell: float,
+    radius: float,
+    cells: int,
+    on_a_side: float = 0.0,
+    look: Callable[[Problem, System], None] = lambda problem, system: None,
 ) -> Ride:
     """Follow a crack for so many cells, five steps in each, once it has begun to move.
 
     on_a_side: the toughness over Gc that a crack on a plane of symmetry is loaded for; of the
-    plate there is only the part above it. 0 for a crack within a whole plate.
+    plate there is only the part above it. 0 for a crack within a whole plate. look: called at each
+    step that is followed.
     """
     h = 1.0 / cells_per_ell
     rows = round(radius / h) if on_a_side else 2 * round(radius / h) + 1  # odd: a middle row
@@ -99,6 +108,7 @@ def ride(
     try:
         for step in march(problem, system):
             if step.index >= 5 * WARM_UP:
+                look(problem, system)
                 tip.append(start + step.time)
                 ahead.append([x[alpha > threshold, 0].max() for threshold in THRESHOLDS])
                 surface.append(step.energies.surface * (2 if on_a_side else 1))

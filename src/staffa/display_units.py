@@ -72,6 +72,7 @@ class Shown:
 
     crack: length of cracks in 2-D, area in 3-D. volume: of cracks; area in 2-D. energy, force:
     per thickness in 2-D. heat: likewise. difference: of temperatures.
+    release: energy an area of crack, also of a 2-D body.
     """
 
     length: Unit = NONE
@@ -85,6 +86,7 @@ class Shown:
     temperature: Unit = NONE
     difference: Unit = NONE
     time: Unit = NONE
+    release: Unit = NONE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +129,7 @@ def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None
         temperature=written.get("temperature", KELVIN),
         difference=KELVIN,
         time=written.get("time", _time(sizes.last)),
+        release=Unit(name="J/m²"),
     )
 
 

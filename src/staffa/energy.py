@@ -171,6 +171,10 @@ class Energy:
         loads = self.external.potential(u, alpha, cold, dx)
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
+        # For `measure.release`, which moves the mesh; fixed: fields that do not move with it.
+        self._crack_measure = crack_measure(alpha, rock)
+        self.bulk, self.area = potential(u), self._crack_measure * dx
+        self.fixed = [T, *self.external.fields, *([rock.prestress] if rock.prestress else [])]
 
         self._on_body = (loads, spaces.u)
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
@@ -199,8 +203,7 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
-        self._crack_measure = crack_measure(alpha, rock)
-        self._cracks = form(self._crack_measure * dx)
+        self._cracks = form(self.area)
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)

@@ -65,6 +65,12 @@ class External:
         return field
 
     @property
+    def fields(self) -> list[fem.Function]:
+        """The loads that are functions of space, at the time at hand."""
+        varying = [load.field for load in self._varying]
+        return varying if self.pore_pressure is None else [*varying, self.pore_pressure]
+
+    @property
     def controlled(self) -> bool:
         """Whether the volume in cracks is given, and their pressure found."""
         return self.forces.crack_volume is not None

@@ -7,6 +7,7 @@ from typing import Any, Self
 from staffa.cell_records import CellSection as CellSection
 from staffa.cell_records import Coarse as Coarse
 from staffa.json_form import made as made
+from staffa.release import Release
 
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6
@@ -252,7 +253,8 @@ class Heat:
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
     where it left. imbalance: of the two, over what was stored or crossed, or the body has stored
     since the start if that is more. substeps: its own steps. passes: those in which the temperature
-    followed the cracks, till both agreed to gap (over the largest change of temperature).
+    followed the cracks, till both agreed to gap (over the largest change of temperature). seconds:
+    all of it took.
     """
 
     stored: float = 0.0
@@ -321,8 +323,9 @@ class Step:
     the last one before that, without audit and measures), or "rejected" (the step was too long, and
     is taken again, or a return to it failed: it stands for no state of the run). fields: the file
     of its fields, if kept.
-    reactions: force of each held side on the body (N; N/m in 2-D). probed: T (K), u (m) and alpha
-    at the points of the manifest's probes, one after the other. hoop: see `measure.hoop`.
+    reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
+    (m), alpha at the manifest's probes in turn. hoop: see `measure.hoop`. released: at the tips,
+    where fields are kept.
     """
 
     index: int
@@ -344,6 +347,7 @@ class Step:
     reactions: dict[str, tuple[float, ...]] = field(default_factory=dict)
     probed: tuple[tuple[float, ...], ...] = ()
     hoop: float | None = None
+    released: tuple[Release, ...] = ()
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""
@@ -361,9 +365,7 @@ class Step:
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
     """The steps that were not rejected, nor superseded by backtracking, in order of time."""
     found: list[Step] = []
-    for step in steps:
-        if step.status == REJECTED:
-            continue
+    for step in (step for step in steps if step.status != REJECTED):
         while found and found[-1].index >= step.index:
             found.pop()
         found.append(step)

@@ -78,8 +78,9 @@ class DomainKeys(Section):
         default=None,
         description="of the displacement: linear; quadratic (triangles and tetrahedra); reduced "
         "(quadrilaterals and hexahedra: the volume change in the middle of each cell alone). "
-        "Default: linear, but quadratic or reduced where nu is 0.45 or more in plane strain, bodies "
-        "of revolution or 3-D, where linear ones are too stiff (docs/how-to-choose-a-solver.md)",
+        "Default: linear, but quadratic or reduced where nu is 0.45 or more in plane strain, a "
+        "body of revolution or 3-D, where linear ones are too stiff "
+        "(docs/how-to-choose-a-solver.md)",
         examples=["linear"],
     )
     _file: Path | None = PrivateAttr(default=None)

@@ -25,7 +25,7 @@ from staffa.cases.writing import to_toml
 from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
 from staffa.evolution.march import Observers, march
-from staffa.evolution.measuring import measuring
+from staffa.evolution.measuring import measuring, releasing
 from staffa.evolution.problem import Problem
 from staffa.evolution.standing import Standing
 from staffa.evolution.system import System, build
@@ -253,6 +253,12 @@ def _observers(
         measure=measuring(setup, system, manifest.toughness_factor),
         probe=lambda: looks(system.state),
         save=save,
+        release=releasing(
+            setup,
+            system,
+            factor=manifest.toughness_factor,
+            mesh=None if writer.grid is None else (writer.grid.points, writer.grid.cells),
+        ),
         watch=watcher.swept,
         keep=keeper.keep,
         pause=pause,

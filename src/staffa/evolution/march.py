@@ -37,6 +37,7 @@ from staffa.records import (
     Stability,
     Step,
 )
+from staffa.release import Release
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +46,8 @@ class Observers:
 
     measure: the measures of the state, collective; None: those that the problem asks for. probe:
     its fields where they are read off, collective; save: (moment, converged) -> the name of the
-    file written, or None, collective; watch: called after each sweep, with the step's moment.
+    file written, or None, collective; release: G at the tips of a state that was saved, collective;
+    watch: called after each sweep, with the step's moment.
     keep: offered where the loop stands before each step and after the last, and whether that must
     be kept now, collective; pause: raises `StoppedError` where the run is to stop, on all ranks.
     """
@@ -53,6 +55,7 @@ class Observers:
     measure: Callable[[], Measures | None] | None = None
     probe: Callable[[], tuple[tuple[float, ...], ...]] = lambda: ()
     save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
+    release: Callable[[], tuple[Release, ...]] = lambda: ()
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     keep: Callable[[Standing, bool], None] = lambda standing, now: None
     pause: Callable[[], None] = lambda: None
@@ -265,6 +268,7 @@ def _accepted(
 ) -> Step:
     """The record of a step that stands, converged or not, after measuring and saving its state."""
     outcome = advance.outcome
+    fields = observers.save(moment, outcome.converged)
     return Step(
         **vars(moment),
         energies=outcome.energies,
@@ -274,7 +278,8 @@ def _accepted(
         audit=audited,
         measures=observers.measure() if observers.measure else None,
         effort=outcome.effort,
-        fields=observers.save(moment, outcome.converged),
+        fields=fields,
+        released=observers.release() if fields and outcome.converged else (),
         seconds=seconds,
         returned=advance.returned,
         stability=stability,

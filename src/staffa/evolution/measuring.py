@@ -2,12 +2,21 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.evolution.toughness import toughness_factor
+from staffa.fields import owned
 from staffa.measure.coarse import local
 from staffa.measure.crack import Gauge, measures, planes
+from staffa.measure.fronts import Front, fronts
+from staffa.measure.release import EnergyRelease, surface
+from staffa.measure.tip import damage_at_tip, falls
+from staffa.measure.tracing import network
+from staffa.parallel import gather, on_root
 from staffa.records import Measures
+from staffa.release import Release
 
 
 def measuring(
@@ -29,3 +38,44 @@ def measuring(
     )
     below = planes(problem.domain, gauge, problem.material.ell)
     return lambda: measures(problem.domain, system.state, system.energy, gauge, below)
+
+
+def releasing(
+    problem: Problem,
+    system: System,
+    *,
+    factor: float | None = None,
+    mesh: tuple[np.ndarray, np.ndarray] | None,
+) -> Callable[[], tuple[Release, ...]]:
+    """The function that finds G at the tips of the system's state. Collective, as that function.
+
+    Parameters
+    ----------
+    factor : the discrete toughness over Gc; measured on the same cells if it is not given.
+    mesh : points, shape (n, 3), those of the ranks one after the other, and cells, shape (m,
+        vertices), in VTK's order, on rank 0; None elsewhere.
+    """
+    domain, material = problem.domain, problem.material
+    factor = toughness_factor(problem) if factor is None else factor
+    threshold, law = problem.measuring.threshold, material.law.name
+    around = surface(domain)
+    rates: list[EnergyRelease] = []  # compiled where there is a tip
+
+    def found() -> tuple[Release, ...]:
+        parts = gather(domain.comm, owned(system.state.alpha).copy())
+
+        def tips() -> tuple[Front, ...]:
+            assert mesh is not None and around is not None
+            cracks = network(
+                *mesh, alpha=np.concatenate(parts or []), strains=None, dim=domain.dim,
+                h=domain.h, ell=material.ell, crack=threshold,
+                tip=damage_at_tip(law, threshold=threshold), falls=falls(law),
+            )  # fmt: skip
+            return fronts(cracks, around, ell=material.ell, h=domain.h)
+
+        at = on_root(domain.comm, tips)
+        if at and not rates:
+            rates.append(EnergyRelease(domain, system.energy, factor=factor))
+        return rates[0](at) if at else ()
+
+    return found

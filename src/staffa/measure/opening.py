@@ -70,20 +70,20 @@ def openings(
     distance, nearest = cKDTree(points).query(places, distance_upper_bound=REACH * ell + h)
     near = np.isfinite(distance)
     offset = places[near] - points[nearest[near]]
-    near[near] = np.einsum("ij,ij->i", offset, _outward(points, elements)[nearest[near]]) <= 0
+    near[near] = np.einsum("ij,ij->i", offset, outward(points, elements)[nearest[near]]) <= 0
     volumes, nearest = volumes[near], nearest[near]
     outer = (distance[near] > REACH / 2 * ell)[:, None]
     halves = np.hstack([np.where(outer, 0, volumes[:, [1, 3]]), volumes[:, [1, 3]] * outer])
     columns = np.hstack([volumes[:, [0, 2]], halves]).T
     gathered = [np.bincount(nearest, weights=column, minlength=len(points)) for column in columns]
-    even = _evened(np.stack(gathered, axis=1), points, elements, sizes, EVENED * ell)
+    even = evened(np.stack(gathered, axis=1), points, elements, sizes, EVENED * ell)
     opening, soft, inner, inner_size, outer, outer_size = even.T
     known = np.minimum(inner_size, outer_size) > h
     uneven = inner / np.where(known, inner_size, 1) - outer / np.where(known, outer_size, 1)
     return opening, np.abs(soft) + 2 * REACH * ell * np.where(known, np.abs(uneven), 0)
 
 
-def _evened(
+def evened(
     gathered: np.ndarray, points: np.ndarray, elements: np.ndarray, sizes: np.ndarray, width: float
 ) -> np.ndarray:
     """Values that points of a network gathered, shape (n, k), a unit of its size and even over a
@@ -102,7 +102,7 @@ def _evened(
     return splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered)
 
 
-def _outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
+def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
     """At each point on the end or edge of a network, out of it, along it; 0 at others; (n, 3)."""
     corners, m = elements.shape[1], len(elements)
     sides = np.concatenate([np.delete(elements, k, axis=1) for k in range(corners)])
@@ -117,10 +117,10 @@ def _outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
         along = points[sides[:, 1]] - points[sides[:, 0]]
         square = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(float).tiny)
         out -= (np.einsum("ij,ij->i", out, along) / square)[:, None] * along
-    outward = np.zeros_like(points)
+    found = np.zeros_like(points)
     for column in sides.T:
-        np.add.at(outward, column, out)
-    return outward
+        np.add.at(found, column, out)
+    return found
 
 
 def _rule(dim: int, width: int) -> list[tuple[np.ndarray, np.ndarray, float]]:

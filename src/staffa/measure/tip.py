@@ -16,6 +16,17 @@ BEYOND = {
 # discrete toughness: as measured on the four cracks of the case `notched`, before and after some of
 # them stopped (AT1: 0.99 to 1.00 of it, AT2: 0.97 to 1.00).
 AT_TIP = {"AT1": 0.25, "AT2": 0.23}
+# From a damage of 0.95 to that of a tip it is so many ell: at an end that was given and has not
+# grown no more than the first, at one that has grown no less than the second. As measured on given
+# cracks (AT1: 0.61 to 0.95, AT2: 0.74 to 1.17, on quadrilaterals, triangles and unstructured cells
+# of ell/4 and ell/3), on those of `notched` (AT1: 1.15 to 1.50) and on the long one above (AT1:
+# 1.67 to 1.85, AT2: 1.6 to 1.9).
+FALLS = {"AT1": (0.95, 1.15), "AT2": (1.17, 1.37)}
+
+
+def falls(law: str) -> tuple[float, float] | None:
+    """How fast the damage falls at given and at grown ends (see FALLS); None of your own law."""
+    return FALLS.get(law)
 
 
 def damage_at_tip(law: str, *, threshold: float) -> float:

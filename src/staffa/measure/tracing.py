@@ -7,6 +7,7 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from staffa.measure.body import Body
+from staffa.measure.ends import clipped, ended
 from staffa.measure.junctions import joined, largest, pruned
 from staffa.measure.network import Network, normals, selected
 from staffa.measure.opening import openings, pieces
@@ -31,6 +32,7 @@ def network(
     ell: float,
     crack: float,
     tip: float,
+    falls: tuple[float, float] | None = None,
 ) -> Network:
     """The network of the fields on a mesh, whatever the order of its points and cells.
 
@@ -41,17 +43,19 @@ def network(
         shape (m, 2); None if they were not kept, and openings are nan. dim : 2 or 3. h, ell : cell
         edge, regularization length (m).
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
+        falls : see `ends.ended`; None where it is not known, and ends stay where they are.
     """
     body = Body(points, cells, dim=dim, h=h)
     alpha = alpha[body.vertices]
     found = _crest(body, alpha, ell=ell, tip=tip)
-    found = _steady(_clipped(found, tip, dim), crack)
+    found = _steady(clipped(found, found.damage - tip), crack)
     found = _kept(_within(found, body), crack, ell)
     if dim == 2:
         found = _within(joined(pruned(found, crack, ell), crack, ell), body)
     if strains is None or not len(found.points):
         unknown = np.full(len(found.points), np.nan)
-        return replace(found, opening=unknown, uncertainty=unknown)
+        found = replace(found, opening=unknown, uncertainty=unknown)
+        return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
     strains = strains[body.members]
     broken = alpha[body.cells].max(axis=1) >= crack
     soft = np.where(broken, 0.0, np.abs(strains[:, 0]))
@@ -60,7 +64,8 @@ def network(
     opening, uncertainty = openings(
         *volumes, found.points, found.elements, found.sizes, h=h, ell=ell
     )
-    return replace(found, opening=opening, uncertainty=uncertainty)
+    found = replace(found, opening=opening, uncertainty=uncertainty)
+    return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
 
 
 def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:
@@ -83,28 +88,6 @@ def _within(found: Network, body: Body) -> Network:
     _, outside = body.nearest(found.points[found.elements].mean(axis=1))
     found = selected(found, found.elements[~outside])
     return replace(found, points=body.nearest(found.points)[0])
-
-
-def _clipped(found: Network, tip: float, dim: int) -> Network:
-    """What has more damage than a tip; triangles in 3-D."""
-    import pyvista
-
-    if not len(found.elements):
-        return replace(found, elements=found.elements[:, :dim])
-    given = np.insert(found.elements, 0, found.elements.shape[1], axis=1).ravel()
-    mesh = pyvista.PolyData(found.points, **{"lines" if dim == 2 else "faces": given})
-    mesh["damage"] = found.damage
-    if dim == 3:
-        mesh = mesh.triangulate()
-    mesh = mesh.clip_scalar(scalars="damage", value=tip, invert=False)
-    mesh = mesh if dim == 2 else mesh.triangulate()
-    rows = np.asarray(mesh.lines if dim == 2 else mesh.faces).reshape(-1, dim + 1)
-    points = np.asarray(mesh.points, dtype=float)
-    return Network(
-        points=points,
-        elements=rows[:, 1:],
-        damage=np.asarray(mesh["damage"]) if len(points) else np.zeros(0),
-    )
 
 
 def _steady(found: Network, crack: float) -> Network:

@@ -13,7 +13,7 @@ from staffa.io.own_files import make_folder
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import Grid, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
-from staffa.measure.tip import damage_at_tip
+from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.records import Step
 
@@ -55,7 +55,7 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             strains = np.stack([values[name] for name in STRAINS], axis=1)
         cracks = network(
             grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
-            ell=m.ell, crack=m.threshold, tip=tip,
+            ell=m.ell, crack=m.threshold, tip=tip, falls=falls(m.law),
         )  # fmt: skip
         cracks = replace(cracks, axial=m.axial)
         outline = _outline(grid) if len(m.size) == 2 else np.zeros((0, 2, 2))

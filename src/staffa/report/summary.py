@@ -12,6 +12,7 @@ from staffa.plot.labels import reading
 from staffa.records import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 from staffa.report.radial import radial_steps
+from staffa.report.release import release_text
 
 # Notes that are told; each step may have one, which says much the same.
 MOST_NOTES = 3
@@ -124,6 +125,8 @@ def _state(run: Run) -> Iterator[Fact]:
     by_energy = shown.crack.text(measures.length_surface)
     text = f"{by_energy} by energy, {shown.crack.text(measures.length_geometry)} by geometry"
     yield Fact(name="crack length" if plane else "crack area", text=text)
+    if rate := release_text(run):
+        yield Fact(name="energy release rate", text=rate)
     yield from _far_side(run)
     if measures.fluid:
         pressure = shown.stress.text(measures.fluid.pressure, 5)

@@ -10,6 +10,7 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
 from staffa.report.columns import cells_table, pooled_table
 from staffa.report.network import Drawing, write_networks
+from staffa.report.release import release_table
 from staffa.report.series import probes_table, reactions_table
 from staffa.report.tips import tips_table
 
@@ -17,6 +18,7 @@ CELLS = "cells.csv"
 TABLES = {
     "tips.csv": tips_table,
     CELLS: cells_table,
+    "release.csv": release_table,
     "reactions.csv": reactions_table,
     "probes.csv": probes_table,
 }

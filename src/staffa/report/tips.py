@@ -3,6 +3,7 @@
 from staffa.grid import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import tracks
+from staffa.report.release import nearest, rates
 from staffa.report.series import clock, clock_header, csv_text
 
 
@@ -11,7 +12,8 @@ def tips_table(run: Run) -> str | None:
 
     crack: its number along the face, the same at all steps; x, y(, z): the last point above
     measures.threshold; depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json
-    (see `measure.tip`), or of that point where that is not known.
+    (see `measure.tip`), or of that point where that is not known. G, uncertainty: the energy
+    release rate, in steps whose fields were kept.
     """
     manifest = run.manifest
     if manifest.cooled_side is None:
@@ -22,10 +24,14 @@ def tips_table(run: Run) -> str | None:
         return None
     unit = manifest.shown.length
     places = [unit.column(name) for name in (*"xyz"[: len(manifest.size)], "depth")]
+    known = any(step.released for step in run.steps)  # not by earlier versions
+    if known:
+        places += [manifest.shown.release.column(name) for name in ("G", "uncertainty")]
     rows: list[list[object]] = []
     for number, track in enumerate(sorted(followed, key=lambda track: track.place)):
         for step, position, depth in zip(run.steps, track.path, track.depths, strict=True):
             if position is not None:
                 where = map(unit.of, (*position, depth))
-                rows.append([number, *clock(manifest, step), *where])
+                release = rates(run, nearest(step, position, manifest.ell)) if known else []
+                rows.append([number, *clock(manifest, step), *where, *release])
     return csv_text(["crack", *clock_header(manifest), *places], rows)

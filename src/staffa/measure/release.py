@@ -1,0 +1,135 @@
+"""Energy release rate of crack tips by the G-theta method: along a virtual motion of the mesh.
+
+A field theta that is the crack's direction around its tip, and 0 beyond a ring, moves the tip with
+its damage and leaves the body as it is. The energy that this releases, an advance, is G. At fixed
+values of the vertices the derivative of the energy of the rock and its loads along the motion of
+the mesh holds all of its terms (sigma grad u . grad theta - psi div theta, the pressure in the
+crack, the weight, ...). What is fixed in space and does not move with the tip (temperature,
+prestress, pressure of pores) adds the derivative along its own gradient. The damage around the tip
+moves as it is, so that only the ring counts, in which rock beside the crack is whole (Li, Marigo,
+Guilbaud, Potapov 2016).
+
+The derivative is linear in theta. It is assembled once a state, as the force that drives each
+vertex, and serves any number of tips and rings.
+"""
+
+from staffa.stack import MPI  # noqa: F401
+
+import dolfinx.mesh as dmesh
+import numpy as np
+import ufl
+from dolfinx import fem, la
+
+from staffa import jit
+from staffa.domain import Domain
+from staffa.energy import Energy
+from staffa.measure.fronts import Front, Surface
+from staffa.parallel import gather, max_over_ranks, sum_over_ranks
+from staffa.release import Release
+
+# Inner and outer radius of the rings, over the largest radius: the value, and one to judge it by.
+RINGS = ((1 / 2, 1.0), (1 / 3, 2 / 3))
+# Rock whose numbers differ by less, over the largest, is one rock.
+ALIKE = 1e-6
+
+
+class EnergyRelease:
+    """G at the tips of a body's states. Everything is collective."""
+
+    def __init__(self, domain: Domain, energy: Energy, *, factor: float) -> None:
+        """factor: the discrete toughness over Gc, by which areas are counted."""
+        mesh, self._domain, self._factor = domain.mesh, domain, factor
+        space = fem.functionspace(mesh, ("Lagrange", 1, (domain.dim,)))
+        theta = ufl.TestFunction(space)
+        place = ufl.SpatialCoordinate(mesh)
+        along = [ufl.derivative(energy.bulk, f, ufl.dot(ufl.grad(f), theta)) for f in energy.fixed]
+        moved = (ufl.derivative(energy.bulk, place, theta), sum(along[1:], along[0]))
+        self._moved = [jit.form(form, mesh.comm) for form in moved]
+        self._grown = jit.form(ufl.derivative(energy.area, place, theta), mesh.comm)
+        self._sums = fem.Function(space)
+        owned = space.dofmap.index_map.size_local
+        self._x = space.tabulate_dof_coordinates()[:owned]
+        cells = np.arange(mesh.topology.index_map(domain.dim).size_local, dtype=np.int32)
+        self._middles = dmesh.compute_midpoints(mesh, domain.dim, cells)
+        self._rock = [_by_cell(field, len(cells)) for field in _rock(energy)]
+
+    def __call__(self, fronts: tuple[Front, ...]) -> tuple[Release, ...]:
+        """G at each tip, the same on all ranks. fronts: the same on all ranks, too."""
+        if not fronts:
+            return ()
+        forces, areas = -self._along(*self._moved), self._along(self._grown)
+        return tuple(self._at(front, forces, areas) for front in fronts)
+
+    def _along(self, *forms: fem.Form) -> np.ndarray:
+        """Their sum's derivative along the motion of each vertex of this rank, shape (n, dim)."""
+        self._sums.x.array[:] = 0.0
+        for form in forms:
+            fem.assemble_vector(self._sums.x.array, form)
+        self._sums.x.scatter_reverse(la.InsertMode.add)
+        return self._sums.x.array.reshape(-1, self._domain.dim)[: len(self._x)].copy()
+
+    def _at(self, front: Front, forces: np.ndarray, areas: np.ndarray) -> Release:
+        dim, comm = self._domain.dim, self._domain.comm
+        place, way = front.position[:dim], np.array(front.direction[:dim])
+        reason = front.reason or self._changing(front)
+        if reason:
+            return Release(position=place, direction=tuple(way.tolist()), reason=reason)
+        away = np.linalg.norm(self._x - np.array(front.position), axis=1) / front.radius
+        inner, outer = np.array(RINGS).T
+        share = np.clip((outer - away[:, None]) / (outer - inner), 0, 1)
+        released, grown = sum_over_ranks(
+            comm, np.stack([share.T @ (forces @ way), share.T @ (areas @ way)])
+        )
+        if dim == 3:  # over the advance along the front, which the area tells
+            released = released / (grown / self._factor)
+        return Release(
+            position=place,
+            direction=tuple(way.tolist()),
+            G=float(released[0]),
+            uncertainty=float(abs(released[0] - released[1])),
+            radius=front.radius,
+        )
+
+    def _changing(self, front: Front) -> str | None:
+        """Says if the rock is not one within the ring, where its jumps would release energy."""
+        near = np.linalg.norm(self._middles - np.array(front.position), axis=1) <= front.radius
+        for values in self._rock:
+            some = values[near]
+            most = [max_over_ranks(self._domain.comm, column) for column in some.T]
+            least = [-max_over_ranks(self._domain.comm, -column) for column in some.T]
+            spread = max(np.subtract(most, least))
+            if spread > ALIKE * max(np.abs([*most, *least])):
+                return "the rock changes within the ring around the tip"
+        return None
+
+
+def _rock(energy: Energy) -> list[fem.Function]:
+    """The numbers of the rock that are constant in each cell, and decide the energy."""
+    fields = energy.bulk.coefficients()
+    return [f for f in fields if f.function_space.ufl_element().embedded_superdegree == 0]
+
+
+def _by_cell(field: fem.Function, count: int) -> np.ndarray:
+    """Its values in the first cells, shape (count, values a cell)."""
+    space = field.function_space
+    values = field.x.array.reshape(-1, space.dofmap.index_map_bs)
+    return values[space.dofmap.list[:count, 0]]
+
+
+def surface(domain: Domain) -> Surface | None:
+    """All facets of the body's surface, on rank 0; None elsewhere. Collective."""
+    mesh, dim = domain.mesh, domain.dim
+    mesh.topology.create_connectivity(dim - 1, dim)
+    facets = dmesh.exterior_facet_indices(mesh.topology)
+    corners = mesh.geometry.x[dmesh.entities_to_geometry(mesh, dim - 1, facets)]
+    middles = corners.mean(axis=1)
+    sides = corners[:, 1:dim] - corners[:, :1]
+    other = sides[:, 1] if dim == 3 else np.array([0.0, 0.0, 1.0])
+    across = np.cross(sides[:, 0], other)
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    sizes = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    parts = [gather(domain.comm, part) for part in (middles, across, sizes)]
+    if parts[0] is None:
+        return None
+    whole = [np.concatenate(part or []) for part in parts]
+    return Surface(middles=whole[0], normals=whole[1], sizes=whole[2])

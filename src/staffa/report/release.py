@@ -1,0 +1,62 @@
+"""The energy release rate at each tip, step by step: a table for programs, and one for people."""
+
+from math import dist
+
+from staffa.io.run_directory import Run
+from staffa.records import Step
+from staffa.release import Release
+from staffa.report.series import clock, clock_header, csv_text
+
+# A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.
+SAME_TIP = 3.0
+
+
+def release_table(run: Run) -> str | None:
+    """One row for each step whose fields were kept, and each tip of its network; None without any.
+
+    reason: why G is not known where it is not.
+    """
+    m = run.manifest
+    axes, length = "xyz"[: len(m.size)], m.shown.length
+    rate = m.shown.release
+    header = [
+        *clock_header(m), "tip", *(length.column(axis) for axis in axes), *(f"d{a}" for a in axes),
+        rate.column("G"), rate.column("uncertainty"), length.column("radius"), "reason",
+    ]  # fmt: skip
+    rows: list[list[object]] = []
+    for step in run.steps:
+        for number, tip in enumerate(step.released):
+            values = [*rates(run, tip), "" if tip.radius is None else length.of(tip.radius)]
+            place = [*map(length.of, tip.position), *tip.direction]
+            rows.append([*clock(m, step), number, *place, *values, tip.reason or ""])
+    return csv_text(header, rows)
+
+
+def rates(run: Run, tip: Release | None) -> list[object]:
+    """G and its uncertainty in the run's unit, empty where they are not known."""
+    unit = run.manifest.shown.release
+    if tip is None or tip.G is None or tip.uncertainty is None:
+        return ["", ""]
+    return [unit.of(tip.G), unit.of(tip.uncertainty)]
+
+
+def nearest(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
+    """What a step knows of the tip at a place (m), None if it knows none there."""
+    near = [tip for tip in step.released if dist(tip.position, position) <= SAME_TIP * ell]
+    return min(near, key=lambda tip: dist(tip.position, position), default=None)
+
+
+def release_text(run: Run) -> str | None:
+    """G at the tips of the last step that knows it, in words; None without any."""
+    step = next((step for step in reversed(run.steps) if step.released), None)
+    if step is None:
+        return None
+    unit = run.manifest.shown.release
+    known = sorted((tip.G, tip.uncertainty or 0.0) for tip in step.released if tip.G is not None)
+    count = f"at {len(known)} of {len(step.released)} tips of step {step.index}"
+    if not known:
+        return f"{count}: {step.released[0].reason}"
+    most = max(uncertainty for _, uncertainty in known)
+    least, largest = (f"{unit.of(known[k][0]):.4g}" for k in (0, -1))
+    span = largest if len(known) == 1 else f"{least} to {largest}"
+    return f"{span}{unit.behind} {count}, uncertain by up to {unit.text(most, 2)}"
