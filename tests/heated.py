@@ -1,10 +1,12 @@
 """Bodies that heat flows through, shared by tests and verifications."""
 
+from collections.abc import Mapping
+
 from staffa.stack import MPI
 
 import numpy as np
 
-from staffa.domain import block
+from staffa.domain import Part, block
 from staffa.fields import linear_spaces, vertices
 from staffa.heat.body import Conduction
 from staffa.heat.march import HeatEquation
@@ -43,8 +45,9 @@ class Heated:
         *,
         cells: str = "quadrilateral",
         comm: MPI.Comm = MPI.COMM_SELF,
+        parts: Mapping[str, Part] | None = None,
     ) -> None:
-        domain = block(comm, size=size, h=h, cells=cells)
+        domain = block(comm, size=size, h=h, cells=cells, parts=parts or {})
         spaces = linear_spaces(domain)
         self.equation = HeatEquation(domain, spaces, conduction)
         self.x = vertices(spaces.alpha).T

@@ -90,7 +90,7 @@ def test_an_uneven_body_evens_out_and_is_strained_by_that_alone(tmp_path) -> Non
     )
     first, last = staffa.run(parse_case(JOINED, given), tmp_path / "run")
     (T, *_), (T_end, *_) = first.probed[0], last.probed[0]
-    assert T == pytest.approx(0.0, abs=0.1) and T_end == pytest.approx(20.0, rel=1e-4)
+    assert pytest.approx(0.0, abs=0.1) == T and T_end == pytest.approx(20.0, rel=1e-4)
     held = 200e9 * (17e-6 * 40.0) ** 2 / 24 * 20e-3 * 4e-3  # it may not bend
     assert first.energies.elastic < 1e-4 * held
     # Linear elements cannot follow the strain across: off by about 2 (h/H)^2.

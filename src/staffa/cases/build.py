@@ -15,6 +15,7 @@ from staffa.cases.material import check_rock, materials, parts
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.own import Given, tried_load, try_given
+from staffa.cases.properties import in_space
 from staffa.cases.rules import adaptive, require_loaded
 from staffa.cases.survey import mesh_of
 from staffa.domain import Domain, block, body
@@ -25,6 +26,7 @@ from staffa.evolution.problem import (
     Problem,
     SecondOrder,
     Solvers,
+    Temperatures,
 )
 from staffa.evolution.schedule import Pace, Schedule, schedule
 from staffa.geometry.shapes import Round, Shape, meshed
@@ -76,6 +78,7 @@ def problem(
         material=material,
         regions=regions,
         load=_load(case, derived, temperature, domain, times),
+        temperatures=_temperatures(case),
         forces=forces(case),
         schedule=times,
         sides=side_supports(case, domain),
@@ -114,6 +117,18 @@ def _load(
     if not isinstance(own, Conduction):
         tried_load(own, domain, (plan.times[0], plan.times[-1]))
     return own
+
+
+def _temperatures(case: Case) -> Temperatures | None:
+    """The temperatures from which the body changes, where the case knows them."""
+    keys = case.heat
+    if keys is None:
+        return None
+    initial = in_space(keys.initial, case.dim)
+    given = keys.stress_free
+    return Temperatures(
+        initial=initial, stress_free=initial if given is None else in_space(given, case.dim)
+    )
 
 
 def body_of(case: Case, comm: MPI.Comm) -> Domain:

@@ -207,9 +207,3 @@ type OneOrMore[One, Each] = Annotated[
     Annotated[One, Tag("one property")] | Annotated[tuple[Each, ...], Tag("a list")],
     Discriminator(one_or_more),
 ]
-ModulusValue = PropertyValue[Modulus, RandomModulus]
-ToughnessValue = PropertyValue[Toughness, RandomToughness]
-ExpansionValue = PropertyValue[Expansion, RandomExpansion]
-ConductivityValue = PropertyValue[Conductivity, RandomConductivity]
-DensityValue = PropertyValue[Density, RandomDensity]
-HeatCapacityValue = PropertyValue[HeatCapacity, RandomHeatCapacity]

@@ -23,8 +23,9 @@ class Loading:
 
     work: of the temperature change, of the prescribed displacements and of external loads that
     change, along the straight path from the loads before: by the power at its ends, which is exact
-    without a split, and with one by that between them too (see `evolution.path`). start, end: total
-    energies. heat: what the heat equation did, if it gives the temperature.
+    where the energy is quadratic along it, and with a split or properties of temperature by that
+    between them too (see `evolution.path`). start, end: total energies. heat: what the heat
+    equation did, if it gives the temperature.
     """
 
     work: float
@@ -44,6 +45,7 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     state = system.state
     if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
         raise _not_finite("displacement", end.time)
+    system.energy.book()  # at the toughness that the cracks met
     T, heat = system.cooling.advance(
         state.T.x.array.copy(), state.alpha.x.array, start.time, end.time
     )
@@ -72,7 +74,7 @@ def put_on(
         )
 
     energy.direction.x.array[:] = T - state.T.x.array
-    path = None if energy.linear else Path(energy, parts)
+    path = None if energy.linear and not energy.of_temperature else Path(energy, parts)
     at_first, first = energy.total(), power()
     state.T.x.array[:] = T
     energy.external.at(end.time)

@@ -55,6 +55,12 @@ from staffa.cases.rules.supports import (
     section_owns_its_sides,
     something_happens,
 )
+from staffa.cases.rules.temperature import (
+    formulas_of_temperature_give_numbers,
+    laws_fit_the_rock,
+    tables_of_temperature_agree,
+    temperature_is_known,
+)
 from staffa.cases.rules.times import (
     adaptive,
     adaptive_steps_are_possible,
@@ -95,6 +101,9 @@ RULES = (
     axes_are_directions,
     lists_have_a_number_an_axis,
     random_fields_are_possible,
+    temperature_is_known,
+    laws_fit_the_rock,
+    tables_of_temperature_agree,
     properties_have_values,
     elasticity_is_definite,
     mesh_carries_cracks,
@@ -112,6 +121,7 @@ RULES = (
     times_increase,
     adaptive_steps_are_possible,
     formulas_give_numbers,
+    formulas_of_temperature_give_numbers,
     forces_say_something,
     forces_fit_the_body,
     split_fits_the_rock,
