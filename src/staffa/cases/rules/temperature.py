@@ -77,7 +77,7 @@ def _can_be_booked(case: Case, said: str) -> None:
 def tables_of_temperature_agree(case: Case) -> None:
     """Tables have as many values as temperatures, which increase; Poisson's ratios are possible."""
     found = [(where, value) for p in pieces(case) for _, where, value in _of_temperature(p)]
-    for where, table in (*found, *_films(case)):
+    for where, table in (*found, *films(case)):
         if isinstance(table, InTemperature):
             _agrees(where, table)
             if where.split(".")[-1] in RATIOS and not all(-1 < nu < 0.5 for nu in table.value):
@@ -107,7 +107,7 @@ def formulas_of_temperature_give_numbers(case: Case) -> None:
         for name, where, value in _of_temperature(piece):
             if isinstance(value, PropertyFormula):
                 _is_possible(case, piece, name, where, value)
-    for where, film in _films(case):
+    for where, film in films(case):
         if isinstance(film, FilmFormula):
             _film_is_possible(case, where, film)
 
@@ -164,7 +164,7 @@ def _of_temperature(piece: Piece) -> Iterator[tuple[str, str, Any]]:
     return (item for item in piece.properties() if of_temperature(item[-1]))
 
 
-def _films(case: Case) -> Iterator[tuple[str, Any]]:
+def films(case: Case) -> Iterator[tuple[str, Any]]:
     """The film coefficients that depend on the surface's temperature, with their keys."""
     keys = case.heat
     if keys is None:
