@@ -9,6 +9,7 @@ from restarting import After, stopped
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import parse_case
 from staffa.cases.resume import resume
+from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 
 # A plate between rollers that is heated evenly by a source, so that its temperature is known.
@@ -133,6 +134,50 @@ def test_prestress_is_that_of_the_rock_at_the_start(tmp_path) -> None:
         strain = 10e6 / 70e9
         expected = held(softer * 70e9, strain + 1e-9 * RATE * step.time) - held(70e9, strain)
         assert step.energies.elastic == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_split_keeps_its_balance_where_the_stiffness_changes(tmp_path) -> None:
+    """A heated plate between rollers is only pressed, and carries it with the E of its heat."""
+    table = 'material.E={T=["20 °C","120 °C","320 °C"], value=["70 GPa","60 GPa","20 GPa"]}'
+    nu = "material.nu={T=['20 °C','320 °C'], value=[0.2,0.3]}"
+    weak = ("material.Gc=10 J/m^2", "damage.split=no-tension")
+    for step in heated(tmp_path, table, nu, *weak):
+        T = RATE * step.time
+        E = np.interp(T, [0, 100, 300], [70e9, 60e9, 20e9])
+        assert step.energies.surface < 1e-12
+        assert step.energies.elastic == pytest.approx(held(E, 8e-6 * T), rel=1e-5)
+
+
+def test_thermal_power_has_the_slopes_of_all_laws() -> None:
+    """dE/dT, dnu/dT, dGc/dT beyond what is spent, and expansion: by differences of the energy."""
+    system = build(staffa.problem(parse_case(CRACKING, ('material.nu={formula="0.1 + 3e-4*T"}',))))
+    energy, state, seeded = system.energy, system.state, np.random.default_rng(1)
+    state.u.x.array[:] = 1e-5 * seeded.normal(size=state.u.x.array.size)
+    state.T.x.array[:] = -200 * seeded.uniform(size=state.T.x.array.size)
+    state.alpha.x.array[:] = seeded.uniform(0.1, 0.4, size=state.alpha.x.array.size)
+    energy.book()
+    spent = energy.energies().surface
+    direction = seeded.uniform(size=state.T.x.array.size)
+    energy.direction.x.array[:] = direction
+
+    def slope(of) -> float:
+        """Its derivative along `direction`, by central differences."""
+        step, start = 1e-3, state.T.x.array.copy()
+        found = []
+        for sign in (1, -1):
+            state.T.x.array[:] = start + sign * step * direction
+            found.append(of())
+        state.T.x.array[:] = start
+        return (found[0] - found[1]) / (2 * step)
+
+    assert energy.thermal_power() == pytest.approx(slope(energy.total), rel=1e-6)
+    assert abs(slope(lambda: energy.energies().surface)) < 1e-9 * spent, "what is spent stays"
+    state.alpha.x.array[:] += 0.3
+    of_surface = slope(lambda: energy.energies().surface)
+    assert of_surface > 1e-4 * spent, "new damage costs what Gc is now"
+    assert energy.thermal_power() == pytest.approx(slope(energy.total), rel=1e-6)
+    system.destroy()
 
 
 # A notched plate that cools until it cracks, and warms again.
