@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import staffa
+from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case
 from staffa.errors import InputError
 
@@ -95,6 +96,12 @@ def test_an_uneven_body_evens_out_and_is_strained_by_that_alone(tmp_path) -> Non
     assert first.energies.elastic < 1e-4 * held
     # Linear elements cannot follow the strain across: off by about 2 (h/H)^2.
     assert last.energies.elastic == pytest.approx(held, rel=0.01)
+
+
+def test_a_body_that_was_joined_hot_is_not_told_to_cool_more() -> None:
+    said = preview(parse_case(JOINED))
+    assert not any("raise the drop" in sentence for sentence in said.warnings), said.warnings
+    assert any("strained from the start" in meaning for _, _, meaning in said.facts)
 
 
 @pytest.mark.parametrize("stress_free", ['"20 °C"', '"293.15 K"', '"68 degF"'])

@@ -7,6 +7,7 @@ import staffa
 from bodies import printed_on
 from restarting import After, stopped
 from staffa.cases.experiment import Watcher, run
+from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case
 from staffa.cases.resume import resume
 from staffa.evolution.system import build
@@ -134,6 +135,21 @@ def test_prestress_is_that_of_the_rock_at_the_start(tmp_path) -> None:
         strain = 10e6 / 70e9
         expected = held(softer * 70e9, strain + 1e-9 * RATE * step.time) - held(70e9, strain)
         assert step.energies.elastic == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        ("heat.initial=420 °C", "ends at 320 °C, and temperatures at 420 °C"),
+        ("heat.initial=0 °C", "begins at 20 °C, and temperatures at 0 °C"),
+        ("heat.initial=320 °C", ""),
+    ],
+)
+def test_check_warns_of_a_table_that_ends_too_early(given: str, said: str) -> None:
+    table = 'material.E={T=["20 °C","320 °C"], value=["70 GPa","60 GPa"]}'
+    found = [w for w in preview(parse_case(EVEN, (given, table))).warnings if "the table" in w]
+    assert len(found) == bool(said)
+    assert all(w.startswith("material.E: the table") and said in w for w in found), found
 
 
 @pytest.mark.slow
