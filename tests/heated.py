@@ -1,10 +1,12 @@
 """Bodies that heat flows through, shared by tests and verifications."""
 
+from collections.abc import Mapping
+
 from staffa.stack import MPI
 
 import numpy as np
 
-from staffa.domain import block
+from staffa.domain import Part, block
 from staffa.fields import linear_spaces, vertices
 from staffa.heat.body import Conduction
 from staffa.heat.march import HeatEquation
@@ -45,8 +47,9 @@ class Heated:
         comm: MPI.Comm = MPI.COMM_SELF,
         axial: bool = False,
         hole: float = 0.0,
+        parts: Mapping[str, Part] | None = None,
     ) -> None:
-        domain = block(comm, size=size, h=h, cells=cells, axial=axial, hole=hole)
+        domain = block(comm, size=size, h=h, cells=cells, axial=axial, hole=hole, parts=parts or {})
         spaces = linear_spaces(domain)
         self.equation = HeatEquation(domain, spaces, conduction)
         self.x = vertices(spaces.alpha).T

@@ -39,7 +39,7 @@ SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 JARGON = (
     "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
     "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|AdaptiveT|Prescribed|Quantity|namespace|recursion"
-    "|Formula\\b|Geotherm|InTime|Heat[A-Z]|Force[A-Z]|SideF|StressW|numexpr|Node"
+    "|Formula\\b|Geotherm|InTime|InTemp|Heat[A-Z]|Force[A-Z]|SideF|StressW|numexpr|Node"
 )
 ENDS, PACE = "start=0.1,stop=0.2", "shortest=0.01,longest=0.1"
 BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"
@@ -325,6 +325,51 @@ COMBINED = [
     ),
     (("time={tau=[0.1]}", 'output.at=["1 s"]'), 'output.at: "1 s" is a time', "give tau here"),
     (HEATED, "[heat] heats and cools nothing", 'like bottom = { T = "5 °C" }'),
+    (
+        (*COOLED, "material.E={T=[1.0,0.5], value=[1.0,2.0]}"),
+        "material.E.T: 0.5 comes after",
+        "increas",
+    ),
+    ((*COOLED, "material.E={T=[0.5,1.0], value=[1.0]}"), "material.E: T has 2", "as many of each"),
+    (
+        (*COOLED, "material.E={T=[0.5,1.0], value=[1.0,-1.0]}"),
+        "material.E.value",
+        "larger than zero",
+    ),
+    ((*COOLED, 'material.E={T=[0.5,1.0], value=["1 J/m^2",1.0]}'), "material.E.value", "J/m^2"),
+    ((*COOLED, "material.nu={T=[0.5,1.0], value=[0.2,0.6]}"), "material.nu", "between -1 and 0.5"),
+    ((*COOLED, 'material.Gc={formula="1 - T"}'), 'material.Gc.formula = "1 - T"', "give a table"),
+    ((*COOLED, 'material.Gc={formula="floor(T) + 1"}'), "material.Gc.formula", "no derivative"),
+    ((*COOLED, 'material.Gc={formula="2 - T"}', "solver.backtracking=true"), "backtracking", "out"),
+    (
+        (*COOLED, 'material.Gc={formula="2 - T"}', 'damage.irreversibility="crack set"'),
+        "material.Gc",
+        'irreversibility = "damage"',
+    ),
+    ((*COOLED, "material.rho={T=[0.5,1.0], value=[1.0,2.0]}"), "material.rho", "into c"),
+    (
+        (
+            *COOLED,
+            "material.axis=[0.0,1.0]",
+            "material.E_axis=1.0",
+            "material.nu_axis=0.2",
+            "material.G_axis=0.4",
+            "material.E={T=[0.5,1.0], value=[1.0,2.0]}",
+        ),
+        "material.E",
+        "give one value",
+    ),
+    (('material.E={formula="1 + T"}',), 'temperature.profile = "half-space" knows', "[heat]"),
+    (
+        (*HEATED, "heat.bottom={h={T=[1.0,0.0], value=[1.0,2.0]}, T=0.0}"),
+        "heat.bottom.h.T: 0.0 comes after 1.0",
+        "increasing",
+    ),
+    (
+        (*HEATED, 'heat.bottom={h={formula="T - 0.5"}, T=0.0}'),
+        'heat.bottom.h.formula = "T - 0.5"',
+        "not negative",
+    ),
     ((*HEATED, "heat.cracks={conductivity=0.1}"), "[heat] heats and cools nothing", "give one"),
     (HEATED[:2], "[heat] is missing", 'initial = "20 °C" and bottom = { T = "5 °C" }'),
     ((*HEATED[:2], "heat.bottom={T=0}"), "heat.initial is missing", 'initial = "20 °C"'),

@@ -147,7 +147,7 @@ def test_a_region_has_its_own_numbers_and_the_bodys_others() -> None:
     assert (found.material.E, cap.E, cap.nu, cap.Gc) == (2.0, 7.0, 0.3, 5.0)
     same = {f.name for f in fields(cap)} - {"E"}
     assert {n for n in same if getattr(cap, n) is not getattr(found.material, n)} <= {
-        "Gc", "nu", "expansion", "toughness"
+        "Gc", "nu", "expansion", "toughness", "laws"
     }  # fmt: skip
     x = middles(found.domain.mesh)
     assert np.all(x[1, found.domain.cells("cap")] > 0.5)

@@ -32,6 +32,7 @@ from staffa.strain import (
     IsotropicRock,
     elastic_strain,
 )
+from staffa.thermal import Spent
 
 # A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
 FLAT = 1e-12
@@ -45,11 +46,14 @@ class Rock:
     regularization length (m); roughness: A, see `evolution.problem.Material`, None for the
     identity; prestress (Pa): without what the pores carry, None for none; residual_stiffness:
     fraction k_res left in a crack; state: one of those of `physics.material`.
+    warming: the free strain over `expansion` (K), None where that is the temperature change;
+    at_rest: the elasticity before the first step, None where temperature does not change it;
+    of_temperature: names of the properties that temperature changes.
     """
 
     elasticity: IsotropicRock | AnisotropicRock
     expansion: Coefficient
-    Gc: fem.Function
+    Gc: ufl.core.expr.Expr
     ell: float
     law: DamageLaw
     state: str
@@ -57,6 +61,9 @@ class Rock:
     roughness: Coefficient | None = None
     prestress: fem.Function | None = None
     residual_stiffness: float = 1e-6
+    warming: ufl.core.expr.Expr | None = None
+    at_rest: IsotropicRock | None = None
+    of_temperature: frozenset[str] = frozenset()
 
     @property
     def plane_stress(self) -> bool:
@@ -68,6 +75,7 @@ def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     """The elastic strain e(u) - e_th(T) + e_0, e_0 that of the prestress: 2 x 2 in plane stress,
     else 3 x 3."""
     scalar = not rock.expansion.ufl_shape
+    T = T if rock.warming is None else rock.warming
     thermal = T * (rock.expansion * ufl.Identity(3) if scalar else rock.expansion)
     elastic = elastic_strain(u, thermal, rock.state)
     return elastic if rock.prestress is None else elastic + prestrain(rock.prestress, rock)
@@ -75,6 +83,7 @@ def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
 
 def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
     """The change of volume, of area in 2-D, that cold brings about by itself."""
+    T = T if rock.warming is None else rock.warming
     if rock.expansion.ufl_shape:
         return T * sum(rock.expansion[i, i] for i in range(dim))
     return dim * rock.expansion * T
@@ -85,7 +94,7 @@ def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     size = 2 if rock.plane_stress else 3
     place = {ij: k for k, ij in enumerate(PAIRS)}
     stress = [[prestress[place[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
-    return rock.elasticity.strain_of(ufl.as_tensor(stress))
+    return (rock.at_rest or rock.elasticity).strain_of(ufl.as_tensor(stress))
 
 
 def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
@@ -109,6 +118,9 @@ def crack_measure(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
 
 class Energy:
     """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
+
+    Where temperature changes Gc, the second term is what was spent when `book` was called last, and
+    int Gc (crack_density(alpha) - crack_density(alpha then)): what is spent stays so.
 
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
     forms are compiled once; every method evaluates at the state that was given. All methods are
@@ -169,7 +181,13 @@ class Energy:
 
         cold = swelling(T, rock, 3 if rock.state == AXIAL else domain.dim)
         loads = self.external.potential(u, alpha, cold, dx)
-        surface = rock.Gc * crack_density(alpha, rock) * dx
+        density_spent = crack_density(alpha, rock)
+        self.of_temperature = rock.of_temperature
+        self.spent: Spent | None = None
+        if "Gc" in rock.of_temperature:
+            self.spent = Spent(alpha=fem.Function(spaces.alpha))
+            density_spent -= crack_density(self.spent.alpha, rock)
+        surface = rock.Gc * density_spent * dx
         total = potential(u) + surface
         # For `measure.release`, which moves the mesh; fixed: fields that do not move with it.
         self._crack_measure = crack_measure(alpha, rock)
@@ -233,7 +251,7 @@ class Energy:
         """Elastic and surface energy, and minus the work of the loads; see `count_from_here`."""
         return Energies(
             elastic=self.stored() - self.rest.elastic,
-            surface=self._integral(self._surface),
+            surface=self._surface_energy(),
             loads=self.loads() - self.rest.loads,
             at_rest=self.rest.scale,
         )
@@ -249,7 +267,17 @@ class Energy:
 
     def total(self) -> float:
         """All of `energies`."""
-        return self._integral(self._total) + self._held_volume() - self.rest.total
+        spent = self.spent.energy if self.spent else 0.0
+        return self._integral(self._total) + spent + self._held_volume() - self.rest.total
+
+    def _surface_energy(self) -> float:
+        return self._integral(self._surface) + (self.spent.energy if self.spent else 0.0)
+
+    def book(self) -> None:
+        """Count what cracks have cost so far as spent, whatever the toughness becomes."""
+        if self.spent:
+            self.spent.energy = self._surface_energy()
+            self.spent.alpha.x.array[:] = self.state.alpha.x.array
 
     def loads(self) -> float:
         """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""

@@ -119,6 +119,17 @@ HEAT = {
     "pc_type": "jacobi",
 }
 
+# Of Newton's method, whose matrix is not symmetric where the conductivity depends on temperature;
+# what a step is off by, the next one makes up for.
+HEAT_NEWTON = {
+    "ksp_type": "bcgs",
+    "ksp_rtol": "1e-8",
+    "ksp_atol": "1e-200",
+    "ksp_max_it": "5000",
+    "pc_type": "bjacobi",
+    "sub_pc_type": "ilu",
+}
+
 DISPLACEMENT = {"direct": DIRECT, "iterative": ITERATIVE}
 DAMAGE = {"tao": TAO, "snes": SNES}
 ACCELERATION = {"newton": NEWTON, "none": None}

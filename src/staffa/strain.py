@@ -29,10 +29,10 @@ type Coefficient = fem.Constant | fem.Function
 
 @dataclass(frozen=True, kw_only=True)
 class IsotropicRock:
-    """E (Pa) and nu, each a constant or one a cell; the body's plane state."""
+    """E (Pa) and nu, each a constant, one a cell, or of temperature; the body's plane state."""
 
-    E: Coefficient
-    nu: Coefficient
+    E: ufl.core.expr.Expr
+    nu: ufl.core.expr.Expr
     state: str
 
     def strained(self, e: ufl.core.expr.Expr) -> Strained:

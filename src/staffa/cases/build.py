@@ -18,6 +18,7 @@ from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.numbers import Numbers, load, numbers
 from staffa.cases.own import Given, tried_load, try_given
 from staffa.cases.pace import plan
+from staffa.cases.properties import in_space
 from staffa.cases.rules import require_loaded
 from staffa.cases.split import for_any_load
 from staffa.cases.support_keys import DisplacementFile
@@ -30,6 +31,7 @@ from staffa.evolution.problem import (
     Problem,
     SecondOrder,
     Solvers,
+    Temperatures,
 )
 from staffa.evolution.schedule import Schedule
 from staffa.geometry.shapes import Round, Shape, meshed
@@ -86,6 +88,7 @@ def problem(
         material=material,
         regions=regions,
         load=_load(case, derived, temperature, domain, times),
+        temperatures=_temperatures(case),
         forces=forces(case),
         schedule=times,
         sides=side_supports(case, domain),
@@ -124,6 +127,18 @@ def _load(
     if not isinstance(own, Conduction):
         tried_load(own, domain, (plan.times[0], plan.times[-1]))
     return own
+
+
+def _temperatures(case: Case) -> Temperatures | None:
+    """The temperatures from which the body changes, where the case knows them."""
+    keys = case.heat
+    if keys is None:
+        return None
+    initial = in_space(keys.initial, case.dim)
+    given = keys.stress_free
+    return Temperatures(
+        initial=initial, stress_free=initial if given is None else in_space(given, case.dim)
+    )
 
 
 def body_of(case: Case, comm: MPI.Comm) -> Domain:

@@ -38,6 +38,8 @@ def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
     largest, squeezed = peak_drop(case, derived), face_squeeze(case, derived)
     causes = other_causes(case, forces=squeezed is None)
     share = start_of_damage(derived, largest, squeezed)
+    if case.heat is not None and causes and not exchanges(case) and case.heat.source is None:
+        return  # nothing is meant to cool: the body is strained, or evens out
     if derived.dT_c is not None and share < 1:
         yield _no_nucleation(case, derived, derived.dT_c, largest, squeezed, causes)
         if not causes:

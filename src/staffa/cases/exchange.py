@@ -12,12 +12,15 @@ import numpy as np
 
 from staffa.cases.clock import conductivity, diffusivity, times_in
 from staffa.cases.given_files import in_body
-from staffa.cases.heat import in_time
+from staffa.cases.heat import film, in_time
 from staffa.cases.heat_keys import HeatCracks, HeatSide, InTime
 from staffa.cases.model import Case
 from staffa.cases.properties import in_space
 from staffa.cases.property_keys import FieldFile
 from staffa.cases.rules.times import times_given
+from staffa.cases.rules.warmth import temperature_range
+from staffa.cases.temperature_keys import InTemperature
+from staffa.heat.body import OfSurface
 from staffa.loads.closed_form import Convective, Face
 
 SAMPLES = 50  # times at which a formula is looked at
@@ -90,7 +93,7 @@ def _exchange(
         at_once = bool(drop > 0 and below[0] >= AT_ONCE * drop)
         return Exchange(where=where, drop=drop, rise=rise, reached=drop, at_once=at_once)
     k = conductivity(case, side)
-    film = float(np.max(_history(case, given.h, middle, last))) / k
+    film = _largest_film(case, given.h, middle, last) / k
     return Exchange(
         where=where,
         drop=drop,
@@ -103,6 +106,20 @@ def _exchange(
 def _mean(case: Case, value: FieldFile, side: str) -> float:
     """The mean over a side of a field in a file."""
     return float(np.mean(in_body(case, value)(case.outline.places.on(side))))
+
+
+def _largest_film(case: Case, value: Any, x: np.ndarray, last: float) -> float:
+    """The largest film coefficient over the run, where it depends on the surface's temperature over
+    those that the case names."""
+    law = film(value, case.dim)
+    if not isinstance(law, OfSurface):
+        return float(np.max(_history(case, value, x, last)))
+    T = np.linspace(*temperature_range(case), SAMPLES)
+    if isinstance(value, InTemperature):
+        T = np.union1d(T, np.clip(np.array(value.T, dtype=float), T[0], T[-1]))
+    there = np.repeat(x, len(T), axis=1)
+    times = np.linspace(0.0, last, SAMPLES).tolist()
+    return max(float(np.max(law.at(there, t, T))) for t in times)
 
 
 def _shares(below: np.ndarray) -> tuple[float, float]:

@@ -1,8 +1,9 @@
 """Formulas that a case file brings along, "293 - 5*t", read as such and as nothing else."""
 
 import ast
+import operator
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from math import pi
 from types import ModuleType
@@ -123,6 +124,76 @@ def _is_plain(part: ast.AST) -> bool:
     if isinstance(part, ast.Constant):
         return type(part.value) in (int, float)
     return isinstance(part, ALLOWED)
+
+
+def uses(text: str, name: str) -> bool:
+    """Whether a formula depends on something, by its name; False of a text that is none."""
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return any(isinstance(part, ast.Name) and part.id == name for part in ast.walk(tree))
+
+
+# Those that have no derivative, or that not every arithmetic has.
+NOT_GENERIC = ("ceil", "floor")
+SIGNS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+# Values by name, and functions by name -> the value.
+Generic = Callable[[Mapping[str, Any], Mapping[str, Callable[..., Any]]], Any]
+
+
+def generic(text: str, names: tuple[str, ...]) -> Generic:
+    """The formula as a function of anything with arithmetic, such as forms.
+
+    Raises
+    ------
+    InputError
+        It is no formula of these names, or holds what not every arithmetic has.
+    """
+    tree = ast.parse(_plain(text, names), mode="eval").body
+    for part in ast.walk(tree):
+        sign = getattr(part, "op", None) or (part.ops[0] if isinstance(part, ast.Compare) else None)
+        missing = isinstance(part, ast.Name) and part.id in NOT_GENERIC
+        if missing or not (sign is None or type(sign) in (*SIGNS, ast.USub, ast.UAdd)):
+            raise InputError(
+                "a formula of T may not use %, &, |, ~, ==, !=, ceil and floor, along which it has "
+                "no derivative; put one where() into another for two conditions"
+            )
+    return lambda known, functions: _computed(tree, {"pi": pi, **known}, functions)
+
+
+def _computed(
+    part: ast.AST, known: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]
+) -> Any:
+    """The value of a part of a formula."""
+
+    def value(part: ast.AST) -> Any:
+        return _computed(part, known, functions)
+
+    match part:
+        case ast.Constant():
+            return part.value
+        case ast.Name():
+            return known[part.id]
+        case ast.UnaryOp():
+            return -value(part.operand) if isinstance(part.op, ast.USub) else value(part.operand)
+        case ast.BinOp():
+            return SIGNS[type(part.op)](value(part.left), value(part.right))
+        case ast.Compare():
+            return SIGNS[type(part.ops[0])](value(part.left), value(part.comparators[0]))
+        case ast.Call(func=ast.Name() as called):
+            return functions[called.id](*map(value, part.args))
+    raise TypeError(ast.dump(part))  # `_plain` lets nothing else through
 
 
 class _Floats(ast.NodeTransformer):

@@ -5,14 +5,15 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.boxes import product
-from staffa.cases.formula import formula, names
+from staffa.cases.formula import formula, generic, known, names
 from staffa.cases.given_files import in_body
-from staffa.cases.heat_keys import HeatBand, HeatKeys, InTime
+from staffa.cases.heat_keys import FilmFormula, FilmInTemperature, HeatBand, HeatKeys, InTime
 from staffa.cases.kinds import ONE, Formula
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, conductivity, pieces
 from staffa.cases.properties import in_space, point_property, product_of
 from staffa.cases.property_keys import FieldFile
+from staffa.cases.temperature_keys import OF_T, law_of
 from staffa.heat.body import (
     Bath,
     Conduction,
@@ -21,12 +22,14 @@ from staffa.heat.body import (
     Held,
     Inflow,
     Insulating,
+    OfSurface,
     PointValues,
     Values,
     everywhere_one,
     nothing,
 )
 from staffa.physics.elasticity import Property
+from staffa.physics.temperature import ARRAYS
 
 
 def conduction(case: Case) -> Conduction:
@@ -74,6 +77,8 @@ def _conductor(piece: Piece, bands: tuple[HeatBand, ...], h: float) -> Conductor
         rho_c=rho_c,
         k_factor=_times(own_k, _factor(bands, "k", h)),
         rho_c_factor=_times(_over(own_rho_c, rho_c), _factor(bands, "capacity", h)),
+        k_law=law_of(k, dim),
+        c_law=law_of(c, dim),
     )
 
 
@@ -104,7 +109,7 @@ def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
         if given.flux is not None:
             found.append(Inflow(side=side, q=in_time(given.flux, dim)))
         elif given.h is not None:
-            h, T = in_time(given.h, dim), _temperature(case, given.T)
+            h, T = film(given.h, dim), _temperature(case, given.T)
             found.append(Film(side=side, h=h, T=T))
         else:
             found.append(Held(side=side, T=_temperature(case, given.T)))
@@ -126,7 +131,20 @@ def _cracks(keys: HeatKeys, dim: int) -> Insulating | Bath | None:
     if given.conductivity is not None:
         return Insulating(residual=given.conductivity)
     assert given.h is not None and given.T is not None
-    return Bath(h=in_time(given.h, dim), T=in_time(given.T, dim))
+    return Bath(h=film(given.h, dim), T=in_time(given.T, dim))
+
+
+def film(value: Any, dim: int) -> Values | OfSurface:
+    """A film coefficient as a function of points and time, and where it is so of the surface's
+    temperature."""
+    if isinstance(value, FilmInTemperature):
+        return OfSurface(at=lambda x, time, T: value.values_at(T))
+    if isinstance(value, FilmFormula) and value.of_temperature:
+        evaluated = generic(value.formula, (*names(dim), OF_T))
+        return OfSurface(
+            at=lambda x, time, T: evaluated({**known(x, time), OF_T: T}, ARRAYS.functions)
+        )
+    return in_time(value, dim)
 
 
 def in_time(value: float | InTime | Formula, dim: int) -> Values:

@@ -3,9 +3,10 @@
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Discriminator, Field, InstanceOf, Tag
+from pydantic import Discriminator, Field, InstanceOf, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
+from staffa.cases.formula import LONGEST, uses
 from staffa.cases.kinds import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -22,6 +23,7 @@ from staffa.cases.kinds import (
     kind,
 )
 from staffa.cases.property_keys import FieldFile
+from staffa.cases.temperature_keys import OF_T, InTemperature
 from staffa.cases.tolerances import Agreement
 from staffa.physics.elasticity import PointFunction
 from staffa.units import Quantity
@@ -59,6 +61,28 @@ class FilmInTime(InTime):
     value: tuple[Annotated[FilmCoefficient, NOT_NEGATIVE], ...] = _values(
         "0 W/(m^2 K)", "500 W/(m^2 K)"
     )
+
+
+class FilmInTemperature(InTemperature):
+    """A film coefficient by the temperature of the surface, as in a boiling curve."""
+
+    value: tuple[Annotated[FilmCoefficient, NOT_NEGATIVE], ...] = _values(
+        "200 W/(m^2 K)", "8000 W/(m^2 K)"
+    )
+
+
+class FilmFormula(Formula):
+    """A formula of t, x, y (and z), and T, the temperature of the surface (K)."""
+
+    formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
+        description="of t, x, y (and z), and of the surface's temperature T (K)",
+        examples=["5.67e-8*(T**2 + 293**2)*(T + 293)"],
+    )
+
+    @property
+    def of_temperature(self) -> bool:
+        """Whether the surface's temperature changes it."""
+        return uses(self.formula, OF_T)
 
 
 class SourceInTime(InTime):
@@ -110,6 +134,12 @@ def form_or_file(value: Any) -> str:
     return "a file" if is_file else form(value)
 
 
+def form_of_film(value: Any) -> str:
+    """Which alternative of a film coefficient is meant."""
+    in_temperature = isinstance(value, InTemperature) or (isinstance(value, dict) and OF_T in value)
+    return "a table of temperature" if in_temperature else form(value)
+
+
 # A number, a table, or a formula of it.
 type Given[Value, Table] = Annotated[
     Annotated[Value, Tag("a value")]
@@ -127,7 +157,13 @@ type OrFile[Value, Table] = Annotated[
 ]
 TemperatureValue = OrFile[Temperature, TemperatureInTime]
 FluxValue = Given[HeatFlux, FluxInTime]
-FilmValue = Given[Annotated[FilmCoefficient, POSITIVE], FilmInTime]
+FilmValue = Annotated[
+    Annotated[Annotated[FilmCoefficient, POSITIVE], Tag("a value")]
+    | Annotated[FilmInTime, Tag("a table")]
+    | Annotated[FilmInTemperature, Tag("a table of temperature")]
+    | Annotated[FilmFormula, Tag("a formula")],
+    Discriminator(form_of_film),
+]
 SourceValue = Given[HeatSource, SourceInTime]
 Start = OrFile[Temperature, Geotherm]
 
@@ -143,7 +179,11 @@ TEMPERATURE_EXAMPLES = [
     {"t": ["0 s", "10 min"], "value": ["20 °C", "5 °C"]},
     FILE_EXAMPLE,
 ]
-FILM_EXAMPLES = ["500 W/(m^2 K)", {"formula": "500 + 20*x"}]
+FILM_EXAMPLES = [
+    "500 W/(m^2 K)",
+    {"formula": "500 + 20*x"},
+    {"T": ["100 °C", "200 °C"], "value": ["9000 W/(m^2 K)", "300 W/(m^2 K)"]},
+]
 FLUX_EXAMPLES = ["-500 W/m^2", {"formula": "-500*exp(-t/3600)"}]
 SOURCE_EXAMPLES = ["2e-6 W/m^3", {"formula": "100*exp(-t/3600)"}]
 

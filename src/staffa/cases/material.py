@@ -15,13 +15,16 @@ from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.sentences import shown
 from staffa.cases.split import energy_split
+from staffa.cases.temperature_keys import law_of
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, nowhere
+from staffa.evolution.rock import LAWFUL
 from staffa.geometry.places import in_box
 from staffa.parallel import any_over_ranks
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
+from staffa.physics.temperature import Law
 
 
 def materials(
@@ -61,7 +64,14 @@ def _material(piece: Piece, factor: PointFunction, common: partial[Material]) ->
         roughness=roughness(keys),
         expansion=_expansion(piece),
         rho=0.0 if keys.rho is None else point_property(keys.rho, piece.dim),
+        laws=_laws(piece),
     )
+
+
+def _laws(piece: Piece) -> dict[str, Law]:
+    """What temperature does to its mechanical properties."""
+    found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
+    return {name: law for name, law in found.items() if law is not None}
 
 
 def _expansion(piece: Piece) -> Property | np.ndarray:

@@ -10,8 +10,9 @@ import numpy as np
 from staffa.cases.anisotropy import elasticity, tensor
 from staffa.cases.kinds import ONE
 from staffa.cases.model import Case
-from staffa.cases.properties import average, varies
+from staffa.cases.properties import average, in_space, varies
 from staffa.cases.rock_keys import MaterialKeys, RegionKeys, RockKeys, is_isotropic, rock_of
+from staffa.cases.temperature_keys import depends_on_place, of_temperature, with_reference
 from staffa.geometry.places import Bounds, Grid, Sample
 from staffa.physics.elasticity import isotropic_average
 
@@ -21,7 +22,7 @@ class Averages:
     """The numbers that stand for a rock where scales are told, in SI or scaled as the case is.
 
     Where a property varies, its mean; where it has a direction, the average over all directions,
-    but of the toughness the least.
+    but of the toughness the least; where temperature changes it, that of `reference_temperature`.
     """
 
     E: float
@@ -35,7 +36,8 @@ class Piece:
     """The body or a region of it.
 
     where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
-    the body's; places: where its values are looked at before there is a mesh.
+    the body's, properties of temperature with their reference; places: where its values are looked
+    at before there is a mesh.
     """
 
     where: str
@@ -68,15 +70,32 @@ class Piece:
 def pieces(case: Case) -> tuple[Piece, ...]:
     """The body first, then its regions."""
     places = case.outline.places
-    found = [Piece(where="material", keys=case.material, dim=case.dim, places=places.within)]
+    T = reference_temperature(case)
+
+    def known(keys: MaterialKeys) -> MaterialKeys:
+        return with_reference(keys, RockKeys.model_fields, T)
+
+    body = known(case.material)
+    found = [Piece(where="material", keys=body, dim=case.dim, places=places.within)]
     for name, region in case.regions.items():
         box = box_of(case, region)
         where = partial(places.within, name)
         if box is not None:
             where = partial(Grid(boxes=((name, box),), flat={}).within, name)
-        keys = rock_of(case.material, region)
+        keys = known(rock_of(case.material, region))
         found.append(Piece(where=f"regions.{name}", keys=keys, dim=case.dim, places=where))
     return tuple(found)
+
+
+def reference_temperature(case: Case) -> float:
+    """The mean temperature (K) at the start, at which scales are told; 0 where no temperature is
+    known, or none is needed."""
+    tables = (case.material, *case.regions.values())
+    names = RockKeys.model_fields
+    if case.heat is None or not any(of_temperature(getattr(t, n)) for t in tables for n in names):
+        return 0.0
+    there = case.outline.places.within()
+    return there.mean(in_space(case.heat.initial, case.dim)(there.x))
 
 
 def box_of(case: Case, region: RegionKeys) -> Bounds | None:
@@ -125,7 +144,8 @@ def is_uneven(case: Case) -> bool:
     varies, has directions, or strains otherwise in a region than around it."""
     body, *regions = (_strained_by(piece) for piece in pieces(case))
     kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
-    return kinds or any(region != body for region in regions)
+    others = any(region != body for region in regions)
+    return kinds or others or bool(temperature_changes(case))
 
 
 def _strained_by(piece: Piece) -> tuple[float, ...]:
@@ -136,4 +156,18 @@ def _strained_by(piece: Piece) -> tuple[float, ...]:
 def piece_varies(piece: Piece) -> bool:
     """True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
-    return any(varies(value) and name not in of_heat for name, _, value in piece.properties())
+    return any(
+        varies(value) and depends_on_place(value) and name not in of_heat
+        for name, _, value in piece.properties()
+    )
+
+
+def temperature_changes(case: Case) -> tuple[str, ...]:
+    """Names of the properties that temperature changes in some rock."""
+    found = {
+        name: None
+        for piece in pieces(case)
+        for name, _, value in piece.properties()
+        if of_temperature(value)
+    }
+    return tuple(found)

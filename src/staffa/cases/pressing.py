@@ -22,6 +22,7 @@ from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.pieces import averages, pieces
 from staffa.cases.properties import in_space, varies
 from staffa.cases.support_keys import DisplacementFile
+from staffa.cases.temperature_keys import depends_on_place
 
 # Times at which a formula is looked at: evenly, and as many that crowd at the start.
 SAMPLES = 100
@@ -98,7 +99,8 @@ def _mismatch(case: Case) -> Iterator[str]:
     uneven = [
         f"{piece.where}.expansion"
         for piece, expansion in zip((body, *regions), expansions, strict=True)
-        if varies(expansion) or (isinstance(expansion, tuple) and len(set(expansion)) > 1)
+        if (varies(expansion) and depends_on_place(expansion))
+        or (isinstance(expansion, tuple) and len(set(expansion)) > 1)
     ]
     if not uneven:
         alike = averages(body).expansion

@@ -18,7 +18,13 @@ from staffa.cases.mesh_cautions import cell_edge
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, least_factor, numbers
 from staffa.cases.pace import prescribed_knots
-from staffa.cases.pieces import has_directions, is_uneven, piece_varies, pieces
+from staffa.cases.pieces import (
+    has_directions,
+    is_uneven,
+    piece_varies,
+    pieces,
+    temperature_changes,
+)
 from staffa.cases.pressing import pressing
 from staffa.cases.rules import adaptive, require_loaded, unit
 from staffa.cases.split import is_by_default
@@ -116,10 +122,14 @@ def _mesh_facts(case: Case) -> list[Fact]:
 
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Which numbers stand for a rock that is not one number, if it is not."""
-    other = any(piece.keys != case.material for piece in pieces(case))
+    body, *regions = pieces(case)
+    other = any(piece.keys != body.keys for piece in regions)
     others = ["differs by region"] if other else []
     if any(piece_varies(piece) for piece in pieces(case)):
         others.append("varies from place to place")
+    changing = temperature_changes(case)
+    if changing:
+        others.append(f"changes with temperature ({', '.join(changing)})")
     if any(has_directions(piece.keys) for piece in pieces(case)):
         others.append("has directions")
     if not others:

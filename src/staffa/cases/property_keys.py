@@ -271,9 +271,3 @@ type OneOrMore[One, Each] = Annotated[
     Annotated[One, Tag("one property")] | Annotated[tuple[Each, ...], Tag("a list")],
     Discriminator(one_or_more),
 ]
-ModulusValue = PropertyValue[Modulus, RandomModulus, ModulusFile]
-ToughnessValue = PropertyValue[Toughness, RandomToughness, ToughnessFile]
-ExpansionValue = PropertyValue[Expansion, RandomExpansion, ExpansionFile]
-ConductivityValue = PropertyValue[Conductivity, RandomConductivity, ConductivityFile]
-DensityValue = PropertyValue[Density, RandomDensity, DensityFile]
-HeatCapacityValue = PropertyValue[HeatCapacity, RandomHeatCapacity, HeatCapacityFile]

@@ -17,25 +17,21 @@ from staffa.cases.kinds import (
     Stress,
     Toughness,
 )
-from staffa.cases.property_keys import (
+from staffa.cases.property_keys import OneOrMore
+from staffa.cases.temperature_keys import (
     ConductivityValue,
     DensityValue,
     ExpansionValue,
-    FieldFile,
     HeatCapacityValue,
     ModulusValue,
-    OneOrMore,
-    PropertyValue,
-    RandomNumber,
+    RatioValue,
     ToughnessValue,
 )
 from staffa.units import EXAMPLES
 
 Moduli = OneOrMore[ModulusValue, ModulusValue]
-Ratio = PropertyValue[Number, RandomNumber, FieldFile]
-Ratios = OneOrMore[
-    PropertyValue[Annotated[Number, Field(gt=-1, le=0.5)], RandomNumber, FieldFile], Ratio
-]
+Ratio = RatioValue[Number]
+Ratios = OneOrMore[RatioValue[Annotated[Number, Field(gt=-1, le=0.5)]], Ratio]
 
 RANDOM_E = {"mean": "70 GPa", "variation": 0.2, "length": "5 mm", "seed": 1}
 # Which keys say how stiff the rock is, and which along what: a region takes each group as a whole.

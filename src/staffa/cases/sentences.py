@@ -29,7 +29,16 @@ RULES = {
 }
 # Parts of Pydantic's locations that name an alternative of a key, and are no key.
 ALTERNATIVES = (
-    *("a table", "adaptive steps", "a value", "a list", "a formula", "a segment", "a disc"),
+    *(
+        "a table",
+        "a table of temperature",
+        "adaptive steps",
+        "a value",
+        "a list",
+        "a formula",
+        "a segment",
+        "a disc",
+    ),
     *("one value", "one property", "a random field", "a file"),
     *("a named one", *(f"kind {kind}" for kind in KINDS)),
     *("a spot", "a line"),

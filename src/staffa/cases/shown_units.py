@@ -59,8 +59,13 @@ def _only(among: Iterable[Quantity], dimension: str) -> Unit | None:
 
 
 def _swing(case: Case) -> float:
-    """The largest difference (K) of temperatures that are written in the case, 0 without any."""
-    known = [float(q) for _, q in quantities(case) if isinstance(q, Temperature)]
+    """The largest difference (K) of temperatures that the case names, 0 without any; not of tables
+    that are given by temperature."""
+    known = [
+        float(q)
+        for key, q in quantities(case)
+        if isinstance(q, Temperature) and not key.startswith(("material.", "regions."))
+    ]
     return max(known) - min(known) if known else 0.0
 
 

@@ -286,19 +286,25 @@ def snapshot(system: System) -> tuple[np.ndarray, ...]:
 
 def copied(system: System) -> tuple[np.ndarray, ...]:
     """The same copy, after which solvers go on with what they have."""
-    state = system.state
-    fields = (state.u, state.alpha, state.T, system.bounds.lower)
+    state, spent = system.state, system.energy.spent
+    fields = [state.u, state.alpha, state.T, system.bounds.lower]
     loads = system.energy.external.kept()
+    if spent:
+        fields.append(spent.alpha)
+        loads = np.append(loads, spent.energy)
     return (*(field.x.array.copy() for field in fields), loads)
 
 
 def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
-    """Put back what `snapshot` kept."""
-    state, parts = system.state, system.alternation
+    """Put back what `snapshot` kept, or a checkpoint, in which all that cracks cost is booked."""
+    state, parts, spent = system.state, system.alternation, system.energy.spent
     fields = (state.u, state.alpha, state.T, system.bounds.lower)
     *arrays, loads = kept
-    for field, values in zip(fields, arrays, strict=True):
+    for field, values in zip(fields, arrays, strict=False):
         field.x.array[:] = values
+    if spent:
+        spent.alpha.x.array[:] = arrays[4] if len(arrays) > len(fields) else arrays[1]
+        spent.energy = float(loads[-1])
     system.energy.external.put_back(loads)
     read_vector(state.u, parts.u)
     read_vector(state.alpha, parts.alpha)

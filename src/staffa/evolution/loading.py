@@ -23,9 +23,12 @@ class Loading:
 
     work: of the temperature change, of the prescribed displacements and of external loads that
     change, along the straight path from the loads before: by the power at its ends, which is exact
-    without a split, and with one by that between them too (see `evolution.path`). start, end: total
-    energies. heat: what the heat equation did, if it gives the temperature. spread: the size of the
-    terms that these energies are differences of, see `ElasticSolver.spread`.
+    without a split, and with one by that between them too (see `evolution.path`). Where properties
+    depend on temperature, the path has two legs: first temperature and loads change, then the
+    displacement. The work of the first is the change of energy that they make by themselves, dE/dT
+    and dGc/dT integrated; along the second the energy is as before. start, end: total energies.
+    heat: what the heat equation did, if it gives the temperature. spread: the size of the terms
+    that these energies are differences of, see `ElasticSolver.spread`.
     """
 
     work: float
@@ -46,6 +49,7 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     state = system.state
     if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
         raise _not_finite("displacement", end.time)
+    system.energy.book()  # at the toughness that the cracks met
     T, heat = system.cooling.advance(
         state.T.x.array.copy(), state.alpha.x.array, start.time, end.time
     )
@@ -74,17 +78,24 @@ def put_on(
         )
 
     energy.direction.x.array[:] = T - state.T.x.array
-    path = None if energy.linear else Path(energy, parts)
-    at_first, first, u = energy.total(), power(), parts.u.copy()
+    lawful = bool(energy.of_temperature)
+    path = None if energy.linear or lawful else Path(energy, parts)
+    at_first, first, u = energy.total(), 0.0 if lawful else power(), parts.u.copy()
     state.T.x.array[:] = T
     energy.external.at(end.time)
     if any_over_ranks(comm, not energy.external.is_finite()):
         raise _not_finite("force", end.time)
+    put = 0.0
+    if lawful:  # temperature and loads first, which alone changes the energy by `put`
+        put, path = energy.total() - at_first, Path(energy, parts)
+        start_time, energy.direction.x.array[:] = end.time, 0.0
     equilibrium(parts, end.values)
     at_last, last = energy.total(), power()
-    work, spread = (first + last) / 2, max(map(parts.elastic.spread, (u, parts.u)))
+    if lawful and path is not None:
+        first = path.slope_at_start()
+    work, spread = put + (first + last) / 2, max(map(parts.elastic.spread, (u, parts.u)))
     u.destroy()
-    if path is not None:
+    if path is not None and not energy.linear:
         scale = max(abs(at_first), abs(at_last), energy.energies().scale, CANCELED * spread)
         work += path.bend(accuracy=ACCURACY * scale)
     return Loading(work=work, start=at_first, end=at_last, spread=spread)

@@ -115,6 +115,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
     while True:
         if history and loop.due:
             _look_back(problem, system, observers, loop, history)
+        system.energy.book()
         time, standing = loop.next_time(), loop.standing(system)
         observers.keep(standing, time is None)
         if time is None:

@@ -99,6 +99,14 @@ class Path:
         finally:
             self._go_to(end)
 
+    def slope_at_start(self) -> float:
+        """Derivative of the energy along the path where it begins; the current state stays."""
+        end = self._at_hand()
+        try:
+            return self._slope(end, 0.0)
+        finally:
+            self._go_to(end)
+
     def _slope(self, end: Place, s: float) -> float:
         """Derivative of the energy along the path, at a fraction s of it."""
         energy, start, external = self.energy, self.start, self.energy.external

@@ -18,6 +18,7 @@ from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, EnergySplit
+from staffa.physics.temperature import Law
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
 
@@ -47,7 +48,8 @@ class Material:
     isotropic one of E and nu, which then are what scales are told in. toughness: factor on Gc at
     points, a function of position alone. roughness: symmetric A, shape (3, 3), of the term
     ell grad alpha . A grad alpha: a straight crack of unit normal n costs Gc sqrt(n . A n); None:
-    the identity. cracked: True at the points
+    the identity. laws: factors on E, nu, Gc and expansion by temperature, by these names.
+    cracked: True at the points
     of cracks that are there from the start; cracks: those that break every cell they cut, which any
     mesh can carry.
     """
@@ -67,6 +69,15 @@ class Material:
     toughness: PointFunction = ones
     cracked: PointFunction = nowhere
     cracks: tuple[FlatCrack, ...] = ()
+    laws: Mapping[str, Law] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Temperatures:
+    """Temperatures (K) at points: free of thermal strain, and before the first step."""
+
+    stress_free: PointFunction
+    initial: PointFunction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +144,8 @@ class Problem:
     elements: of the displacement, see `physics.locking`. regions: the rock of the domain's regions
     that differs from `material`; ell, the laws, the plane state and what is cracked are the body's,
     those of `material`.
-    load: where the temperature comes from, a closed form or the heat equation. forces: what else
+    load: where the temperature comes from, a closed form or the heat equation. temperatures: from
+    which it changes, needed where a rock has laws of it. forces: what else
     acts; those of t = 0, with the prestress, are in equilibrium before the first step.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
     None where nothing diffuses. backtracking, second_order: None for none; by default the second
@@ -145,6 +157,7 @@ class Problem:
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
     load: Load | Conduction
+    temperatures: Temperatures | None = None
     forces: Forces = field(default_factory=Forces)
     schedule: Schedule
     sides: tuple[SideSupport, ...] = ()

@@ -1,6 +1,7 @@
 """From the numbers of a problem to the coefficients of its energy, place by place."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 from staffa.stack import MPI  # noqa: F401
 
@@ -12,13 +13,17 @@ from staffa.energy import Energy, Rock
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, Problem
 from staffa.external import External
-from staffa.fields import Spaces, State
+from staffa.fields import Spaces, State, vertices
 from staffa.loads.forces import Forces
 from staffa.physics.elasticity import Isotropic, Property, values
 from staffa.physics.material import AXIAL
+from staffa.physics.temperature import Algebra, Law
 from staffa.strain import AnisotropicRock, Coefficient, IsotropicRock, reduced
+from staffa.thermal import Expression, algebra, by_law, middle_of_cell
 
 Values = Callable[[Material, np.ndarray], np.ndarray]
+# Properties that temperature may change.
+LAWFUL = ("E", "nu", "Gc", "expansion")
 
 
 def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
@@ -44,8 +49,59 @@ def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
         domain=problem.domain,
         spaces=spaces,
         state=state,
-        rock=rock(places, problem.forces),
+        rock=rock(places, problem.forces, warmth(problem, spaces, state)),
         external=external,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Warmth:
+    """Temperatures (K) of the body in forms: at the state, before the first step, and free of
+    thermal strain. middle: of each cell (m); algebra: that of forms."""
+
+    now: Expression
+    start: Expression
+    stress_free: Expression
+    middle: fem.Function
+    algebra: Algebra
+
+    def factor(self, law: Law | None, T: Expression) -> Expression | float:
+        """Factor on a property at a temperature."""
+        return 1.0 if law is None else law.at(T, self.middle, self.algebra)
+
+    def warming(self, law: Law | None) -> Expression:
+        """The free strain over the coefficient of expansion (K)."""
+        if law is None:
+            return self.now - self.stress_free
+        return law.integral(self.stress_free, self.now, self.middle, self.algebra)
+
+
+def warmth(problem: Problem, spaces: Spaces, state: State) -> Warmth | None:
+    """What the laws of the rock are evaluated at; None without any. Collective.
+
+    Raises
+    ------
+    InputError
+        There are laws, and no temperatures.
+    """
+    if not any(rock.laws for rock in (problem.material, *problem.regions.values())):
+        return None
+    given = problem.temperatures
+    if given is None:
+        raise InputError(
+            "the rock has properties of temperature, and only changes of temperature are known; "
+            "give Problem.temperatures, or in a case the heat equation"
+        )
+    x = vertices(spaces.alpha).T
+    stress_free, start = fem.Function(spaces.alpha), fem.Function(spaces.alpha)
+    stress_free.x.array[:], start.x.array[:] = given.stress_free(x), given.initial(x)
+    mesh = problem.domain.mesh
+    return Warmth(
+        now=stress_free + state.T,
+        start=start,
+        stress_free=stress_free,
+        middle=middle_of_cell(mesh),
+        algebra=algebra(mesh),
     )
 
 
@@ -81,24 +137,46 @@ class Places:
             return fem.Constant(self.domain.mesh, float(everywhere))
         return self.field(self.values(lambda m, x: values(get(m), x)), name)
 
+    def by_law(self, name: str, value: Callable[[Law | None], Expression]) -> Expression:
+        """What follows from the law of a property, cell by cell."""
+        every = np.arange(self._x.shape[1])
+        rocks = [(self.material.laws.get(name), every)]
+        rocks += [(rock.laws.get(name), cells) for cells, rock in self._regions]
+        return by_law(self.domain.mesh, rocks, value)
+
+    def has_law(self, name: str) -> bool:
+        """Whether temperature changes a property of some rock."""
+        return self.any(lambda m: name in m.laws)
+
     def any(self, of: Callable[[Material], bool]) -> bool:
         """Whether something is true of some rock."""
         return any(of(rock) for rock in (self.material, *(rock for _, rock in self._regions)))
 
 
-def rock(places: Places, forces: Forces | None = None) -> Rock:
+def rock(places: Places, forces: Forces | None = None, warm: Warmth | None = None) -> Rock:
     """The rock of a body, its properties evaluated at the middle of each cell.
+
+    warm: its temperatures, at which laws are evaluated; None without any.
 
     Raises
     ------
     InputError
         The split is for isotropic rock, and this is not.
     """
-    material = places.material
+    material, elastic = places.material, _elasticity(places)
+    Gc = places.field(places.values(lambda m, x: m.Gc * m.toughness(x)), "Gc")
+    changing = frozenset(name for name in LAWFUL if warm and places.has_law(name))
+    at_rest, warming = None, None
+    if warm and changing & {"E", "nu"}:
+        elastic, at_rest = (_at(elastic, places, warm, T) for T in (warm.now, warm.start))
+    if warm and "expansion" in changing:
+        warming = places.by_law("expansion", warm.warming)
+    if warm and "Gc" in changing:
+        Gc = Gc * places.by_law("Gc", lambda law: warm.factor(law, warm.now))
     return Rock(
-        elasticity=_elasticity(places),
+        elasticity=elastic,
         expansion=_expansion(places),
-        Gc=places.field(places.values(lambda m, x: m.Gc * m.toughness(x)), "Gc"),
+        Gc=Gc,
         ell=material.ell,
         law=material.law,
         state=material.state,
@@ -106,7 +184,28 @@ def rock(places: Places, forces: Forces | None = None) -> Rock:
         roughness=_roughness(places),
         prestress=None if forces is None else _prestress(places.domain, forces),
         residual_stiffness=material.residual_stiffness,
+        warming=warming,
+        at_rest=at_rest,
+        of_temperature=changing,
     )
+
+
+def _at(
+    elastic: IsotropicRock | AnisotropicRock, places: Places, warm: Warmth, T: Expression
+) -> IsotropicRock:
+    """The elasticity at a temperature (K)."""
+    if isinstance(elastic, AnisotropicRock):
+        raise InputError(
+            "E and nu depend on temperature, and some rock has directions; give E and nu of "
+            "temperature in rock without directions alone"
+        )
+    factors = {
+        name: places.by_law(name, lambda law: warm.factor(law, T))
+        for name in ("E", "nu")
+        if places.has_law(name)
+    }
+    scaled = {name: getattr(elastic, name) * factor for name, factor in factors.items()}
+    return replace(elastic, **scaled)
 
 
 def _elasticity(places: Places) -> IsotropicRock | AnisotropicRock:

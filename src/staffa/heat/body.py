@@ -5,8 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from staffa.physics.temperature import Law
+
 # Values at points x, shape (3, n), and a time t (s): shape (n,), or one value for all.
 Values = Callable[[np.ndarray, float], np.ndarray | float]
+# Values at points x and a time, where the surface has temperatures T (K), shape (n,).
+SurfaceValues = Callable[[np.ndarray, float, np.ndarray], np.ndarray | float]
 # Values at points alone, shape (3, n) -> (n,).
 PointValues = Callable[[np.ndarray], np.ndarray]
 
@@ -19,6 +23,13 @@ def nothing(x: np.ndarray, t: float) -> float:
 def everywhere_one(x: np.ndarray) -> np.ndarray:
     """1 at every point."""
     return np.ones(x.shape[1])
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfSurface:
+    """A film coefficient (W/(m^2 K)) by the temperature of the surface behind it."""
+
+    at: SurfaceValues
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +53,7 @@ class Film:
     """A side behind a film of coefficient h (W/(m^2 K)), beyond which there is a bath at T (K)."""
 
     side: str
-    h: Values
+    h: Values | OfSurface
     T: Values
 
 
@@ -58,7 +69,7 @@ class Bath:
     """Cracks full of a fluid at T (K), each of whose two faces exchanges heat with it: a film of
     coefficient h (W/(m^2 K))."""
 
-    h: Values
+    h: Values | OfSurface
     T: Values
 
 
@@ -70,6 +81,8 @@ class Conductor:
     rho_c: float
     k_factor: PointValues = everywhere_one
     rho_c_factor: PointValues = everywhere_one
+    k_law: Law | None = None
+    c_law: Law | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +91,11 @@ class Conduction:
 
     k: conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers; rho_c: heat capacity
     a volume (J/(m^3 K)); k_factor, rho_c_factor: factors on them at points, evaluated in the middle
-    of each cell; regions: the rock of the domain's regions that differs from these. initial:
-    temperature (K) at points at t = 0; stress_free: the one without thermal strain, the initial one
-    if None. source: heat made a volume and time (W/m^3). cracks: how they change the flow of heat;
-    None for not at all.
+    of each cell; k_law, c_law: factors on them by temperature, None for no dependence on it (that
+    of c with the place of each vertex); regions: the rock of the domain's regions that differs from
+    these. initial: temperature (K) at points at t = 0; stress_free: the one without thermal strain,
+    the initial one if None. source: heat made a volume and time (W/m^3). cracks: how they change
+    the flow of heat; None for not at all.
 
     kinks: times (s), increasing, at which something prescribed changes its course: steps end there.
     tolerance: largest error of a time step of its own, over the largest change of temperature since
@@ -96,6 +110,8 @@ class Conduction:
     stress_free: PointValues | None = None
     k_factor: PointValues = everywhere_one
     rho_c_factor: PointValues = everywhere_one
+    k_law: Law | None = None
+    c_law: Law | None = None
     regions: Mapping[str, Conductor] = field(default_factory=dict)
     sides: tuple[Held | Inflow | Film, ...] = ()
     source: Values = nothing
@@ -104,3 +120,11 @@ class Conduction:
     tolerance: float = 1e-4
     agreement: float = 1e-3
     passes: int = 50
+
+    @property
+    def linear(self) -> bool:
+        """Whether nothing in it depends on temperature."""
+        rocks: tuple[Conduction | Conductor, ...] = (self, *self.regions.values())
+        laws = any(rock.k_law or rock.c_law for rock in rocks)
+        surfaces = [getattr(where, "h", None) for where in (*self.sides, self.cracks)]
+        return not laws and not any(isinstance(h, OfSurface) for h in surfaces)

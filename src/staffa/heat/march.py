@@ -9,8 +9,8 @@ out neither the stages nor, for them, integrals over a step.
 """
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
-from math import ceil, sqrt
+from dataclasses import replace
+from math import ceil
 from time import perf_counter
 
 from staffa.stack import PETSc
@@ -22,15 +22,13 @@ from staffa.domain import Domain
 from staffa.errors import SolveError
 from staffa.fields import Spaces, owned
 from staffa.heat.body import Conduction
+from staffa.heat.nonlinear import NonlinearSteps
 from staffa.heat.operators import Exchange, HeatOperators
+from staffa.heat.step import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
 from staffa.options import HEAT, apply, petsc_errors
 from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.records import Heat
 
-GAMMA = 2 - sqrt(2)
-D, W = GAMMA / 2, sqrt(2) / 4
-WEIGHTS = np.array([W, W, D])
-EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
 # A step is as long as its error allows, with some caution, and changes by these factors at most.
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
 # A change of a temperature by less than this part of it is none: rounding makes such.
@@ -38,15 +36,6 @@ UNCHANGED = 1e-7
 # What flows from vertex to vertex at one temperature cancels, but for its round-off: over the
 # least that an audit allows, less than this fraction of what would flow from each alone.
 CANCELED = 1e-9
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Tried:
-    """A step tried: the temperature after it, its error over the tolerance, what entered (J)."""
-
-    T: np.ndarray
-    error: float
-    entered: dict[str, float]
 
 
 class HeatEquation:
@@ -74,6 +63,7 @@ class HeatEquation:
         apply("heat_", HEAT)
         self._ksp.setOperators(self._matrix)
         self._ksp.setFromOptions()
+        self._nonlinear = None if conduction.linear else NonlinearSteps(self.operators)
 
     @property
     def feels_cracks(self) -> bool:
@@ -112,7 +102,7 @@ class HeatEquation:
         for stop in (*(t for t in self.conduction.kinks if start < t < end), end):
             T, largest, steps = self._march(T, time, stop, largest, entered)
             time, substeps = stop, substeps + steps
-        heat = self._account(T, T - began, entered, substeps, end - start)
+        heat = self._account(began, T, entered, substeps, end - start)
         return self._with_ghosts(T - self._stress_free), replace(
             heat, seconds=perf_counter() - began_at
         )
@@ -148,8 +138,11 @@ class HeatEquation:
         changed = max_over_ranks(self.comm, np.abs(T - self._initial))
         return max(changed, UNCHANGED * max_over_ranks(self.comm, np.abs(T)))
 
-    def _try(self, T: np.ndarray, time: float, length: float, largest: float = 0.0) -> _Tried:
+    def _try(self, T: np.ndarray, time: float, length: float, largest: float = 0.0) -> Tried:
         """One step of the method, of any length (s); largest: change of temperature before (K)."""
+        if self._nonlinear:
+            tried = self._nonlinear.tried(T, time, length, max(largest, self._change(T)))
+            return replace(tried, error=self._over_allowed(tried.error, tried.T, largest))
         at, held = self.operators, self.operators.held
         times = (time, time + GAMMA * length, time + length)
         prescribed = [at.held_values(t) for t in times]
@@ -175,7 +168,7 @@ class HeatEquation:
         for name, part in at.held_by_side():
             entries = held[part]
             entered[name] += float(at.capacity[entries] @ (started - T)[entries])
-        return _Tried(T=new, error=self._error(new, rates, length, largest), entered=entered)
+        return Tried(T=new, error=self._error(new, rates, length, largest), entered=entered)
 
     def _rates(
         self, T: np.ndarray, exchanges: list[Exchange]
@@ -188,16 +181,9 @@ class HeatEquation:
     def _by_cause(
         self, rate: np.ndarray, gain: np.ndarray, entering: dict[str, np.ndarray]
     ) -> dict[str, float]:
-        """Heat that enters the body (W): on held sides, what their vertices gain beyond the rest.
-
-        Of this rank's own vertices.
-        """
-        found = {name: float(part.sum()) for name, part in entering.items()}
+        """Heat that enters the body (W), see `step.by_cause`."""
         held = self.operators.held
-        needed = self.operators.capacity[held] * rate[held] - gain[held]
-        for name, part in self.operators.held_by_side():
-            found[name] = found.get(name, 0.0) + float(needed[part].sum())
-        return found
+        return by_cause(self.operators, self.operators.capacity[held] * rate[held], gain, entering)
 
     def _stage(
         self, base: np.ndarray, held: np.ndarray, exchanges: list[Exchange], length: float
@@ -251,13 +237,25 @@ class HeatEquation:
         equation is stiff, the embedded method is not of use."""
         difference = length * np.einsum("i,ij", WEIGHTS - EMBEDDED, rates)
         error = max_over_ranks(self.comm, np.abs(self._solve(self.operators.capacity * difference)))
+        return self._over_allowed(error, new, largest)
+
+    def _over_allowed(self, error: float, new: np.ndarray, largest: float) -> float:
+        """An error (K) over what is allowed."""
         allowed = self.conduction.tolerance * max(largest, self._change(new))
-        return error / allowed if allowed > 0 else 0.0
+        return error / allowed if allowed > 0 else (0.0 if np.isfinite(error) else np.inf)
+
+    def _gained(self, before: np.ndarray, after: np.ndarray, *, sizes: bool = False) -> float:
+        """Heat that the body gains on this rank (J), or the sum of its vertices' sizes of it."""
+        if self._nonlinear:
+            gained = self._nonlinear.gained(before, after)
+            return float((np.abs(gained) if sizes else gained).sum())
+        change = after - before
+        return float(self.operators.capacity @ (np.abs(change) if sizes else change))
 
     def _account(
         self,
+        began: np.ndarray,
         T: np.ndarray,
-        change: np.ndarray,
         entered: dict[str, float],
         substeps: int,
         length: float,
@@ -270,8 +268,8 @@ class HeatEquation:
         self.operators.matrix.getDiagonal(self._diagonal)
         names, capacity = sorted(entered), self.operators.capacity
         mine = [
-            capacity @ change,
-            capacity @ np.abs(T - self._initial),
+            self._gained(began, T),
+            self._gained(self._initial, T, sizes=True),
             capacity @ np.abs(T),
             length * float(self._diagonal.array_r @ np.abs(T)),
             *(entered[name] for name in names),
@@ -290,9 +288,12 @@ class HeatEquation:
         does not know of, over what crossed or is stored; see `advance`."""
         n = len(self._initial)
         T, capacity = after[:n] + self._stress_free, self.operators.capacity
+        gained = capacity @ (after - before)[:n]
+        if self._nonlinear:
+            gained = self._gained(before[:n] + self._stress_free, T)
         mine = [
-            capacity @ (after - before)[:n],
-            capacity @ np.abs(T - self._initial),
+            gained,
+            self._gained(self._initial, T, sizes=True),
             capacity @ np.abs(T),
         ]
         gained, since, content = sum_over_ranks(self.comm, np.array(mine)).tolist()
@@ -309,6 +310,8 @@ class HeatEquation:
         """Free the PETSc objects."""
         for thing in (self._ksp, self._matrix, self._diagonal, self._rhs, self._solution):
             thing.destroy()
+        if self._nonlinear:
+            self._nonlinear.destroy()
         self.operators.destroy()
 
 

@@ -8,6 +8,7 @@ makes nothing warmer beside it, as it would with a consistent capacity.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import ufl
@@ -27,30 +28,47 @@ from staffa.heat.body import (
     Held,
     Inflow,
     Insulating,
+    OfSurface,
     PointValues,
     Values,
 )
 from staffa.parallel import any_over_ranks, max_over_ranks
+from staffa.physics.temperature import Law
+from staffa.thermal import distinct, share_of
 
 # Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack,
 # while alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces
 # its gradient sums to 1, whatever the profile.
 SHARPNESS, QUADRATURE = 16, 8
+# Part of a difference of temperatures over which the slope of a film coefficient is taken.
+STEP = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Exchange:
     """Heat that enters at vertices from one cause (W): given, or coefficient (bath - T); owned
-    entries."""
+    entries. film: gives the coefficient (W/K) at temperatures (K), where it depends on them."""
 
     name: str
     given: np.ndarray
     coefficient: np.ndarray
     bath: np.ndarray
+    film: Callable[[np.ndarray], np.ndarray] | None = None
 
     def entering(self, T: np.ndarray) -> np.ndarray:
         """What enters at these temperatures (K)."""
-        return self.given + self.coefficient * (self.bath - T)
+        return self.given + self._at(T) * (self.bath - T)
+
+    def slope(self, T: np.ndarray) -> np.ndarray:
+        """Its derivative by temperature (W/K)."""
+        if self.film is None:
+            return -self.coefficient
+        apart = STEP * np.maximum(np.abs(self.bath - T), STEP * (np.abs(T) + 1.0))
+        steepness = (self._at(T + apart) - self._at(T - apart)) / (2 * apart)
+        return steepness * (self.bath - T) - self._at(T)
+
+    def _at(self, T: np.ndarray) -> np.ndarray:
+        return self.coefficient if self.film is None else self.film(T)
 
 
 class HeatOperators:
@@ -77,9 +95,12 @@ class HeatOperators:
             residual = fem.Constant(domain.mesh, conduction.cracks.residual)
             left, degree = 1 - sharp + residual, QUADRATURE
         factor = _in_cells(spaces, rocks, lambda rock, x: rock.k_factor(x))
-        flow = left * factor * ufl.dot(k, ufl.grad(T))
+        self.rocks, self.dx, self.degree = rocks, dx, degree
+        self.flow = lambda gradient: left * factor * ufl.dot(k, gradient)
+        flow = self.flow(ufl.grad(T))
         self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=degree))
         rho_c = _in_cells(spaces, rocks, lambda rock, x: rock.rho_c * rock.rho_c_factor(x))
+        self._storage = rho_c * phi
         self.capacity = self._lumped(rho_c * phi * dx(degree=1))
         self._volume = self._lumped(phi * dx(degree=1))
         self._areas = {
@@ -109,6 +130,21 @@ class HeatOperators:
         fem.assemble_vector(sums.x.array, compiled)
         sums.x.scatter_reverse(la.InsertMode.add)
         return owned(sums).copy()
+
+    @property
+    def x(self) -> np.ndarray:
+        """Places of the owned entries (m), shape (3, n)."""
+        return self._x
+
+    def capacities(self) -> list[tuple[Law | None, np.ndarray]]:
+        """The laws of the heat capacities, and of each what its rock has of `capacity`."""
+        rocks = [(rock.c_law, cells) for rock, cells in self.rocks]
+        laws = distinct(rocks)
+        if len(laws) == 1:
+            return [(laws[0], self.capacity)]
+        here = [self._storage * share_of(self.space.mesh, rocks, law) for law in laws]
+        parts = [self._lumped(part * self.dx(degree=1)) for part in here]
+        return list(zip(laws, parts, strict=True))
 
     def _held_entries(self, domain: Domain) -> dict[str, np.ndarray]:
         """Owned entries of each held side; a vertex of two of them belongs to the first."""
@@ -184,12 +220,29 @@ class HeatOperators:
             found.append(self._film("cracks", self._crack_area, cracks.h, cracks.T, t))
         return found
 
-    def _film(self, name: str, area: np.ndarray, h: Values, T: Values, t: float) -> Exchange:
+    def _film(
+        self, name: str, area: np.ndarray, h: Values | OfSurface, T: Values, t: float
+    ) -> Exchange:
         where = np.flatnonzero(area)
         coefficient, bath = np.zeros_like(area), np.zeros_like(area)
-        coefficient[where] = self._at(f"{name}.h", h, t, where, least=0.0) * area[where]
         bath[where] = self._at(f"{name}.T", T, t, where)
-        return Exchange(name=name, given=0 * area, coefficient=coefficient, bath=bath)
+        film = None
+        if isinstance(h, OfSurface):
+            film = partial(self._coefficient, f"{name}.h", h, t, area)
+        else:
+            coefficient[where] = self._at(f"{name}.h", h, t, where, least=0.0) * area[where]
+        return Exchange(name=name, given=0 * area, coefficient=coefficient, bath=bath, film=film)
+
+    def _coefficient(
+        self, name: str, h: OfSurface, t: float, area: np.ndarray, T: np.ndarray
+    ) -> np.ndarray:
+        """Heat a kelvin through a film (W/K) on surfaces at temperatures (K), owned entries."""
+        where, found = np.flatnonzero(area), np.zeros_like(area)
+        surface = T[where]
+        found[where] = area[where] * self._at(
+            name, lambda x, t: h.at(x, t, surface), t, where, least=0.0
+        )
+        return found
 
     def _at(
         self,
@@ -246,6 +299,8 @@ def _rocks(domain: Domain, conduction: Conduction) -> Rocks:
         rho_c=conduction.rho_c,
         k_factor=conduction.k_factor,
         rho_c_factor=conduction.rho_c_factor,
+        k_law=conduction.k_law,
+        c_law=conduction.c_law,
     )
     regions = [(rock, domain.cells(name)) for name, rock in conduction.regions.items()]
     return [(body, every), *regions]

@@ -63,6 +63,12 @@ from staffa.cases.rules.supports import (
     section_owns_its_sides,
     something_happens,
 )
+from staffa.cases.rules.temperature import (
+    formulas_of_temperature_give_numbers,
+    laws_fit_the_rock,
+    tables_of_temperature_agree,
+    temperature_is_known,
+)
 from staffa.cases.rules.times import (
     adaptive,
     adaptive_steps_are_possible,
@@ -109,6 +115,9 @@ RULES = (
     random_fields_are_possible,
     files_count_as_the_case,
     files_cover_the_body,
+    temperature_is_known,
+    laws_fit_the_rock,
+    tables_of_temperature_agree,
     properties_have_values,
     elasticity_is_definite,
     mesh_carries_cracks,
@@ -126,6 +135,7 @@ RULES = (
     times_increase,
     adaptive_steps_are_possible,
     formulas_give_numbers,
+    formulas_of_temperature_give_numbers,
     forces_say_something,
     forces_fit_the_body,
     split_fits_the_rock,

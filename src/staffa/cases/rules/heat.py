@@ -16,8 +16,10 @@ from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.sentences import shown
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.units import Quantity
 
 START = ("initial", "stress_free")
+ROUND_OFF = 1e-9  # part of a temperature: "20 °C" and "68 degF" may differ in a digit
 TRIED = 21  # times at which a formula is tried
 
 
@@ -143,17 +145,35 @@ def _cracks_are_complete(where: str, cracks: HeatCracks) -> None:
 
 
 def heat_enters_or_leaves(case: Case) -> None:
-    """A side, a source or a fluid in the cracks is there, without which all stays as it is."""
+    """Something changes or strains the body: a side, a source or a fluid in the cracks; an initial
+    temperature that evens out; or one that differs from `stress_free`."""
     keys = case.heat
     if keys is None:
         return
     sides = any(keys.on(side) is not None for side in case.outline.faces)
     bath = keys.cracks is not None and keys.cracks.h is not None
-    if not (sides or bath or keys.source is not None):
+    if not (sides or bath or keys.source is not None or _evens_out(keys) or _is_strained(keys)):
         raise InputError(
-            "[heat] heats and cools nothing: no side is named, and no source and no fluid in the "
-            'cracks; give one of them, like bottom = { T = "5 °C" }'
+            "[heat] heats and cools nothing: no side is named, no source, no fluid in the cracks, "
+            "and the body starts even and free of stress; give one of them, like "
+            'bottom = { T = "5 °C" }, or stress_free, the temperature at which it was joined'
         )
+
+
+def _evens_out(keys: HeatKeys) -> bool:
+    """True if the initial temperature is not the same everywhere."""
+    start = keys.initial
+    return isinstance(start, Formula) or (
+        isinstance(start, Geotherm) and any(float(slope) != 0 for slope in start.gradient)
+    )
+
+
+def _is_strained(keys: HeatKeys) -> bool:
+    """True if the body starts at another temperature than the one without thermal strain."""
+    free, start = keys.stress_free, keys.initial
+    if isinstance(free, Quantity) and isinstance(start, Quantity):
+        return abs(free - start) > ROUND_OFF * abs(start)
+    return free is not None and free != start
 
 
 def _values(case: Case, keys: HeatKeys) -> Iterator[tuple[str, Any, str | None]]:
@@ -176,7 +196,7 @@ def formulas_give_numbers(case: Case) -> None:
     visited = times_in(case, times_given(case)[[0, -1]])
     times = {*np.linspace(0.0, visited[-1], TRIED).tolist(), *visited}
     for where, value, side in _values(case, case.heat):
-        if not isinstance(value, Formula):
+        if not isinstance(value, Formula) or getattr(value, "of_temperature", False):
             continue
         at_start = where.removeprefix("heat.") in START
         known = names(case.dim, time=not at_start)

@@ -17,6 +17,7 @@ from staffa.cases.rules.body import box_is_inside
 from staffa.cases.rules.files import covers
 from staffa.cases.rules.names import regions_are_there
 from staffa.cases.sentences import shown
+from staffa.cases.temperature_keys import of_temperature
 from staffa.cases.writing import inline
 from staffa.errors import InputError
 from staffa.physics.elasticity import checked
@@ -91,8 +92,8 @@ def properties_have_values(case: Case) -> None:
     """What varies has numbers that a rock can have, wherever it is tried."""
     for piece in pieces(case):
         for name, where, value in piece.properties():
-            if not varies(value) or isinstance(value, RandomField):
-                continue  # a random field's values are looked at with the mesh
+            if not varies(value) or isinstance(value, RandomField) or of_temperature(value):
+                continue  # a random field's values are looked at with the mesh, others by their law
             found = _tried_values(where, value, piece)
             if name not in RATIOS and found.min() <= 0:
                 raise InputError(
