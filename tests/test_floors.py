@@ -28,7 +28,7 @@ FLOORS = [
     },
     {"physics"},
     {"domain", "fields", "cut"},
-    {"energy", "external", "openings", "strain", "supports", "loads"},
+    {"energy", "contact", "external", "openings", "strain", "supports", "loads"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -48,7 +48,7 @@ WITHIN = {
     "fields": ["domain"],
     "cut": ["fields"],
     "external": ["loads", "strain"],
-    "energy": ["external", "loads", "openings", "strain"],
+    "energy": ["contact", "external", "loads", "openings", "strain"],
     "report": ["plot"],
 }
 LIGHT = [

@@ -12,6 +12,8 @@ from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
 from staffa import jit
+from staffa.contact import CrackFaces
+from staffa.cut import FlatCrack
 from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
@@ -21,7 +23,14 @@ from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import PLANE_STRESS
-from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
+from staffa.physics.split import (
+    NO_SPLIT,
+    Contact,
+    EnergySplit,
+    Strained,
+    is_linear_in_g,
+    is_quadratic_in_strain,
+)
 from staffa.records import Energies
 from staffa.strain import (
     AnisotropicRock,
@@ -43,7 +52,8 @@ class Rock:
     expansion (1/K): a number a cell or of all, or a tensor; Gc: toughness (J/m^2) a cell; ell:
     regularization length (m); roughness: A, see `evolution.problem.Material`, None for the
     identity; prestress (Pa): without what the pores carry, None for none; residual_stiffness:
-    fraction k_res left in a crack; state: "plane stress", "plane strain", or "solid" in 3-D.
+    fraction k_res left in a crack; state: "plane stress", "plane strain", or "solid" in 3-D; given:
+    cracks whose normals are known.
     """
 
     elasticity: IsotropicRock | AnisotropicRock
@@ -56,6 +66,7 @@ class Rock:
     roughness: Coefficient | None = None
     prestress: fem.Function | None = None
     residual_stiffness: float = 1e-6
+    given: tuple[FlatCrack, ...] = ()
 
     @property
     def plane_stress(self) -> bool:
@@ -136,7 +147,7 @@ class Energy:
         u, alpha, T = state.u, state.alpha, state.T
         dx = ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": QUADRATURE_DEGREE})
 
-        ell = rock.ell
+        ell = rock_ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
         numbers = ("ell", "residual_stiffness")
         constants = {
@@ -147,8 +158,17 @@ class Energy:
         stiffness_left = rock.law.a(alpha) + rock.residual_stiffness
         at_rest = fem.Function(spaces.u)
 
+        split = rock.split
+        self.faces = None  # of cracks that touch
+        if isinstance(split, Contact):
+            self.faces = CrackFaces(alpha, split, ell=rock_ell, h=domain.h, given=rock.given)
+
+        def felt(e: ufl.core.expr.Expr) -> Strained:
+            strained = rock.elasticity.strained
+            return self.faces.felt(e, strained) if self.faces else strained(e)
+
         def density(e: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-            return rock.split.density(rock.elasticity.strained(e), stiffness_left)
+            return split.density(felt(e), stiffness_left)
 
         def potential(u: fem.Function) -> ufl.Form:
             """All of the energy that depends on the displacement."""
@@ -160,7 +180,6 @@ class Energy:
         loads = self.external.potential(u, alpha, cold, dx)
         surface = rock.Gc * crack_density(alpha, rock) * dx
         total = potential(u) + surface
-
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
         residual = ufl.derivative(potential(u), u, v)
@@ -184,6 +203,8 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
+        if self.faces and self.faces.rubs:
+            self.faces.measure(e, felt(e), self._stress_density, stiffness_left, dx)
         self._cracks = form(crack_measure(alpha, rock) * dx)
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
@@ -211,11 +232,14 @@ class Energy:
         out.assemble()
 
     def energies(self) -> Energies:
-        """Elastic and surface energy, and minus the work of the loads; see `count_from_here`."""
+        """Elastic and surface energy, work of friction, and minus that of the loads; see
+        `count_from_here`."""
+        rubbed, spent = self.faces.friction() if self.faces else (0.0, 0.0)
         return Energies(
-            elastic=self.stored() - self.rest.elastic,
+            elastic=self.stored() - rubbed - self.rest.elastic,
             surface=self._integral(self._surface),
             loads=self.loads() - self.rest.loads,
+            friction=rubbed + spent,
             at_rest=self.rest.scale,
         )
 
@@ -224,13 +248,19 @@ class Energy:
         stores beforehand is no measure of what happens then."""
         self.rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
 
+    @property
+    def frozen(self) -> tuple[fem.Function, ...]:
+        """Fields besides the state that the energy depends on, and that change between steps."""
+        return (self.faces.field,) if self.faces else ()
+
     def stored(self) -> float:
-        """The whole elastic energy."""
+        """The whole elastic energy, and what friction takes in the step at hand."""
         return self._integral(self._elastic)
 
     def total(self) -> float:
         """All of `energies`."""
-        return self._integral(self._total) + self._held_volume() - self.rest.total
+        spent = self.faces.friction()[1] if self.faces else 0.0
+        return self._integral(self._total) + spent + self._held_volume() - self.rest.total
 
     def loads(self) -> float:
         """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""

@@ -15,24 +15,26 @@ ROUND_OFF = 1e-6
 class Energies:
     """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
 
-    loads: minus the work of external loads. With forces, elastic and loads count from the state of
+    loads: minus the work of external loads. friction: work that friction on the faces of cracks has
+    taken. With forces, elastic and loads count from the state of
     rest before the first step, in which they have at_rest together, without their signs.
     """
 
     elastic: float
     surface: float
     loads: float = 0.0
+    friction: float = 0.0
     at_rest: float = 0.0
 
     @property
     def total(self) -> float:
         """All of them."""
-        return self.elastic + self.surface + self.loads
+        return self.elastic + self.surface + self.loads + self.friction
 
     @property
     def scale(self) -> float:
         """What a difference of energies is small or large against; the total may be near zero."""
-        return abs(self.elastic) + abs(self.surface) + self.work
+        return abs(self.elastic) + abs(self.surface) + self.work + abs(self.friction)
 
     @property
     def work(self) -> float:
@@ -116,9 +118,11 @@ class Audit:
     at the end of the step before where that must not heal.
     optimality: first-order residual of the whole problem (see `minimize.alternate`), of the state
     that is kept.
-    balance: error of E_i = E_(i-1) + work - released, with the work of the loads done on frozen
-    cracks, over the total energy.
+    balance: error of E_i = E_(i-1) + work - released + renewed, with the work of the loads done on
+    frozen cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
+    renewed: a third that is added, of cracks whose faces touch: the energy by which new normals,
+    and new pressures between the faces, changed that of a state.
     gap: difference between two energies of what must be one state, over the total energy: at the
     end of the step before and at the start of this one, before and after a part of the step; None
     in runs of versions that did not look.
@@ -130,6 +134,7 @@ class Audit:
     balance: float
     work: float
     released: float
+    renewed: float = 0.0
     gap: float | None = None
     violations: tuple[str, ...] = ()
 

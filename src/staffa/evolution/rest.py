@@ -36,7 +36,9 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     SolveError
         No minimum was found.
     """
-    start = unmoved(system)
+    start, faces = unmoved(system), system.energy.faces
+    if faces:
+        faces.turn()
     equilibrium(system.alternation, start.values)
     if problem.forces.at_rest:
         return
@@ -44,6 +46,9 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     outcome, _ = settle(problem, system, start, watch)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
+    if faces and faces.rubs:
+        faces.stick()
+        faces.forget_work()
     system.energy.count_from_here()
     failing = damage_at_strength(problem.material.law) + MARGIN
     ran = crack_advance(system.state, before, threshold=failing)

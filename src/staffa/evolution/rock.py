@@ -92,6 +92,7 @@ def rock(places: Places, forces: Forces | None = None) -> Rock:
         roughness=_roughness(places),
         prestress=None if forces is None else _prestress(places.domain, forces),
         residual_stiffness=material.residual_stiffness,
+        given=(*material.given, *material.cracks),
     )
 
 
