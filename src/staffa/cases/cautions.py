@@ -7,11 +7,13 @@ from staffa.cases.load_cautions import load_cautions
 from staffa.cases.mesh_cautions import mesh_cautions
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
+from staffa.cases.sliding_cautions import sliding_cautions
 
 
 def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
     found = [*mesh_cautions(case), *load_cautions(case, derived), *force_cautions(case, derived)]
+    found += sliding_cautions(case)
     return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
 
 

@@ -316,7 +316,7 @@ class SolverKeys(Section):
         default="test",
         description="second-order test of each step: a cheap search for a way down, which is "
         "followed; report: exact values, for several factorizations; follow: these, and unstable "
-        "states are left; or none",
+        "states are left; or none (default with damage.friction)",
     )
     backtracking: Flag = Field(
         default=False,

@@ -1,4 +1,4 @@
-"""Values at vertices in an order that no partition changes: that in which the mesh was made."""
+"""Values at vertices, or of cells, in an order that no partition changes."""
 
 from staffa.stack import MPI
 
@@ -10,34 +10,39 @@ from staffa.parallel import gather, scatter
 
 
 class Numbering:
-    """The way from the vertices of each rank to those of the whole mesh, on rank 0, and back.
+    """The way from the vertices (or cells) of each rank to those of the whole mesh, on rank 0, and
+    back.
 
-    The same mesh on other ranks has the same order (DOLFINx's `input_global_indices`), so that what
-    some ranks wrote any others read. Everything is collective.
+    The same mesh on other ranks has the same order, so that what some ranks wrote any others read:
+    that in which its vertices were made (DOLFINx's `input_global_indices`), and of cells that of
+    their sorted vertices. Everything is collective.
     """
 
     def __init__(self, comm: MPI.Comm, space: fem.FunctionSpace) -> None:
-        """space: linear scalar elements."""
+        """space: linear scalar elements, or constants in cells, scalar or not."""
         self.comm = comm
         geometry = space.mesh.geometry
-        points = vertices(space)
-        node = np.zeros(len(points), dtype=np.int64)
-        node[space.dofmap.list.ravel()] = geometry.dofmaps[0].ravel()
+        corners = geometry.input_global_indices[geometry.dofmaps[0]]
         self._owned = space.dofmap.index_map.size_local
-        places = gather(comm, geometry.input_global_indices[node[: self._owned]])
+        if space.dofmap.list.shape[1] == 1:
+            numbers = np.sort(corners, axis=1)
+        else:
+            numbers = np.zeros((len(vertices(space)), 1), dtype=np.int64)
+            numbers[space.dofmap.list.ravel(), 0] = corners.ravel()
+        places = gather(comm, numbers[: self._owned])
         if places is not None:
-            self._order = np.argsort(np.concatenate(places))
+            self._order = np.lexsort(np.concatenate(places).T)
             self._ends = np.cumsum([len(part) for part in places])[:-1]
-        self.points = self.whole(points)
+        self.points = self.whole(vertices(space))
 
     def whole(self, values: np.ndarray) -> np.ndarray | None:
-        """Values of all vertices on rank 0, None elsewhere, from those of this rank, shape
-        (n_local,) or (n_local, components); ghosts are left out."""
+        """All values on rank 0, None elsewhere, from those of this rank, shape (n_local,)
+        or (n_local, components); ghosts are left out."""
         parts = gather(self.comm, np.ascontiguousarray(values[: self._owned]))
         return None if parts is None else np.concatenate(parts)[self._order]
 
     def share(self, whole: np.ndarray | None) -> np.ndarray:
-        """This rank's own values, from those of all vertices that rank 0 has."""
+        """This rank's own values, from all that rank 0 has."""
         parts = None
         if whole is not None:
             own = np.empty_like(whole)
