@@ -15,8 +15,7 @@ ROUND_OFF = 1e-6
 class Energies:
     """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
 
-    loads: minus the work of external loads. friction: work that friction on the faces of cracks has
-    taken. With forces, elastic and loads count from the state of
+    loads: minus the work of external loads; friction: work taken by the faces of cracks. With forces, elastic and loads count from the state of
     rest before the first step, in which they have at_rest together, without their signs.
     """
 
@@ -121,8 +120,7 @@ class Audit:
     balance: error of E_i = E_(i-1) + work - released + renewed, with the work of the loads done on
     frozen cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
-    renewed: a third that is added, of cracks whose faces touch: the energy by which new normals,
-    and new pressures between the faces, changed that of a state.
+    renewed: by how much new normals and pressures of faces that touch changed the energy.
     gap: difference between two energies of what must be one state, over the total energy: at the
     end of the step before and at the start of this one, before and after a part of the step; None
     in runs of versions that did not look.

@@ -19,8 +19,9 @@ from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 # The friction agrees when the stress that faces bear changes by less than this fraction of the
 # largest one in the step; and so many minimizations are allowed.
 AGREEMENT, PASSES = 1e-3, 100
-# A change of the stress is stretched by this at most, where its changes form a geometric series.
-LONGEST = 50.0
+# A change of the stress is stretched by this at most, where its changes form a geometric series,
+# and shortened where they alternate.
+LONGEST, SHORTEST = 50.0, 0.2
 
 
 def renew(system: System, loads: Loads) -> float:
@@ -112,6 +113,6 @@ class Series:
                 self._comm, np.array([bend @ bend, self._last[self._own] @ bend])
             )
             guess = -self._length * along / square if square > 0 else 1.0
-            self._length = min(max(guess, 1 / LONGEST), LONGEST)
+            self._length = min(max(guess, SHORTEST), LONGEST) if guess > 0 else 1.0
         self._last = change if begun else None
         return np.where(free, np.maximum(bound + self._length * change, 0.0), pressed)
