@@ -15,8 +15,8 @@ ROUND_OFF = 1e-6
 class Energies:
     """Energies of a state, in 2-D per unit thickness (J/m, or scaled), in 3-D whole (J).
 
-    loads: minus the work of external loads; friction: work taken by the faces of cracks. With forces, elastic and loads count from the state of
-    rest before the first step, in which they have at_rest together, without their signs.
+    loads: minus the work of external loads; friction: work of the faces of cracks. With forces,
+    elastic and loads count from the state of rest before the first step; at_rest: both, unsigned.
     """
 
     elastic: float
@@ -121,9 +121,8 @@ class Audit:
     frozen cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
     renewed: by how much new normals and pressures of faces that touch changed the energy.
-    gap: difference between two energies of what must be one state, over the total energy: at the
-    end of the step before and at the start of this one, before and after a part of the step; None
-    in runs of versions that did not look.
+    gap: difference between two energies of one state, over the total energy: at the end of the step
+    before and at the start of this one, or of parts of a step; None: an older version's run.
     """
 
     largest_rise: float
@@ -196,12 +195,11 @@ class Fluid:
 class Measures:
     """The crack network of one state.
 
-    sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards.
-    front: depth of the deepest crack, 0 without one.
+    sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards. front: depth of the
+    deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor (area in 3-D).
-    length_geometry: half the variation of the damage across the cracks (area in 3-D).
-    volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
-    fluid: in the cracks, if there is one.
+    length_geometry: half the variation of the damage across the cracks (area in 3-D). volume: of
+    the cracks, by which they are open (see `measure.opening`; area in 2-D). fluid: in them, if any.
     """
 
     sections: tuple[Section, ...]
@@ -261,9 +259,8 @@ class Heat:
 
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
     where it left. imbalance: of the two, over what was stored or crossed, or what the body has
-    stored since the start if that is more. So
-    many substeps of its own, and passes over the step in which the temperature followed the cracks,
-    till both agreed to gap (over the largest change of temperature). seconds: all of it took.
+    stored since the start if that is more. So many substeps of its own, and passes in which the
+    temperature followed the cracks, till both agreed to gap (over its largest change). seconds spent.
     """
 
     stored: float = 0.0
