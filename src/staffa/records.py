@@ -260,7 +260,7 @@ class Heat:
     stored: heat that the body gained. entered: where from, by side, "source" and "cracks"; negative
     where it left. imbalance: of the two, over what was stored or crossed, or what the body has
     stored since the start if that is more. So many substeps of its own, and passes in which the
-    temperature followed the cracks, till both agreed to gap (over its largest change). seconds spent.
+    temperature followed the cracks, till both agreed to gap (over its largest change), in seconds.
     """
 
     stored: float = 0.0
