@@ -381,3 +381,25 @@ def test_a_closed_crack_under_pressure_grows_wings() -> None:
         way = side * (end - tip)
         assert way[1] > 0.08, f"no wing at {tip}: {way}"
         assert abs(np.degrees(np.arctan2(way[0], way[1]))) < 35, f"the wing at {tip} runs {way}"
+
+
+def squeezed(*sides: str):
+    """The body with its crack between two sides that press with four times the strength."""
+    forces = "".join(
+        f"{side} = {{ pressure = {{ t = [0.0, 1.0], value = [0.0, 1.0] }} }}\n" for side in sides
+    )
+    before, _ = PRESSED.replace("Gc = 1e3", "Gc = 0.01").split("[forces]")
+    return parse_case(f"{before}[forces]\n{forces}[time]\nt = [0.5, 1.0]\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sides", [("left", "right"), ("bottom", "top")])
+def test_pressure_along_or_across_a_crack_moves_nothing(sides: tuple[str, str]) -> None:
+    """The crack neither grows nor weakens the body, where splits without a direction let it.
+
+    Along it: Hakimzadeh et al., J. Appl. Mech. 92, 091006 (2025), arXiv 2504.16794. Across it:
+    Steinke and Kaliske, Comput. Mech. 63, 1019 (2019).
+    """
+    half, whole = steps_of(squeezed(*sides))
+    assert whole.energies.surface == pytest.approx(half.energies.surface, rel=1e-3)
+    assert whole.energies.elastic == pytest.approx(9 * 0.9375 / 2, rel=0.01)
