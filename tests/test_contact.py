@@ -403,3 +403,24 @@ def test_pressure_along_or_across_a_crack_moves_nothing(sides: tuple[str, str]) 
     half, whole = steps_of(squeezed(*sides))
     assert whole.energies.surface == pytest.approx(half.energies.surface, rel=1e-3)
     assert whole.energies.elastic == pytest.approx(9 * 0.9375 / 2, rel=0.01)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_an_inclined_crack_rubs_as_one_seen_along_its_faces() -> None:
+    """At 45 degrees to a pressure sigma_n = tau, over a jagged layer of cells: (1 - mu)^2."""
+    before, _ = PRESSED.split("[forces]")
+    ramp = "{ pressure = { t = [0.0, 1.0], value = [0.0, 1.0] } }"
+    forces = f"top = {ramp}\nbottom = {ramp}\n"
+    text = f"{before}[forces]\n{forces}[time]\nt = [1.0]\n"
+    ends = ("1.29", "1.71")
+    text = text.replace("[1.2, 1.5]", f"[{ends[0]}, {ends[0]}]")
+    text = text.replace("[1.8, 1.5]", f"[{ends[1]}, {ends[1]}]")
+    finer = ("domain.h=0.04", "damage.ell=0.04")
+    whole = 9 * 0.9375 / 2
+    free, rubbed = (
+        steps_of(parse_case(text, [*finer, f"damage.friction={friction}"]))[-1].energies.elastic
+        - whole
+        for friction in (0.0, 0.3)
+    )
+    assert rubbed / free == pytest.approx(0.49, rel=0.05)
