@@ -242,8 +242,8 @@ def test_friction_takes_its_part_of_the_shear() -> None:
 def test_work_of_friction_is_that_of_a_bound_that_grows_with_the_load() -> None:
     """In n steps (1 + 1/n)/2 of that in one; the elastic energy is the same. And balances hold."""
     one, *_ = steps_of(pressed(0.3))
-    steps = steps_of(pressed(0.3, "[0.25,0.5,0.75,1.0]"))
-    assert steps[-1].energies.friction == pytest.approx(0.625 * one.energies.friction, rel=0.01)
+    steps = steps_of(pressed(0.3, "[0.5,1.0]"))
+    assert steps[-1].energies.friction == pytest.approx(0.75 * one.energies.friction, rel=0.01)
     assert steps[-1].energies.elastic == pytest.approx(one.energies.elastic, rel=1e-3)
     for before, after in pairwise(steps):
         gain = after.audit.work - after.audit.released + after.audit.renewed
@@ -280,7 +280,7 @@ def test_slip_is_kept_when_the_shear_goes() -> None:
 @pytest.mark.slow
 def test_a_run_that_was_cut_goes_on_to_the_last_bit(tmp_path: Path) -> None:
     """Normals, slip and the work of friction are kept."""
-    case = pressed(0.3, "[0.25,0.5,0.75,1.0]")
+    case = pressed(0.3, "[0.4,0.7,1.0]")
     expected = whole_run(case, tmp_path / "whole")
     looks = 2 + max(step.sweeps for step in expected.steps)
     cut_run(case, tmp_path / "cut", looks)
@@ -401,7 +401,9 @@ def test_pressure_along_or_across_a_crack_moves_nothing(sides: tuple[str, str]) 
     Steinke and Kaliske, Comput. Mech. 63, 1019 (2019).
     """
     half, whole = steps_of(squeezed(*sides))
-    assert whole.energies.surface == pytest.approx(half.energies.surface, rel=1e-3)
+    # Beside its ends the broken layer hands on what it carried along itself: a tenth of a cell.
+    assert whole.energies.surface - half.energies.surface < 0.1 * 0.06 * 2 * 0.01
+    assert whole.energies.surface - half.energies.surface > -1e-9
     assert whole.energies.elastic == pytest.approx(9 * 0.9375 / 2, rel=0.01)
 
 
