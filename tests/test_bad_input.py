@@ -662,6 +662,41 @@ FORCES = [
         "take 0.49 or less",
     ),
     (("damage.gamma=3.0",), "damage.gamma = 3 has no meaning", "leave it out"),
+    (("damage.friction=0.3",), "damage.friction = 0.3 has no meaning", '"contact"'),
+    (
+        ('damage={ell=0.3,split="contact",friction=-0.1}',),
+        "damage.friction = -0.1",
+        "at least 0",
+    ),
+    (
+        ('damage.split="contact"', "solver.backtracking=true"),
+        "solver.backtracking = true",
+        "leave it out",
+    ),
+    (
+        ('damage={ell=0.3,split="contact",friction=0.3}', 'solver.stability="test"'),
+        'solver.stability = "test"',
+        "leave it out",
+    ),
+    (
+        (
+            *COOLED,
+            'damage={ell=0.3,split="contact",friction=0.3}',
+            "heat.cracks={conductivity=1.0}",
+        ),
+        "heat.cracks",
+        "leave one of them out",
+    ),
+    (
+        (*CRACK, 'damage={ell=0.3,split="contact",friction=0.3}', "forces.crack_volume=1.0"),
+        "forces.crack_volume",
+        "take forces.crack_pressure",
+    ),
+    (
+        ('damage.split="contact"', "material.nu=-0.1"),
+        "material.nu = -0.1",
+        "volumetric-deviatoric",
+    ),
     (('damage={ell=0.3,split="star-convex",gamma=-1.0}',), "damage.gamma = -1.0", "at least 0"),
     (
         ('damage.split="spectral"', "material.nu=-0.1"),

@@ -31,7 +31,7 @@ FLOORS = [
     },
     {"physics"},
     {"axis", "domain", "fields", "cut", "quadrature"},
-    {"energy", "external", "openings", "strain", "supports", "loads", "thermal"},
+    {"energy", "contact", "external", "openings", "strain", "supports", "loads", "thermal"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -55,7 +55,7 @@ WITHIN = {
     "cut": ["fields"],
     "quadrature": ["axis", "domain"],
     "external": ["loads", "strain"],
-    "energy": ["external", "loads", "openings", "strain", "thermal"],
+    "energy": ["contact", "external", "loads", "openings", "strain", "thermal"],
     "report": ["plot"],
 }
 LIGHT = [

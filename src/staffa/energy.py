@@ -14,6 +14,8 @@ from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
 from staffa import axis, jit
+from staffa.contact import CrackFaces
+from staffa.cut import FlatCrack
 from staffa.domain import Domain
 from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
@@ -23,7 +25,14 @@ from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import DamageLaw, is_quadratic
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import AXIAL, PLANE_STRESS
-from staffa.physics.split import NO_SPLIT, EnergySplit, is_linear_in_g, is_quadratic_in_strain
+from staffa.physics.split import (
+    NO_SPLIT,
+    Contact,
+    EnergySplit,
+    Strained,
+    is_linear_in_g,
+    is_quadratic_in_strain,
+)
 from staffa.quadrature import DEGREE, in_the_middle
 from staffa.records import Energies
 from staffa.strain import (
@@ -48,7 +57,8 @@ class Rock:
     fraction k_res left in a crack; state: one of those of `physics.material`.
     warming: the free strain over `expansion` (K), None where that is the temperature change;
     at_rest: the elasticity before the first step, None where temperature does not change it;
-    of_temperature: names of the properties that temperature changes.
+    of_temperature: names of the properties that temperature changes; given: cracks whose normals
+    are known.
     """
 
     elasticity: IsotropicRock | AnisotropicRock
@@ -64,6 +74,7 @@ class Rock:
     warming: ufl.core.expr.Expr | None = None
     at_rest: IsotropicRock | None = None
     of_temperature: frozenset[str] = frozenset()
+    given: tuple[FlatCrack, ...] = ()
 
     @property
     def plane_stress(self) -> bool:
@@ -149,7 +160,7 @@ class Energy:
         u, alpha, T = state.u, state.alpha, state.T
         dx, middle = axis.volume(domain, DEGREE), in_the_middle(domain)
 
-        ell = rock.ell
+        ell = rock_ell = rock.ell
         # Constants, not literals: the compiled forms then serve every set of numbers.
         numbers = ("ell", "residual_stiffness")
         constants = {
@@ -161,8 +172,17 @@ class Energy:
         stiffness_left = rock.law.a(alpha) + rock.residual_stiffness
         at_rest = fem.Function(spaces.u)
 
+        split = rock.split
+        self.faces = None  # of cracks that touch
+        if isinstance(split, Contact):
+            self.faces = CrackFaces(alpha, split, ell=rock_ell, h=domain.h, given=rock.given)
+
+        def felt(e: ufl.core.expr.Expr) -> Strained:
+            strained = rock.elasticity.strained
+            return self.faces.felt(e, strained) if self.faces else strained(e)
+
         def density(e: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-            return rock.split.density(rock.elasticity.strained(e), stiffness_left)
+            return split.density(felt(e), stiffness_left)
 
         def stored(u: fem.Function) -> ufl.Form:
             """The elastic energy. Of reduced elements all that resists a change of volume, or of a
@@ -221,6 +241,8 @@ class Energy:
         self._surface = form(surface)
         self._loads = None if loads is None else form(loads)
         self._total = form(total)
+        if self.faces and self.faces.rubs:
+            self.faces.measure(e, felt(e), self._stress_density, stiffness_left, dx)
         self._cracks = form(self.area)
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
@@ -248,11 +270,14 @@ class Energy:
         out.assemble()
 
     def energies(self) -> Energies:
-        """Elastic and surface energy, and minus the work of the loads; see `count_from_here`."""
+        """Elastic and surface energy, work of friction, and minus that of the loads; see
+        `count_from_here`."""
+        rubbed, spent = self.faces.friction() if self.faces else (0.0, 0.0)
         return Energies(
-            elastic=self.stored() - self.rest.elastic,
+            elastic=self.stored() - rubbed - self.rest.elastic,
             surface=self._surface_energy(),
             loads=self.loads() - self.rest.loads,
+            friction=rubbed + spent,
             at_rest=self.rest.scale,
         )
 
@@ -261,13 +286,19 @@ class Energy:
         stores beforehand is no measure of what happens then."""
         self.rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
 
+    @property
+    def frozen(self) -> tuple[fem.Function, ...]:
+        """Fields besides the state that the energy depends on, and that change between steps."""
+        return (self.faces.field,) if self.faces else ()
+
     def stored(self) -> float:
-        """The whole elastic energy."""
+        """The whole elastic energy, and what friction takes in the step at hand."""
         return self._integral(self._elastic)
 
     def total(self) -> float:
         """All of `energies`."""
         spent = self.spent.energy if self.spent else 0.0
+        spent += self.faces.friction()[1] if self.faces else 0.0
         return self._integral(self._total) + spent + self._held_volume() - self.rest.total
 
     def _surface_energy(self) -> float:

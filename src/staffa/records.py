@@ -20,24 +20,25 @@ CANCELED = 1e-9
 class Energies:
     """Energies of a state, in 2-D per unit thickness (J/m, or scaled), else whole (J).
 
-    loads: minus the work of external loads. With forces, elastic and loads count from the state of
-    rest before the first step, in which they have at_rest together, without their signs.
+    loads: minus the work of external loads; friction: work of the faces of cracks. With forces,
+    elastic and loads count from the state of rest before the first step; at_rest: both, unsigned.
     """
 
     elastic: float
     surface: float
     loads: float = 0.0
+    friction: float = 0.0
     at_rest: float = 0.0
 
     @property
     def total(self) -> float:
         """All of them."""
-        return self.elastic + self.surface + self.loads
+        return self.elastic + self.surface + self.loads + self.friction
 
     @property
     def scale(self) -> float:
         """What a difference of energies is small or large against; the total may be near zero."""
-        return abs(self.elastic) + abs(self.surface) + self.work
+        return abs(self.elastic) + abs(self.surface) + self.work + abs(self.friction)
 
     @property
     def work(self) -> float:
@@ -130,11 +131,12 @@ class Audit:
     healing: largest decrease of the damage below its irreversibility bound or the step before.
     optimality: first-order residual of the whole problem (see `minimize.alternate`), of the state
     that is kept.
-    balance: error of E_i = E_(i-1) + work (on frozen cracks) - released, over the total energy.
+    balance: error of E_i = E_(i-1) + work - released + renewed, with the work of the loads done on
+    frozen cracks, over the total energy.
     work, released: the two terms of that balance, in units of energy.
-    gap: difference between two energies of what must be one state, over the total energy: at the
-    end of a step and the start of the next, before and after a part of the step; None where an
-    older version did not look.
+    renewed: by how much new normals and pressures of faces that touch changed the energy.
+    gap: difference between two energies of one state, over the total energy: at the end of the step
+    before and at the start of this one, or of parts of a step; None: an older version's run.
     notes: sentences on what is not violated but may not be meant.
     """
 
@@ -144,6 +146,7 @@ class Audit:
     balance: float
     work: float
     released: float
+    renewed: float = 0.0
     gap: float | None = None
     violations: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -184,14 +187,13 @@ class Fluid:
 class Measures:
     """The crack network of one state.
 
-    sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards.
-    front: depth of the deepest crack, 0 without one.
+    sections: lines in 2-D; cells: planes in 3-D, from the cooled face inwards. front: depth of the
+    deepest crack, 0 without one.
     length_surface: surface energy over Gc and the discrete toughness factor, which of a mesh that
     was read is that of each cell (area in 3-D).
-    length_geometry: half the variation of the damage across the cracks (area in 3-D).
-    volume: of the cracks, by which they are open (see `measure.opening`; area in 2-D).
-    fluid: in the cracks, if there is one. coarse: cracks in cells that are too long for them, if
-    there are any.
+    length_geometry: half the variation of the damage across the cracks (area in 3-D). volume: of
+    the cracks, by which they are open (see `measure.opening`; area in 2-D). fluid: in them, if any.
+    coarse: cracks in cells that are too long for them, if any.
     """
 
     sections: tuple[Section, ...]

@@ -8,6 +8,7 @@ from staffa.cases.load_cautions import load_cautions
 from staffa.cases.mesh_cautions import mesh_cautions, mesh_notes
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
+from staffa.cases.sliding_cautions import sliding_cautions
 from staffa.cases.temperature_cautions import temperature_cautions
 
 
@@ -15,7 +16,7 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
     found = [*mesh_cautions(case), *hinge_cautions(case)]
     found += [*load_cautions(case, derived), *force_cautions(case, derived)]
-    found += [*axis_cautions(case, derived), *temperature_cautions(case)]
+    found += [*axis_cautions(case, derived), *temperature_cautions(case), *sliding_cautions(case)]
     return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
 
 

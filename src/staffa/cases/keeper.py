@@ -17,7 +17,7 @@ from dolfinx import fem
 from staffa.cases.checkpoint_keys import CheckpointKeys
 from staffa.cases.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
-from staffa.evolution.standing import Standing, standing
+from staffa.evolution.standing import FACES, Standing, standing
 from staffa.evolution.system import System
 from staffa.fields import owned
 from staffa.io import checkpoint
@@ -91,6 +91,7 @@ class Keeper:
         self._of_u = self._numbering
         if system.spaces.quadratic:
             self._of_u = Numbering(comm, system.spaces.nodes)
+        self._of_cells = [Numbering(comm, field.function_space) for field in system.energy.frozen]
         self._names: dict[int, str] = {}  # of states of the history that are on disk
         self._mesh: str | None = None
         self._saved_at, self._steps = -1, 0  # how many lines there were, and the steps since
@@ -115,7 +116,13 @@ class Keeper:
         if self._mesh is None:
             self._mesh = self._write({"points": self._numbering.points})
         numbers = stands.numbers()
-        state = self._write({k: self._of(k).whole(v) for k, v in stands.fields().items()})
+        whole = {k: self._of(k).whole(v) for k, v in stands.fields().items()}
+        faces = stands.faces()
+        for numbering, field in zip(self._of_cells, self._system.energy.frozen, strict=True):
+            assert faces is not None
+            width = field.function_space.dofmap.index_map_bs
+            whole[FACES] = numbering.whole(faces.reshape(-1, width))
+        state = self._write(whole)
         known = {number: self._names.get(number) for number in stands.states}
         for number, name in known.items():
             known[number] = name or self._write(
@@ -195,18 +202,25 @@ class Keeper:
             arrays.update(checkpoint.read_part(self._folder, name))
             return sorted(arrays)
 
-        return {
+        names = on_root(self.comm, read)
+        shared = {
             field: self._with_ghosts(self._of(field).share(arrays.get(field)))
-            for field in on_root(self.comm, read)
+            for field in names
+            if field != FACES
         }
+        for numbering, frozen in zip(self._of_cells, self._system.energy.frozen, strict=True):
+            if FACES in names:
+                own = numbering.share(arrays.get(FACES))
+                shared[FACES] = self._with_ghosts(own, frozen.function_space)
+        return shared
 
     def _of(self, field: str) -> Numbering:
         """The order in which a field is kept."""
         return self._of_u if field == "u" else self._numbering
 
-    def _with_ghosts(self, own: np.ndarray) -> np.ndarray:
+    def _with_ghosts(self, own: np.ndarray, space: fem.FunctionSpace | None = None) -> np.ndarray:
         spaces = self._system.spaces
-        field = fem.Function(spaces.u if own.ndim == 2 else spaces.alpha)
+        field = fem.Function(space or (spaces.u if own.ndim == 2 else spaces.alpha))
         owned(field)[:] = own.ravel()
         field.x.scatter_forward()
         return field.x.array.copy()

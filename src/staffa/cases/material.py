@@ -45,6 +45,7 @@ def materials(
         residual_stiffness=case.damage.residual_stiffness,
         cracked=cracked(case, h) if blocks else nowhere,
         cracks=() if blocks else flat_cracks(case),
+        given=flat_cracks(case) if blocks else (),
     )
     factor = toughness_factor(case)
     names = zip(case.regions, regions, strict=True)

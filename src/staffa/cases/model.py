@@ -56,6 +56,12 @@ class DamageKeys(Section):
         "default 5",
         examples=[5.0],
     )
+    friction: Annotated[Number, Field(ge=0, le=10)] | None = Field(
+        default=None,
+        description="contact only: Coulomb's coefficient of friction between the faces of cracks; "
+        "default 0",
+        examples=[0.6],
+    )
     ell: Length = Field(
         description="regularization length; AT2: twice the paper's epsilon", examples=[0.03]
     )
@@ -245,7 +251,7 @@ class SolverKeys(Section):
         default="test",
         description="second-order test of each step: a cheap search for a way down, which is "
         "followed; report: exact values, for several factorizations; follow: these, and unstable "
-        "states are left; or none",
+        "states are left; or none (default with damage.friction)",
     )
     backtracking: Flag = Field(
         default=False,

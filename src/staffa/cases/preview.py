@@ -60,7 +60,7 @@ def preview(case: Case) -> Preview:
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += element_facts(case)
     facts.append(("held", *holding(case)))
-    facts += _split_facts(case, derived)
+    facts += _split_facts(case, derived) + _friction_facts(case)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -165,6 +165,16 @@ def _split_facts(case: Case, derived: Numbers) -> list[Fact]:
         told = "sigma_c and dT_c do" if derived.cooled and derived.dT_c else "sigma_c does"
         why += f"; {told} not count {'them' if len(reasons) == 1 else 'the forces'}"
     return [("energy split", split, why)]
+
+
+def _friction_facts(case: Case) -> list[Fact]:
+    """What friction does between the faces of cracks, where they may slide."""
+    if case.damage.split != "contact":
+        return []
+    if not case.damage.friction:
+        return [("friction", "0", "between the faces of closed cracks, which slide freely")]
+    told = "Coulomb's, between the faces of closed cracks; no second-order test, which it has not"
+    return [("friction", f"{case.damage.friction:g}", told)]
 
 
 def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:

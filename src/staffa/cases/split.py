@@ -4,7 +4,7 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
 from staffa.cases.pressing import acting_forces, pressing
 from staffa.cases.rock_keys import is_isotropic
-from staffa.physics.split import SPLITS, EnergySplit, StarConvex
+from staffa.physics.split import SPLITS, Contact, EnergySplit, StarConvex
 
 GAMMA = 5.0
 
@@ -56,4 +56,6 @@ def energy_split(case: Case) -> EnergySplit:
     if name == "star-convex":
         gamma = GAMMA if case.damage.gamma is None else case.damage.gamma
         return StarConvex(gamma=gamma, name=name)
+    if name == "contact":
+        return Contact(friction=case.damage.friction or 0.0)
     return SPLITS[name]

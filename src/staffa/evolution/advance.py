@@ -9,10 +9,11 @@ from staffa.evolution.loading import Loading, change_loads, put_on
 from staffa.evolution.parted import loose_piece
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads, descend, raise_bounds, settle
+from staffa.evolution.sliding import renew, rub
 from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
-from staffa.minimize.alternate import Watch
+from staffa.minimize.alternate import Watch, equilibrium
 from staffa.parallel import max_over_ranks
 from staffa.records import CANCELED, Curvature, Effort, Heat, Outcome, Return
 
@@ -39,7 +40,8 @@ class Advance:
     """How the next loads were reached.
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
-    and by the minimization. imbalance: error of the energy balance over the energy. began: the
+    and by the minimization. renewed: by new normals and new friction of faces that touch, at the
+    state before. imbalance: error of the energy balance over the energy. began: the
     energy before, None after backtracking; gap: largest difference between the energies that one
     part ended and the next began with, over the energy. returned: how backtracking came here, if it
     did. heat: what the heat equation did, if there is one, in the
@@ -52,6 +54,7 @@ class Advance:
     work: float
     released: float
     imbalance: float
+    renewed: float = 0.0
     began: float | None = None
     gap: float = 0.0
     returned: Return | None = None
@@ -83,6 +86,7 @@ class Advance:
             healing=max(self.healing, other.healing),
             work=self.work + other.work,
             released=self.released + other.released,
+            renewed=self.renewed + other.renewed,
             imbalance=max(self.imbalance, other.imbalance),
             began=self.began,
             gap=max(self.gap, other.gap, _apart(self.outcome, other.began)),
@@ -187,21 +191,65 @@ def _sound(
 def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: Watch) -> Advance:
     feels = system.cooling.feels_cracks
     origin = Origin(time=start.time, T=system.state.T.x.array.copy()) if feels else None
+    renewed = renew(system, start)
     loading = change_loads(problem, system, start, end)
     overwhelmed = loading.end - loading.start > (SURGE - 1) * abs(loading.start)
+    rubbed, slid = _slide(system, end, loading)
     outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)
     advance = Advance(
         outcome=outcome,
         healing=healing,
         work=loading.work,
-        released=loading.end - outcome.energies.total,
+        released=loading.end + rubbed - outcome.energies.total,
+        renewed=renewed + rubbed,
         imbalance=imbalance(loading, outcome),
-        began=loading.start,
-        gap=_taken_up(loading, outcome),
+        began=loading.start - renewed,
+        gap=_taken_up(slid, outcome),
         heat=loading.heat,
         origin=origin,
     )
+    advance = rubbing(problem, system, end, advance, watch)
     return agree(problem, system, end, advance, watch)
+
+
+def _slide(system: System, end: Loads, loading: Loading) -> tuple[float, Loading]:
+    """Let faces slide on frozen cracks; how new friction changed the energy, and where it ends."""
+    if system.energy.faces is None or not system.energy.faces.rubs:
+        return 0.0, loading
+
+    def minimize() -> bool:
+        equilibrium(system.alternation, end.values)
+        return True
+
+    return rub(system, minimize), replace(loading, end=system.energy.total())
+
+
+def rubbing(
+    problem: Problem,
+    system: System,
+    end: Loads,
+    advance: Advance,
+    watch: Watch = lambda sweep: None,
+) -> Advance:
+    """Minimize again, with friction as the pressure gives it, until both agree. Collective."""
+    found = [advance]
+
+    def minimize() -> bool:
+        equilibrium(system.alternation, end.values)
+        outcome, healing = descend(problem, system, end, watch)
+        last = found[-1]
+        found.append(
+            replace(last, outcome=last.outcome.then(outcome), healing=max(last.healing, healing))
+        )
+        return outcome.converged
+
+    renewed, last = rub(system, minimize), found[-1]
+    freed = advance.outcome.energies.total - last.outcome.energies.total
+    return replace(
+        last,
+        released=advance.released + renewed + freed,
+        renewed=advance.renewed + renewed,
+    )
 
 
 def imbalance(loading: Loading, outcome: Outcome) -> float:
@@ -287,7 +335,7 @@ def snapshot(system: System) -> tuple[np.ndarray, ...]:
 def copied(system: System) -> tuple[np.ndarray, ...]:
     """The same copy, after which solvers go on with what they have."""
     state, spent = system.state, system.energy.spent
-    fields = [state.u, state.alpha, state.T, system.bounds.lower]
+    fields = [state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen]
     loads = system.energy.external.kept()
     if spent:
         fields.append(spent.alpha)
@@ -298,12 +346,12 @@ def copied(system: System) -> tuple[np.ndarray, ...]:
 def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
     """Put back what `snapshot` kept, or a checkpoint, in which all that cracks cost is booked."""
     state, parts, spent = system.state, system.alternation, system.energy.spent
-    fields = (state.u, state.alpha, state.T, system.bounds.lower)
+    fields = (state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen)
     *arrays, loads = kept
     for field, values in zip(fields, arrays, strict=False):
         field.x.array[:] = values
     if spent:
-        spent.alpha.x.array[:] = arrays[4] if len(arrays) > len(fields) else arrays[1]
+        spent.alpha.x.array[:] = arrays[-1] if len(arrays) > len(fields) else arrays[1]
         spent.energy = float(loads[-1])
     system.energy.external.put_back(loads)
     read_vector(state.u, parts.u)

@@ -58,6 +58,7 @@ def audit(
         balance=advance.imbalance,
         work=advance.work,
         released=advance.released,
+        renewed=advance.renewed,
         gap=gap,
         violations=(
             *_broken(advance, problem.solvers.stop, healing, residual, gap),

@@ -17,7 +17,7 @@ from staffa.loads.forces import Forces
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.locking import LINEAR
-from staffa.physics.split import NO_SPLIT, EnergySplit
+from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
 from staffa.physics.temperature import Law
 from staffa.records import Stop
 from staffa.supports import Section, SideSupport
@@ -51,7 +51,7 @@ class Material:
     the identity. laws: factors on E, nu, Gc and expansion by temperature, by these names.
     cracked: True at the points
     of cracks that are there from the start; cracks: those that break every cell they cut, which any
-    mesh can carry.
+    mesh can carry; given: cracks among all these whose normals are known.
     """
 
     E: Property
@@ -70,6 +70,7 @@ class Material:
     cracked: PointFunction = nowhere
     cracks: tuple[FlatCrack, ...] = ()
     laws: Mapping[str, Law] = field(default_factory=dict)
+    given: tuple[FlatCrack, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +184,7 @@ def coarser(problem: Problem) -> Problem | None:
     if guess not in GUESSES:
         raise InputError(f"there is no first guess '{guess}'; {choices(guess, GUESSES)}")
     held = problem.forces.crack_volume is not None  # its pressure is not the coarser mesh's
+    held = held or isinstance(material.split, Contact)  # nor are faces and their slip
     if guess == "none" or held or domain.dim != 2 or domain.coarser is None:
         return None
     if material.ell < 2 * RESOLVED * domain.h * (1 - 1e-9):  # round-off decides nothing

@@ -39,7 +39,9 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     SolveError
         No minimum was found.
     """
-    start = unmoved(system)
+    start, faces = unmoved(system), system.energy.faces
+    if faces:
+        faces.turn()
     equilibrium(system.alternation, start.values)
     if problem.forces.at_rest:
         return
@@ -48,6 +50,9 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")
     require_whole(problem, system)
+    if faces and faces.rubs:
+        faces.stick()
+        faces.forget_work()
     system.energy.count_from_here()
     failing = damage_at_strength(problem.material.law) + MARGIN
     ran = crack_advance(system.state, before, threshold=failing)

@@ -187,6 +187,7 @@ def rock(places: Places, forces: Forces | None = None, warm: Warmth | None = Non
         warming=warming,
         at_rest=at_rest,
         of_temperature=changing,
+        given=(*material.given, *material.cracks),
     )
 
 

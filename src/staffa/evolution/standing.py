@@ -23,8 +23,9 @@ from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.records import Energies, Heat, made
 
-# The fields of `snapshot`, in its order; u has a value for each component at a node.
-FIELDS = ("u", "alpha", "T", "lower")
+# The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
+# for each cell, and is there where faces of cracks touch.
+FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
 # Those of a state of `History`.
 PAST_FIELDS = ("alpha", "T")
 
@@ -76,6 +77,10 @@ class Standing:
         fields = dict(zip(FIELDS, self.kept, strict=False))
         return fields | {"u": fields["u"].reshape(-1, self.components)}
 
+    def faces(self) -> np.ndarray | None:
+        """What is kept of the faces of cracks, cell by cell, ghosts included; None for nothing."""
+        return self.kept[len(FIELDS)] if len(self.kept) > len(FIELDS) + 1 else None
+
     def past_fields(self, number: int) -> dict[str, np.ndarray]:
         """Those of one of the `states`, ghosts included."""
         assert self.history is not None
@@ -113,7 +118,8 @@ def standing(
 ) -> Standing:
     """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
 
-    fields, past_fields: of this rank's vertices, ghosts included; None without backtracking.
+    fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
+    has FACES too, where faces of cracks touch.
     """
     past = tuple(_past(record, system) for record in numbers["past"])
     returns = Counter({int(index): times for index, times in numbers["returns"].items()})
@@ -128,7 +134,10 @@ def standing(
         index=numbers["index"],
         start=numbers["start"],
         length=numbers["length"],
-        kept=(*(fields[name].ravel() for name in FIELDS), np.array(numbers["loads"])),
+        kept=(
+            *(fields[name].ravel() for name in (*FIELDS, FACES) if name in fields),
+            np.array(numbers["loads"]),
+        ),
         components=system.spaces.u.dofmap.index_map_bs,
         rest=made(Energies, numbers["rest"]),
         total=numbers.get("total"),

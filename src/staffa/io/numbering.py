@@ -1,4 +1,4 @@
-"""Values at nodes in an order that no partition changes: that in which the mesh was made."""
+"""Values at nodes, or of cells, in an order that no partition changes."""
 
 from staffa.stack import MPI
 
@@ -11,38 +11,46 @@ from staffa.parallel import gather, scatter
 
 
 class Numbering:
-    """The way from the nodes of each rank to those of the whole mesh, on rank 0, and back.
+    """The way from the nodes (or cells) of each rank to those of the whole mesh, on rank 0, and
+    back.
 
-    Vertices stand in the order in which the mesh was made (DOLFINx's `input_global_indices`), and
-    the middles of edges by the two ends in that order, so that what some ranks wrote any others
-    read. Everything is collective.
+    Vertices stand in the order in which the mesh was made (DOLFINx's `input_global_indices`), the
+    middles of edges by the two ends in that order, and cells by their vertices, so that what some
+    ranks wrote any others read. Everything is collective.
     """
 
     def __init__(self, comm: MPI.Comm, space: fem.FunctionSpace) -> None:
-        """space: scalar elements, linear or quadratic."""
+        """space: scalar elements, linear or quadratic, or constants in cells, scalar or not."""
         self.comm = comm
         points = vertices(space)
         self._owned = space.dofmap.index_map.size_local
-        ends = gather(comm, _ends(space)[: self._owned])
-        if ends is not None:
-            self._order = np.lexsort(np.concatenate(ends).T)
-            self._ends = np.cumsum([len(part) for part in ends])[:-1]
+        of_cells = space.dofmap.list.shape[1] == 1
+        places = gather(comm, (_corners(space) if of_cells else _ends(space))[: self._owned])
+        if places is not None:
+            self._order = np.lexsort(np.concatenate(places).T)
+            self._ends = np.cumsum([len(part) for part in places])[:-1]
         self.points = self.whole(points)
 
     def whole(self, values: np.ndarray) -> np.ndarray | None:
-        """Values of all nodes on rank 0, None elsewhere, from those of this rank, shape
-        (n_local,) or (n_local, components); ghosts are left out."""
+        """All values on rank 0, None elsewhere, from those of this rank, shape (n_local,)
+        or (n_local, components); ghosts are left out."""
         parts = gather(self.comm, np.ascontiguousarray(values[: self._owned]))
         return None if parts is None else np.concatenate(parts)[self._order]
 
     def share(self, whole: np.ndarray | None) -> np.ndarray:
-        """This rank's own values, from those of all nodes that rank 0 has."""
+        """This rank's own values, from all that rank 0 has."""
         parts = None
         if whole is not None:
             own = np.empty_like(whole)
             own[self._order] = whole
             parts = np.split(own, self._ends)
         return scatter(self.comm, parts)
+
+
+def _corners(space: fem.FunctionSpace) -> np.ndarray:
+    """The vertices of each cell in the order in which the mesh was made, sorted; shape (n, k)."""
+    geometry = space.mesh.geometry
+    return np.sort(geometry.input_global_indices[geometry.dofmaps[0]], axis=1)
 
 
 def _ends(space: fem.FunctionSpace) -> np.ndarray:

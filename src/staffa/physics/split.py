@@ -29,18 +29,41 @@ class Strained:
 
     psi: undamaged energy density. volume: change of volume, the strain across the plane included.
     K: bulk modulus, K/2 volume^2 is the least energy of a change of volume. principal: of isotropic
-    rock alone.
+    rock alone. faces: of a split that needs them, in a body.
     """
 
     psi: Any
     volume: Any
     K: Any
     principal: Principal | None = None
+    faces: "Faces | None" = None
 
     @property
     def isochoric(self) -> Any:
         """The part of psi that no change of volume costs, psi - K/2 volume^2 >= 0."""
         return self.psi - self.K / 2 * self.volume**2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faces:
+    """A strain as the two faces of a crack feel it; see `Contact`.
+
+    Attributes
+    ----------
+    broken : 1 in the broken layer of a crack, 0 beside it.
+    normal : strain across the crack, n . e n with its unit normal n.
+    unsheared : the strain without the shear along the faces.
+    shear : size of that shear strain, less the slip of earlier steps.
+    bound : shear stress (Pa) that friction bears; 0 without friction.
+    free : 0 where friction holds any shear stress, 1 elsewhere.
+    """
+
+    broken: Any
+    normal: Any
+    unsheared: Strained
+    shear: Any = 0.0
+    bound: Any = 0.0
+    free: Any = 1.0
 
 
 class EnergySplit(Protocol):
@@ -149,6 +172,56 @@ class NoTension:
         return g * e.psi + (1 - g) * kept
 
 
+class Contact:
+    """Cracks whose faces touch, and slide: g psi + (1 - g) (psi_- + friction), n the normal.
+
+    Beside a crack psi_- is that of `NoTension` for the strain without the shear along the faces:
+    the least energy of stresses without tension whose one principal direction is n. In the broken
+    layer itself it is E/2 <n . e n>_-^2, the least energy that closes the crack so far: such a
+    layer is jagged, so that its strain is no simple shear, and all of it is free but what would
+    press the faces through one another. Directional splits: Steinke and Kaliske 2019, Fei and Choo
+    2020. Rock far from cracks has the energy of `NoTension`; so have strains without `faces`.
+
+    Friction bears the shear stress b at most, a bound that is frozen. Its energy is the least over
+    the new slip s of G/2 (c - s)^2 + b |s|, c the shear strain since the last step: Huber's
+    function of c, with the shear modulus G of the rock.
+    """
+
+    name, isotropic = "contact", True
+
+    def __init__(self, friction: float = 0.0) -> None:
+        self.friction, self.intact = friction, NoTension()
+
+    def density(self, e: Strained, g: Any) -> Any:
+        """See `EnergySplit`."""
+        if e.faces is None:
+            return self.intact.density(e, g)
+        assert e.principal is not None
+        closed = e.principal.E / 2 * negative(e.faces.normal) ** 2
+        beside = self.intact.density(e.faces.unsheared, 0.0)
+        kept = e.faces.broken * closed + (1 - e.faces.broken) * beside
+        if self.friction:
+            stuck = e.faces.shear - self.slip(e)
+            kept += shear_modulus(e) / 2 * stuck**2 + e.faces.bound * self.slip(e)
+        return g * e.psi + (1 - g) * kept
+
+    def slip(self, e: Strained) -> Any:
+        """Size of the new slip strain, where the shear stress would exceed the bound."""
+        assert e.faces is not None
+        return e.faces.free * positive(e.faces.shear - e.faces.bound / shear_modulus(e))
+
+    def rubbed(self, e: Strained, g: Any) -> Any:
+        """Work of friction in the new slip, a part of the density."""
+        assert e.faces is not None
+        return (1 - g) * e.faces.bound * self.slip(e)
+
+
+def shear_modulus(e: Strained) -> Any:
+    """G of isotropic rock."""
+    assert e.principal is not None
+    return e.principal.E / (2 * (1 + e.principal.nu))
+
+
 NO_SPLIT = NoSplit()
 SPLITS: dict[str, EnergySplit] = {
     "none": NO_SPLIT,
@@ -156,6 +229,7 @@ SPLITS: dict[str, EnergySplit] = {
     "star-convex": StarConvex(gamma=5.0, name="star-convex"),
     "spectral": Spectral(),
     "no-tension": NoTension(),
+    "contact": Contact(),
 }
 
 

@@ -21,6 +21,7 @@ from staffa.plot.style import (
     GENERATIONS,
     GREEN,
     ORANGE,
+    PURPLE,
     count_axis,
     legend_above,
     new_figure,
@@ -42,6 +43,8 @@ def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
         axes.plot(
             at, [of(e.loads) for e in energies], color=GREEN, label=f"of the loads{rest}", **style
         )
+    if any(e.friction for e in energies):
+        axes.plot(at, [of(e.friction) for e in energies], color=PURPLE, label="friction", **style)
     axes.plot(at, [of(e.surface) for e in energies], color=ORANGE, label="surface", **style)
     show_clock(axes, manifest, steps)
     axes.set_ylabel(manifest.shown.energy.label("energy"))

@@ -63,9 +63,9 @@ def gap_between_steps(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sizes(side: Side, step: Step) -> float:
-    """|elastic| + |surface| + |loads|: a total that loads cannot bring near zero."""
+    """|elastic| + |surface| + |loads| + |friction|: a total that loads cannot bring near zero."""
     e = step.energies
-    return (abs(e.elastic) + abs(e.surface) + abs(e.loads)) / side.energy
+    return (abs(e.elastic) + abs(e.surface) + abs(e.loads) + abs(e.friction)) / side.energy
 
 
 def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:

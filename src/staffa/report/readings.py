@@ -40,6 +40,7 @@ def readings(pair: Pair) -> dict[str, Reading]:
         Reading(name="elastic energy", unit=energy, value=_elastic),
         Reading(name="surface energy", unit=energy, value=_surface),
         Reading(name="energy of loads", unit=energy, value=_loads),
+        Reading(name="work of friction", unit=energy, value=_friction),
         Reading(name="total energy", unit=energy, value=_total),
     )
     kept = found if pair.dim else [r for r in found if not r.whole or r.name == "cracks"]
@@ -94,6 +95,10 @@ def _surface(side: Side, step: Step) -> float:
 
 def _loads(side: Side, step: Step) -> float | None:
     return step.energies.loads / side.energy or None
+
+
+def _friction(side: Side, step: Step) -> float | None:
+    return step.energies.friction / side.energy or None
 
 
 def _total(side: Side, step: Step) -> float:

@@ -138,6 +138,7 @@ def _energies(unit: Unit, e: Energies) -> str:
     """Energies in words; what counts from a state of rest says so."""
     rest = " since rest" if e.at_rest else ""
     loads = f", of loads {unit.of(e.loads):.5g}{rest}" if e.loads else ""
+    loads += f", of friction {unit.of(e.friction):.5g}" if e.friction else ""
     parts = f"elastic {unit.of(e.elastic):.5g}{rest}, surface {unit.of(e.surface):.5g}{loads}"
     return f"{parts}, total {unit.text(e.total, 5)}"
 

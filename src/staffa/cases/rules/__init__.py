@@ -25,6 +25,7 @@ from staffa.cases.rules.body import (
     mesh_can_be_numbered,
     mesh_carries_cracks,
 )
+from staffa.cases.rules.contact import CONTACT, contact_is_possible
 from staffa.cases.rules.cooling import (
     cooling_is_complete,
     cooling_is_one,
@@ -139,6 +140,7 @@ RULES = (
     forces_say_something,
     forces_fit_the_body,
     split_fits_the_rock,
+    contact_is_possible,
     formulas_of_forces_give_numbers,
     outputs_are_within,
     loads_fit_the_axis,
@@ -208,10 +210,15 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
     found["damage"] = {"split": case.damage.split or default_split(case)}
     if found["damage"]["split"] == "star-convex" and case.damage.gamma is None:
         found["damage"]["gamma"] = GAMMA
+    found["solver"] = {}
+    if found["damage"]["split"] == CONTACT:
+        found["damage"]["friction"] = case.damage.friction or 0.0
+        if case.damage.friction:  # see `contact_is_possible`
+            found["solver"]["stability"] = "none"
     if case.solver.displacement == "auto":
         split = found["damage"]["split"]
         small = displacement_unknowns(case) <= FEW and split != "none"
-        found["solver"] = {"displacement": "direct" if two or small else "iterative"}
+        found["solver"]["displacement"] = "direct" if two or small else "iterative"
     ones = ONES_OF_HEAT if case.heat else ONES
     if case.forces is not None and case.forces.gravity is not None:
         ones = ones | {"rho": "kg/m^3"}
