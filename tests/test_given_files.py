@@ -122,6 +122,10 @@ def test_a_field_in_the_unit_of_the_mesh_is_told_or_counted_so(tmp_path: Path) -
     mean = 70e9 * (1 + 0.5 * np.hypot(*x.T) / 0.3).mean()
     assert pytest.approx(mean, rel=0.01) == averages(pieces(case)[0]).E
     assert parse_case(to_toml(case), folder=tmp_path) == case
+    grid(tmp_path / "m.vtu", (0, 0), (0.6, 0.3), 40, of_cells=True, E=lambda x: stiff(1000 * x))
+    meters = parse_case(METERS, ["material.E.file=m.vtu"], folder=tmp_path)
+    found, known = (run(c, tmp_path / f"run{k}")[-1] for k, c in enumerate((case, meters)))
+    assert found.energies.elastic == pytest.approx(known.energies.elastic, rel=1e-9)
 
 
 def test_values_count_in_the_unit_that_is_said(tmp_path: Path) -> None:

@@ -272,3 +272,16 @@ def test_sets_of_abaqus_name_cells_once_and_eall_names_nothing(tmp_path: Path) -
     (tmp_path / "a.inp").write_text(head + cells + sets + "*ELSET, ELSET=both\n1, 2\n")
     with pytest.raises(InputError, match=r"the sets '\w+' and '\w+' overlap"):
         read(tmp_path / "a.inp")
+
+
+def test_sets_of_nodes_name_faces_where_a_file_has_none(tmp_path: Path) -> None:
+    """As FreeCAD and CalculiX write them, with one of all nodes, of an edge, and of a corner."""
+    points = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+    nodes = "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(points, start=1))
+    text = f"*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=Evolumes\n1, 1, 5, 7, 3, 2, 6, 8, 4\n"
+    text += "*NSET, NSET=Nall\n1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=left\n1, 2, 3, 4\n"
+    text += "*NSET, NSET=top\n2, 4, 6, 8\n*NSET, NSET=edge\n1, 2\n*NSET, NSET=pin\n1\n"
+    (tmp_path / "a.inp").write_text(text)
+    mesh = read(tmp_path / "a.inp")
+    assert sizes(mesh) == pytest.approx({"left": 6.0, "top": 2.0, "Evolumes": 6.0})
+    assert found_outline(mesh).sides == {"left": "left", "top": "top"}

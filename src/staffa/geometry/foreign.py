@@ -1,7 +1,7 @@
 """Reads meshes that other programs wrote, with meshio, and of Salome's by Gmsh."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from itertools import chain
@@ -13,7 +13,7 @@ import numpy as np
 from staffa.errors import InputError
 from staffa.geometry.assembled import Block, assembled
 from staffa.geometry.simplices import Simplices
-from staffa.geometry.splitting import bulge
+from staffa.geometry.splitting import bulge, sides
 
 # What meshio calls the format of files that end so; each is one file, and names no other.
 FORMATS = {
@@ -82,6 +82,8 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
     points[:, : mesh.points.shape[1]] = mesh.points
     names = _names(mesh, path, where)
     blocks = [b for c, n in zip(mesh.cells, names, strict=True) for b in _block(c, n, points)]
+    if kind == "abaqus":
+        blocks += _of_nodes(mesh.point_sets, blocks)
     return assembled(unit * points, blocks, where)
 
 
@@ -101,6 +103,25 @@ def _block(cells: Any, name: np.ndarray, x: np.ndarray) -> Iterator[Block]:
     order = 1 if nodes == corners else 2 if (corners, nodes) in SECOND else 3
     off = bulge(x[rows], corners) if order == 2 else None
     yield Block(dim=dim, corners=rows[:, :corners], name=name, order=order, bulge=off)
+
+
+def _of_nodes(sets: Mapping[str, Any], blocks: Sequence[Block]) -> Iterator[Block]:
+    """The facets on the surface all of whose corners are in a set of nodes, under its name; none
+    where the file has facets of its own. Sets of all nodes, and of edges and points, name none."""
+    dim = max((block.dim for block in blocks), default=0)
+    if dim < 2 or any(block.dim == dim - 1 for block in blocks):
+        return
+    every = [facet for block in blocks if block.dim == dim for facet in sides(block.corners, dim)]
+    for width in sorted({rows.shape[1] for rows in every}):
+        rows = np.concatenate([facet for facet in every if facet.shape[1] == width])
+        _, first, count = np.unique(
+            np.sort(rows, axis=1), axis=0, return_index=True, return_counts=True
+        )
+        rows = rows[first[count == 1]]
+        for name, nodes in sets.items():
+            mine = rows[np.isin(rows, nodes).all(axis=1)]
+            if 0 < len(mine) < len(rows):
+                yield Block(dim=dim - 1, corners=mine, name=np.full(len(mine), name, dtype=object))
 
 
 def _names(mesh: Any, path: Path, where: str) -> list[np.ndarray]:

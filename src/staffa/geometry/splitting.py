@@ -14,6 +14,19 @@ FACES = {
 }
 
 
+def sides(cells: np.ndarray, dim: int) -> list[np.ndarray]:
+    """The edges of cells of a plane, or the faces of those in space, by corners, shape (k, n) each.
+
+    cells: corners in order, shape (m, n).
+    """
+    width = cells.shape[1]
+    if dim == 2:
+        found: tuple[tuple[int, ...], ...] = tuple((i, (i + 1) % width) for i in range(width))
+    else:
+        found = FACES.get(width, ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)))
+    return [cells[:, side] for side in found]
+
+
 def around_middle(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
     """The middles of quadrilaterals, and four triangles around each, which favor no diagonal.
 

@@ -203,7 +203,7 @@ def _coarse(run: Run) -> Iterator[Fact]:
         text=f"{last.share:.0%} of the cracks' length is in cells of edge "
         f"{unit.text(last.edge, 3)}, {last.edge / run.manifest.ell:.2g} ell, most {where}: "
         f"a crack costs about {last.toughness:.3f} Gc there; mesh it finer, h <= ell/3",
-        alarm=True,
+        alarm=last.edge > run.manifest.ell / 2,
     )
 
 

@@ -1,5 +1,7 @@
 """Rules on what holds and moves the body."""
 
+from collections.abc import Callable
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -98,7 +100,7 @@ def edges_agree(case: Case) -> None:
             continue
         for name in sorted(holds[one].keys() & holds[other].keys()):
             here, there = holds[one][name], holds[other][name]
-            if not _same(here, there, _shared(case, one, other)):
+            if not _same(here, there, partial(_shared, case, one, other)):
                 raise InputError(
                     f"supports.{one} and supports.{other} meet, and hold {name} differently there, "
                     f"at {inline(here)} and at {inline(there)}; give both the same, or take {name} "
@@ -121,15 +123,16 @@ def held(case: Case, side: str) -> dict[str, Held]:
     return dict.fromkeys({"rollers": across, "clamped": names}.get(support, ""), 0.0)
 
 
-def _same(one: Held, other: Held, shared: np.ndarray) -> bool:
+def _same(one: Held, other: Held, shared: Callable[[], np.ndarray]) -> bool:
     """True if two histories, straight between their times, are equal at all times where both
-    sides are. shared: places of both (m), shape (3, n)."""
+    sides are. shared: gives places of both (m), shape (3, n)."""
     (t, u), (s, v) = as_table(one), as_table(other)
     times = np.union1d(t, s)
     first, second = np.interp(times, t, u), np.interp(times, s, v)
     slack = 1e-9 * max(np.abs(u).max(), np.abs(v).max())  # "0.03 mm" and "30 um" differ a little
     if isinstance(one, DisplacementFile) or isinstance(other, DisplacementFile):
-        first, second = _at(one, first, shared), _at(other, second, shared)
+        places = shared()
+        first, second = _at(one, first, places), _at(other, second, places)
         slack = INTERPOLATED * max(np.abs(u).max(), np.abs(v).max())
     return bool(np.all(np.abs(first - second) <= slack))
 
