@@ -251,7 +251,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
 def test_ranks_meet_a_load_that_decays(ranks: int) -> None:
     (found,) = printed_on(ranks, RANKS)
     expected = [0.25 * 10 ** (-12 * number) for number in (1, 2, 3)]
