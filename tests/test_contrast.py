@@ -126,7 +126,7 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
 def test_ranks_find_it_too(ranks: int) -> None:
     ((force, violations),) = printed_on(ranks, RANKS)
     assert float(force) == pytest.approx(SOFT * 0.1 / 0.2 * 0.5, rel=1e-3) and violations == "0"
