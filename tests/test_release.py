@@ -89,8 +89,8 @@ def difference(depth: float, h: float, **more) -> tuple[float, Seen]:
     [
         ("cooled", "plane stress"),
         ("pressed open", "plane strain"),
-        ("prestressed", "plane stress"),
-        ("heavy", "plane stress"),
+        pytest.param("prestressed", "plane stress", marks=pytest.mark.long),
+        pytest.param("heavy", "plane stress", marks=pytest.mark.long),
     ],
 )
 def test_a_held_notch_releases_the_difference_of_energies(name: str, state: str) -> None:
@@ -162,7 +162,7 @@ def test_rings_end_before_faces_and_other_cracks_and_a_reason_says_where_there_i
     (free,) = seen(network_of([(0.0, 0.5), (0.5, 0.5)], h=h))
     assert free.direction == pytest.approx((1, 0, 0)) and free.radius == pytest.approx(6 * ell)
     (far,) = seen(network_of([(0.0, 0.5), (0.86, 0.5)], h=h))
-    assert far.radius == pytest.approx(0.14 - h / 2, abs=1e-3)
+    assert far.radius == pytest.approx(0.14 - ell - h / 2, abs=1e-3)
     (close,) = seen(network_of([(0.0, 0.5), (0.95, 0.5)], h=h))
     assert close.reason is not None and "a face of the body" in close.reason
     beside = seen(network_of([(0.0, 0.5), (0.5, 0.5)], [(0.0, 0.6), (1.0, 0.6)], h=h))
@@ -180,7 +180,7 @@ def test_rock_that_changes_within_the_ring_is_said() -> None:
     size, depth = (1.0, 1.0), 0.4
     cracked = partial(_slit, depth=depth)
     problem = body(
-        size, 0.04, material=rock(ell=0.1, E=stiffer, Gc=1e4, cracked=cracked), sides=ROLLERS,
+        size, 0.04, material=rock(ell=0.08, E=stiffer, Gc=1e4, cracked=cracked), sides=ROLLERS,
         load=quench(1.0),
     )  # fmt: skip
     system = build(problem)

@@ -13,6 +13,8 @@ LARGEST, SMALLEST = 6.0, 3.0
 STRAIGHT = 2.0
 # The band of another tip reaches so many ell.
 BAND = 2.0
+# At the mouth of a crack its band meets a face: what presses there is uneven within so many ell.
+MOUTH = 1.0
 # Points of a front in 3-D are so many ell apart.
 APART = 3.0
 # Sine of the angle from which a crack, or a face of the body, lies across a direction.
@@ -98,7 +100,7 @@ def _front(
 ) -> Front:
     end, way = ends[k], ways[k]
     near = {
-        "a face of the body": _to_face(end, way, surface),
+        "a face of the body": _to_face(end, way, surface) - MOUTH * ell,
         "a crack across its way": _nearest(
             crack[0] - end, np.abs(crack[1] @ way) > CRACK_ACROSS, BAND * ell
         ),
