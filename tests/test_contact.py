@@ -426,3 +426,39 @@ def test_an_inclined_crack_rubs_as_one_seen_along_its_faces() -> None:
         for friction in (0.0, 0.3)
     )
     assert rubbed / free == pytest.approx(0.49, rel=0.05)
+
+
+SOLID = """
+[domain]
+size = [1.0, 0.5, 2.0]
+h = 0.125
+cells = "tetrahedron"
+[material]
+nu = 0.25
+Gc = 1e5
+[damage]
+ell = 0.125
+split = "contact"
+allow_coarse = true
+[temperature]
+profile = "none"
+[[cracks]]
+center = [0.5, 0.25, 1.0]
+radius = 0.8
+normal = [-1.0, 0.0, 1.0]
+[supports]
+bottom = "rollers"
+front = "rollers"
+back = "rollers"
+top = { z = { t = [0.0, 1.0], u = [0.0, -0.02] } }
+[time]
+t = [1.0]
+"""
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_cut_solid_slides() -> None:
+    """F6-cut45 in 3-D, without friction."""
+    step = steps_of(parse_case(SOLID))[-1]
+    assert abs(step.reactions["top"][2]) < 1e-3 * UNCUT / 2
