@@ -27,7 +27,7 @@ FLOORS = [
             "grid",
             "jit",
         ),
-        *("unstructured", "geometry", "arguments", "surroundings"),
+        *("unstructured", "geometry", "arguments", "surroundings", "apart"),
     },
     {"physics"},
     {"axis", "domain", "fields", "cut", "quadrature"},
@@ -40,6 +40,7 @@ FLOORS = [
 ]
 # Modules of one floor that serve others of it.
 WITHIN = {
+    "apart": ["errors", "surroundings"],
     "arguments": ["errors"],
     "units": ["display_units", "errors"],
     "records": ["cell_records", "json_form", "release"],
@@ -63,6 +64,7 @@ LIGHT = [
     "staffa.arguments",
     "staffa.errors",
     "staffa.surroundings",
+    "staffa.apart",
     "staffa.units",
     "staffa.display_units",
     "staffa.records",

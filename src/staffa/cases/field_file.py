@@ -5,16 +5,18 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from staffa.apart import read_apart
 from staffa.errors import InputError, choices
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them
-SPREAD = (".pvd", ".pvtu", ".vtm", ".xdmf")  # files that name others, in which the numbers are
+# Files that name no others, in which numbers might be that a run does not keep.
+FORMATS = (".vtu", ".vti", ".vtr", ".vts", ".vtk", ".vtkhdf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,19 +115,32 @@ class Counting:
 
 
 def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshField:
-    """The field of this name in a file that PyVista reads: .vtu, .vtk, .vtkhdf.
+    """The field of this name in a file of one of FORMATS, read in a process of its own.
 
     Raises
     ------
     InputError
-        There is no such file or field, or it is not one finite number at each place.
+        There is no such file or field, or it is not one finite number at each place; or reading it
+        crashes.
     """
-    mesh = _mesh(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(
+            f"{path} is none of {', '.join(FORMATS)}, each of which is one file, of which a run "
+            f"keeps a copy; write the field as one .vtu"
+        )
+    if not path.is_file():
+        raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
+    asked = [name, asdict(counting or Counting())]
+    return read_apart(MeshField, "staffa.cases.field_file:field_in", path, asked, where=str(path))
+
+
+def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
+    """The same, in this process. counted: the numbers of a `Counting`."""
+    mesh, counting = _mesh(path), Counting(**counted)
     found = dict(mesh.cell_data.items()) | dict(mesh.point_data.items())
     if name not in found:
         held = choices(name, found) if found else "it has none"
         raise InputError(f"the file has no field '{name}'; {held}")
-    counting = counting or Counting()
     values = _numbers(np.asarray(found[name]), name, counting.component)
     if not np.all(np.isfinite(values)):
         raise InputError(f"'{name}' is not finite everywhere; mend the file")
@@ -177,12 +192,6 @@ def _silence() -> Iterator[None]:
 
 
 def _mesh(path: Path) -> Any:
-    if path.suffix.lower() in SPREAD:
-        raise InputError(
-            f"{path} only names other files, and a run keeps one; write the field as one .vtu"
-        )
-    if not path.is_file():
-        raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
     import pyvista
 
     mesh = None

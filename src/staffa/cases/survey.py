@@ -4,20 +4,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from staffa.apart import read_apart
 from staffa.cases.amounts import is_scaled, unit
 from staffa.cases.model import Case
 from staffa.cases.place import Place
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
-from staffa.geometry.foreign import FORMATS, read_foreign
+from staffa.geometry.foreign import FORMATS
 from staffa.geometry.hinges import hinges
-from staffa.geometry.msh import SALOME, read_msh
+from staffa.geometry.msh import SALOME
 from staffa.geometry.simplices import Simplices, outline
 from staffa.grid import UNSTRUCTURED
 
 # Of the edges of the finest cell so much may be asked for: they are a mean, and no mesh is exact.
 NEARLY = 0.9
+READ_MSH, READ_FOREIGN = "staffa.geometry.msh:read_msh", "staffa.geometry.foreign:read_foreign"
 BODIES = ("size", "shape", "mesh")
 
 
@@ -91,14 +93,14 @@ def mesh_of(file: Path, unit: float, given: str) -> Simplices:
     """The mesh of a file; given: what the case calls it."""
     where, ends = f"domain.mesh = {inline(given)}", file.suffix.lower()
     if ends in FORMATS:
-        return read_foreign(file, unit, where)
+        return read_apart(Simplices, READ_FOREIGN, file, [unit, where], where=where)
     if ends not in (".msh", *SALOME):
         known = ", ".join(sorted((".msh", *SALOME, *FORMATS)))
         raise InputError(
             f"{where}: a mesh is one of {known}; convert it, with meshio's own command: meshio "
             f"convert {file.name} {file.stem}.vtu"
         )
-    return read_msh(file, unit, where)
+    return read_apart(Simplices, READ_MSH, file, [unit, where], where=where)
 
 
 def _is_possible(shape: Any) -> None:

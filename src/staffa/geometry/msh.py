@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,12 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
         raise InputError(f"{where} is no .msh file; save the mesh as one, with Gmsh or meshio")
     if path.suffix.lower() == ".med":
         _names_no_other_file(path, where)
-    with opened(where, WAY_OUT) as gmsh:
+    with opened(where, WAY_OUT) as gmsh, TemporaryDirectory() as alone:
+        # Gmsh runs an options file that lies beside the one it opens.
+        link = Path(alone) / f"mesh{path.suffix}"
+        link.symlink_to(path.absolute())
         try:
-            gmsh.merge(str(path))
+            gmsh.merge(str(link))
         except Exception as error:  # Gmsh raises this very class
             raise InputError(f"{where}: Gmsh cannot read it ({error}); save it anew") from error
         held = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
