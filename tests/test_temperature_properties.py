@@ -225,7 +225,7 @@ bottom = { h = { T = ["20 °C","120 °C","140 °C","250 °C"], value = ["500 W/(
 left = "rollers"
 right = "rollers"
 [time]
-t = ["5 s", "20 s", "60 s", "120 s", "3000 s"]
+t = ["20 s", "60 s", "120 s", "3000 s"]
 [solver]
 guess = "none"
 """  # noqa: E501
@@ -236,19 +236,19 @@ def test_a_cracked_body_that_warms_again_has_spent_what_it_had(tmp_path) -> None
     """What cracks cost counts at the toughness of the time when they grew."""
     steps = heated(tmp_path, text=CRACKING)
     surfaces = [step.energies.surface for step in steps]
-    assert surfaces[2] > 0.1, "it must have cracked"
+    assert surfaces[1] > 0.1, "it must have cracked"
     # To what the solvers leave: the toughness of 400 °C is 1.5 times that of the time of growth.
-    assert surfaces[4] == pytest.approx(surfaces[3], rel=1e-6)
-    assert steps[4].energies.elastic < 0.1 * steps[2].energies.elastic
+    assert surfaces[3] == pytest.approx(surfaces[2], rel=1e-6)
+    assert steps[3].energies.elastic < 0.1 * steps[1].energies.elastic
     lengths = [step.measures.length_surface for step in steps]
-    assert lengths[4] == pytest.approx(lengths[3], rel=1e-6)
+    assert lengths[3] == pytest.approx(lengths[2], rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_that_goes_on_gives_the_same_bits(tmp_path) -> None:
-    case = parse_case(CRACKING, ("time.t=['5 s', '20 s', '60 s', '120 s']",))
+    case = parse_case(CRACKING, ("time.t=['20 s', '60 s', '90 s']",))
     whole = run(case, tmp_path / "whole")
-    stopped(lambda: run(case, tmp_path / "cut", watcher=Watcher(stop=After(12))))
+    stopped(lambda: run(case, tmp_path / "cut", watcher=Watcher(stop=After(10))))
     resume(tmp_path / "cut")
     found = read_run(tmp_path / "cut").steps
     assert len(read_run(tmp_path / "whole").steps) == len(found) == len(whole)
@@ -258,14 +258,14 @@ def test_a_run_that_goes_on_gives_the_same_bits(tmp_path) -> None:
 
 def surfaces_of_cracking(out) -> list[tuple[float, float, float]]:
     """Surface and elastic energy and heat of the cracked plate, step by step."""
-    case = parse_case(CRACKING, ("time.t=['20 s', '60 s', '120 s']",))
+    case = parse_case(CRACKING, ("time.t=['20 s', '60 s']",))
     steps = staffa.run(case, out)
     return [(s.energies.surface, s.energies.elastic, s.heat.stored) for s in steps]
 
 
 @pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("ranks", [2, 3])
 def test_ranks_give_the_serial_cracks(ranks: int, tmp_path) -> None:
     code = f"""
 from test_temperature_properties import surfaces_of_cracking
