@@ -217,7 +217,7 @@ def test_many_ranks_find_what_one_finds(ranks: int) -> None:
     code = (
         "from test_release import LOADS, notched\n"
         "from staffa.stack import MPI\n"
-        "(tip,) = notched(0.4, h=0.04, ell=0.1, **LOADS['cooled']).tips\n"
+        "(tip,) = notched(0.4, h=0.04, ell=0.08, **LOADS['cooled']).tips\n"
         "if MPI.COMM_WORLD.rank == 0: print(repr(tip.G), *map(repr, tip.position))"
     )
     (alone,), (together,) = printed_on(1, code), printed_on(ranks, code)
