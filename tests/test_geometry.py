@@ -627,7 +627,9 @@ def test_without_gmsh_a_shape_or_a_mesh_is_refused_with_the_way_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, body: str
 ) -> None:
     (tmp_path / "plate.msh").write_text("$MeshFormat\n")
+    (tmp_path / "gmsh.py").write_text("raise ImportError\n")
     monkeypatch.setitem(sys.modules, "gmsh", None)
+    monkeypatch.syspath_prepend(tmp_path)  # of the process that reads meshes, too
     text = SHAPED.replace('[supports]\nleft = "rollers"\nright = "rollers"\n', "")
     text = text.replace("hole", "side").replace("h = 0.1", "h = 0.1" if "disc" in body else "")
     shape = next(line for line in text.splitlines() if line.startswith("shape"))

@@ -40,8 +40,8 @@ def conduction(case: Case) -> Conduction:
     return Conduction(
         **vars(body),
         regions=dict(zip(case.regions, regions, strict=True)),
-        initial=_start(case, keys.initial),
-        stress_free=None if keys.stress_free is None else _start(case, keys.stress_free),
+        initial=start(case, keys.initial),
+        stress_free=None if keys.stress_free is None else start(case, keys.stress_free),
         sides=_sides(case),
         source=nothing if keys.source is None else in_time(keys.source, dim),
         cracks=_cracks(keys, dim),
@@ -51,7 +51,8 @@ def conduction(case: Case) -> Conduction:
     )
 
 
-def _start(case: Case, value: Any) -> PointValues:
+def start(case: Case, value: Any) -> PointValues:
+    """The temperature of a body before its first step, or free of stress."""
     return in_body(case, value) if isinstance(value, FieldFile) else in_space(value, case.dim)
 
 
@@ -109,14 +110,14 @@ def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
         if given.flux is not None:
             found.append(Inflow(side=side, q=in_time(given.flux, dim)))
         elif given.h is not None:
-            h, T = film(given.h, dim), _temperature(case, given.T)
+            h, T = film(given.h, dim), temperature(case, given.T)
             found.append(Film(side=side, h=h, T=T))
         else:
-            found.append(Held(side=side, T=_temperature(case, given.T)))
+            found.append(Held(side=side, T=temperature(case, given.T)))
     return tuple(found)
 
 
-def _temperature(case: Case, value: Any) -> Values:
+def temperature(case: Case, value: Any) -> Values:
     """The temperature of a side, or beyond its film."""
     if isinstance(value, FieldFile):
         field = in_body(case, value)

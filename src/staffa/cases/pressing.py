@@ -15,14 +15,15 @@ import numpy as np
 
 from staffa.cases.clock import times_in
 from staffa.cases.force_keys import ForceKeys
-from staffa.cases.heat import in_time
+from staffa.cases.heat import film, start, temperature
 from staffa.cases.heat_keys import HeatCracks, HeatKeys, HeatSide, InTime
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case, History, Prescribed
 from staffa.cases.pieces import averages, pieces
-from staffa.cases.properties import in_space, varies
+from staffa.cases.properties import varies
 from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.temperature_keys import depends_on_place
+from staffa.heat.body import OfSurface
 
 # Times at which a formula is looked at: evenly, and as many that crowd at the start.
 SAMPLES = 100
@@ -116,13 +117,13 @@ def _mismatch(case: Case) -> Iterator[str]:
 def _start(case: Case, keys: HeatKeys) -> Iterator[str]:
     """Initial temperatures that even out, and rock that is strained by them."""
     x = case.outline.places.within().x
-    initial = in_space(keys.initial, case.dim)(x)
+    initial = start(case, keys.initial)(x)
     slack = ROUND_OFF * np.abs(initial).max()
     if np.ptp(initial) > slack:
         yield "an uneven start (heat.initial)"
     if keys.stress_free is None:
         return
-    hotter = initial - in_space(keys.stress_free, case.dim)(x)
+    hotter = initial - start(case, keys.stress_free)(x)
     if hotter.max() > slack:
         yield "a start above heat.stress_free"
     elif np.ptp(hotter) > slack:
@@ -165,9 +166,15 @@ def _of_surface(
         return False, False
     T = _over_time(case, given.T, x)
     slack = ROUND_OFF * np.abs(T).max()
-    hotter = bool((T - in_space(keys.initial, case.dim)(x)).max() > slack)
-    weaker = given.h is not None and _rises(-_over_time(case, given.h, x))
+    hotter = bool((T - start(case, keys.initial)(x)).max() > slack)
+    weaker = given.h is not None and _weakens(case, given.h, x)
     return hotter, _rises(T) or weaker
+
+
+def _weakens(case: Case, value: Any, x: np.ndarray) -> bool:
+    """Whether a film coefficient falls with time; one of the surface's temperature does not, by
+    itself."""
+    return not isinstance(film(value, case.dim), OfSurface) and _rises(-_over_time(case, value, x))
 
 
 def _rises(values: np.ndarray) -> bool:
@@ -177,7 +184,7 @@ def _rises(values: np.ndarray) -> bool:
 
 def _over_time(case: Case, value: Any, x: np.ndarray) -> np.ndarray:
     """A value of [heat] at points, shape (3, n), over the run; shape (n_times, n)."""
-    function = in_time(value, case.dim)
+    function = temperature(case, value)
     return np.array([np.broadcast_to(function(x, t), x.shape[1:]) for t in _times(case, value)])
 
 
