@@ -40,7 +40,7 @@ BOX = (
 
 
 def plate(*settings: str) -> Problem:
-    return problem(parse_case(PLATE, ["solver.guess=none", *settings]))
+    return problem(parse_case(PLATE, ["solver.guess=none", "damage.split=none", *settings]))
 
 
 def held(case: Problem) -> float:

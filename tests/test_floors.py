@@ -31,7 +31,17 @@ FLOORS = [
     },
     {"physics"},
     {"axis", "domain", "fields", "cut", "quadrature"},
-    {"energy", "contact", "external", "openings", "strain", "supports", "loads", "thermal"},
+    {
+        "energy",
+        "contact",
+        "densities",
+        "external",
+        "openings",
+        "strain",
+        "supports",
+        "loads",
+        "thermal",
+    },
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
     {"cases"},
@@ -56,7 +66,8 @@ WITHIN = {
     "cut": ["fields"],
     "quadrature": ["axis", "domain"],
     "external": ["loads", "strain"],
-    "energy": ["contact", "external", "loads", "openings", "strain", "thermal"],
+    "densities": ["strain"],
+    "energy": ["contact", "densities", "external", "loads", "openings", "strain", "thermal"],
     "report": ["plot"],
 }
 LIGHT = [

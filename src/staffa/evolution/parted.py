@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from staffa.errors import PartedError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.fields import vertices
+from staffa.fields import Spaces, vertices
 from staffa.parallel import everywhere, max_over_ranks, sum_over_ranks
 from staffa.supports import rigid_modes
 
@@ -88,8 +88,9 @@ def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Pie
     if known and not _stores_much(system):
         return None
     labels, number = pieces(alpha, BROKEN)
-    n_owned = system.spaces.alpha.dofmap.index_map.size_local
+    n_owned = system.spaces.nodes.dofmap.index_map.size_local
     dim, fixed = problem.domain.dim, system.supports.fixed
+    labels = _at_nodes(system.spaces, alpha, labels)
     mine = np.where(labels < 0, number, labels)[:n_owned]
     modes = rigid_modes(problem.domain, system.spaces)[: n_owned * dim].copy()
     modes[np.repeat(mine == number, dim), dim:] = 0.0  # broken rock turns as it likes
@@ -142,6 +143,19 @@ def pieces(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
     return np.where(sound_ones, np.cumsum(sound_ones) - 1, -1)[labels], int(sound_ones.sum())
 
 
+def _at_nodes(spaces: Spaces, alpha: fem.Function, labels: np.ndarray) -> np.ndarray:
+    """The pieces of the nodes of u, from those of the vertices; a node in the middle of an edge is
+    in that of a cell around it that is not broken, -1 if there is none."""
+    if not spaces.quadratic:
+        return labels
+    cells, nodes = spaces.alpha.dofmap.list, spaces.nodes.dofmap.list
+    found = np.full(int(nodes.max()) + 1, -1, dtype=np.int64)
+    sound = alpha.x.array[cells].min(axis=1) < BROKEN
+    found[nodes[sound]] = labels[cells[sound][:, 0]][:, None]
+    found[spaces.vertex_nodes] = labels
+    return found
+
+
 def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.ndarray]:
     links = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n, n))
     number, labels = connected_components(links, directed=False)
@@ -165,7 +179,7 @@ def _net(
 
     Parameters
     ----------
-    modes : shape (n_owned, n_modes), see `rigid_modes`. labels : of the owned vertices.
+    modes : shape (n_owned, n_modes), see `rigid_modes`. labels : of the owned nodes.
     """
     energy, forces = system.energy, system.alternation.u.duplicate()
     if applied:
@@ -182,8 +196,8 @@ def _net(
 
 
 def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> Piece:
-    """The piece of the owned vertices where `mine` is True. Collective."""
-    space, forces, domain = system.spaces.alpha, problem.forces, problem.domain
+    """The piece of the owned nodes where `mine` is True. Collective."""
+    space, forces, domain = system.spaces.nodes, problem.forces, problem.domain
     comm = domain.comm
     x = vertices(space)[: len(mine)][mine][:, : domain.dim]
     n_all = sum_over_ranks(comm, float(len(mine)))
@@ -200,8 +214,8 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
 
 
 def _touches(problem: Problem, system: System, side: str, mine: np.ndarray) -> bool:
-    """Whether some of this rank's owned vertices, or of another's, lie on a side. Collective."""
-    space, domain = system.spaces.alpha, problem.domain
+    """Whether some of this rank's owned nodes, or of another's, lie on a side. Collective."""
+    space, domain = system.spaces.nodes, problem.domain
     found = fem.locate_dofs_topological(space, domain.dim - 1, domain.facets(side))
     found = found[found < len(mine)]
     return bool(sum_over_ranks(domain.comm, float(mine[found].sum())) > 0)

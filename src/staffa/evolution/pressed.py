@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI
+from staffa.stack import MPI  # noqa: F401
 
 import basix
 import numpy as np
 import ufl
 from dolfinx import fem
-from dolfinx.mesh import compute_midpoints
+from dolfinx.mesh import Mesh, compute_midpoints
 
 from staffa import jit
 from staffa.energy import Energy
@@ -39,11 +39,17 @@ class Driven:
         return self.whole / self.safe - 1 if self.safe else (np.inf if self.whole > 0 else 0.0)
 
 
-def safest_of(comm: MPI.Comm, rock: IsotropicRock | AnisotropicRock) -> EnergySplit:
-    """The split of a rock under which pressure breaks the least. Collective."""
+def safest_of(mesh: Mesh, rock: IsotropicRock | AnisotropicRock) -> EnergySplit:
+    """The split of a rock under which pressure breaks the least. Collective.
+
+    mesh: that of the rock, whose nu may depend on temperature.
+    """
     if isinstance(rock, IsotropicRock):
-        nu = rock.nu.x.array if isinstance(rock.nu, fem.Function) else rock.nu.value
-        if -max_over_ranks(comm, -np.asarray(nu)) >= 0:
+        dim = mesh.topology.dim
+        cells = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
+        middle = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
+        nu = jit.expression(rock.nu, middle, mesh.comm).eval(mesh, cells)
+        if -max_over_ranks(mesh.comm, -nu) >= 0:
             return SPLITS["no-tension"]
     return SPLITS["volumetric-deviatoric"]
 
@@ -58,7 +64,7 @@ class PressedGrowth:
     def __init__(self, energy: Energy) -> None:
         alpha = energy.state.alpha
         self.comm, self._mesh = energy.comm, alpha.function_space.mesh
-        self.safe = safest_of(energy.comm, energy.elasticity)
+        self.safe = safest_of(self._mesh, energy.elasticity)
         self._alpha, self._grown = alpha, fem.Function(alpha.function_space)
         damage = ufl.variable(alpha)
         fall = -ufl.diff(energy.law.a(damage), damage)

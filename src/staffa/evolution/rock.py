@@ -8,8 +8,9 @@ from staffa.stack import MPI  # noqa: F401
 import numpy as np
 from dolfinx import fem
 
+from staffa.densities import Rock
 from staffa.domain import Domain, middles
-from staffa.energy import Energy, Rock
+from staffa.energy import Energy
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, Problem
 from staffa.external import External

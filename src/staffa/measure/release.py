@@ -80,7 +80,7 @@ class EnergyRelease:
         released, grown = sum_over_ranks(
             comm, np.stack([share.T @ (forces @ way), share.T @ (areas @ way)])
         )
-        if dim == 3:  # over the advance along the front, which the area tells
+        if dim == 3 or self._domain.axial:  # over the advance of the front, which the area tells
             released = released / (grown / self._factor)
         return Release(
             position=place,

@@ -21,6 +21,12 @@ def contact_is_possible(case: Case) -> None:
             f"of its own, by the normals of its cracks, so that none can be compared with an "
             f"earlier one; leave it out"
         )
+    if is_contact and case.axial:
+        raise InputError(
+            f'damage.split = "{CONTACT}": faces of cracks in a body of revolution '
+            f'(domain.symmetry = "axis") are not known; leave the split out, which holds closed '
+            f"cracks, or take a 3-D body"
+        )
     if not friction:
         return
     tested = "stability" in case.solver.model_fields_set and case.solver.stability != "none"
