@@ -5,15 +5,21 @@ Each left a canary before what it attacks was mended; docs/security.md says who 
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import meshes
+from bodies import needs_gmsh
+from staffa.apart import read_apart
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
@@ -192,6 +198,124 @@ def test_a_report_is_not_written_through_a_link(name: str, run: Path, tmp_path: 
     done = staffa("report", run, folder=tmp_path)
     assert done.returncode == 2 and "symbolic link" in done.stderr, done.stderr
     assert not list(outside.iterdir())
+
+
+PLATE = """
+[domain]
+mesh = "plate.msh"
+[damage]
+ell = 0.9
+[temperature]
+profile = "none"
+[supports]
+floor = "rollers"
+"the roof" = { y = 0.1 }
+[time]
+t = [1.0]
+[[cracks]]
+name = "fault"
+[regions.sand]
+[regions.shale]
+"""
+
+
+@needs_gmsh
+def test_an_options_file_beside_a_mesh_is_not_run(tmp_path: Path) -> None:
+    """Gmsh runs it, SystemCall and all, where it opens the mesh itself; here in another place."""
+    meshes.written(tmp_path / "plate.msh", meshes.plate, h=0.3)
+    (tmp_path / "plate.msh.opt").write_text(f'SystemCall "touch {tmp_path}/canary";')
+    (tmp_path / ".gmsh-options").write_text(f'SystemCall "touch {tmp_path}/canary";')
+    (tmp_path / "my.toml").write_text(PLATE)
+    done = staffa("check", "my.toml", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert not (tmp_path / "canary").exists()
+
+
+FIELD = 'material.E={{file="{}",name="E"}}'
+ABSURD = (
+    "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 99999999999 double\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        *((f"rock{end}", b"canary") for end in (".pvti", ".case", ".pvd", ".xdmf", ".dem", ".pkl")),
+        ("rock.vtk", ABSURD.encode()),
+        ("rock.vtu", b"<VTKFile type='UnstructuredGrid'><Piece NumberOfPoints='-1'/>"),
+        *((f"rock{end}", bytes(range(256)) * 9) for end in (".vtu", ".vtk", ".vtkhdf", ".vti")),
+    ],
+)
+def test_a_file_of_rock_that_is_none_is_a_sentence(
+    name: str, content: bytes, tmp_path: Path
+) -> None:
+    """Garbage ended in an abort; other formats name files elsewhere, which were read."""
+    (tmp_path / name).write_bytes(content)
+    (tmp_path / "bar.toml").write_text(staffa("new", "bar", folder=tmp_path).stdout)
+    done = staffa("check", "bar.toml", "--set", FIELD.format(name), folder=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and name in done.stderr, (
+        done.stderr
+    )
+
+
+@needs_gmsh
+@pytest.mark.parametrize(
+    "mend",
+    [
+        lambda text: re.sub(r"\n\S+ (\S+) 0\n", r"\nnan \1 0\n", text),
+        lambda text: text.replace("$Nodes\n", "$Nodes\n999999999 ", 1),
+        lambda text: text[: len(text) // 2],
+        lambda text: "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + "$Nodes\n" * 50,
+    ],
+)
+def test_a_mesh_that_is_damaged_is_a_sentence(mend, tmp_path: Path) -> None:
+    meshes.written(tmp_path / "whole.msh", meshes.plate, h=0.3)
+    damaged = mend((tmp_path / "whole.msh").read_text())
+    assert damaged != (tmp_path / "whole.msh").read_text()
+    (tmp_path / "plate.msh").write_text(damaged)
+    (tmp_path / "my.toml").write_text(PLATE)
+    done = staffa("check", "my.toml", folder=tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+
+
+@dataclass(frozen=True)
+class Read:
+    """Something that a reader returns."""
+
+    values: np.ndarray
+
+
+def crashing(path: Path) -> Read:
+    """A library that crashes."""
+    os.kill(os.getpid(), signal.SIGSEGV)
+    raise AssertionError
+
+
+def hoarding(path: Path) -> Read:
+    """A library that asks for memory without end."""
+    return Read(values=np.ones(1 << 34))
+
+
+def busy(path: Path) -> Read:
+    """A library that never comes back."""
+    time.sleep(600)
+    raise AssertionError
+
+
+@pytest.mark.parametrize(
+    ("reader", "said"),
+    [
+        ("crashing", "was ended by SIGSEGV"),
+        ("hoarding", "asked for more than 4 GiB"),
+        ("busy", "took more than 1 s"),
+    ],
+)
+def test_a_library_that_fails_while_it_reads_is_a_sentence(
+    reader: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("staffa.apart.SECONDS", 1.0 if reader == "busy" else 60.0)
+    with pytest.raises(InputError, match=said):
+        read_apart(Read, f"test_attack:{reader}", tmp_path / "a", [], where="domain.mesh")
 
 
 ESCAPE = "\x1b[2J\x1b]0;canary\x07"

@@ -45,7 +45,8 @@ def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
     Raises
     ------
     InputError
-        There are no cells, or they are no body; names overlap, or name nothing that staffa knows.
+        There are no cells, or they are no body, or not finite; names overlap, or name nothing that
+        staffa knows.
     """
     dim = 3 if any(block.dim == 3 and len(block.corners) for block in blocks) else 2
     body = [block for block in blocks if block.dim == dim and len(block.corners)]
@@ -60,6 +61,8 @@ def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
     for stray in sorted(_astray(sides, used)):
         raise InputError(_stray(where, stray))
     x = x[used]
+    if not np.all(np.isfinite(x)):
+        raise InputError(f"{where} has points that are not finite; mesh the body, and save it anew")
     if dim == 2 and np.ptp(x[:, 2]) > SAME * np.ptp(x, axis=0).max():
         raise InputError(f"{where} is a surface in space; give a volume, or a plane z = constant")
     x, cells, cell_name = _cells(x, [_renumbered(block, used) for block in body], where)
