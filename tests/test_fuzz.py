@@ -1,21 +1,29 @@
 """Whatever is given as a case is one, or is refused in one sentence, and nothing else happens."""
 
 import copy
+import os
 import subprocess
 import sys
 import tomllib
 from datetime import date
 from pathlib import Path
 
+import numpy as np
 import pytest
+import pyvista
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import meshes
+from bodies import needs_gmsh
 from staffa.cases import catalog
+from staffa.cases.field_file import read_field
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
+from staffa.cases.survey import mesh_of
 from staffa.cases.writing import inline, to_toml
 from staffa.errors import InputError
+from staffa.geometry.simplices import outline
 
 TEXTS = {name: catalog.text(name) for name in catalog.names()}
 RICH = """
@@ -248,3 +256,68 @@ def test_the_command_ends_in_words_and_writes_nothing(folder: Path, content: byt
     assert (done.returncode, said.count("\n")) in {(0, 0), (2, 1)}, said
     assert "Traceback" not in said and bool(done.stdout) == (done.returncode == 0)
     assert [path.name for path in folder.iterdir()] == ["my.toml"]
+
+
+# Of each file; `make verify` asks for 250.
+MUTATIONS = int(os.environ.get("STAFFA_FUZZ", "25"))
+CHANGES = st.lists(
+    st.tuples(
+        st.floats(0, 1, exclude_max=True),
+        st.one_of(
+            st.binary(min_size=1, max_size=8),
+            st.sampled_from([b"", b"nan", b"-1", b"99999999999", b"0", b"<", b"$End", b"\x00"]),
+        ),
+        st.integers(0, 40),
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+def mutated(content: bytes, changes: list[tuple[float, bytes, int]]) -> bytes:
+    """A file with some bytes taken out, and others put in their place."""
+    for where, put, out in changes:
+        at = int(where * len(content))
+        content = content[:at] + put + content[at + out :]
+    return content
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """A mesh and a field that are good."""
+    folder = tmp_path_factory.mktemp("whole")
+    meshes.written(folder / "a.msh", meshes.plate, h=0.5)
+    grid = pyvista.ImageData(dimensions=(3, 3, 2)).cast_to_unstructured_grid()
+    grid.point_data["E"] = np.arange(float(grid.n_points))
+    grid.save(folder / "a.vtu", binary=False)
+    assert mesh_of(folder / "a.msh", 1.0, "a.msh").cells.size
+    assert read_field(folder / "a.vtu", "E").values.size == 18
+    return {end: (folder / f"a{end}").read_bytes() for end in (".msh", ".vtu")}
+
+
+@needs_gmsh
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [".msh", ".vtu"])
+def test_a_mutated_file_is_read_or_refused_in_one_sentence(
+    end: str, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    """Nothing crashes, hangs for a minute, or asks for more than some GiB (`staffa.apart`)."""
+    file, refused = tmp_path / f"a{end}", 0
+
+    @settings(SEEDED, max_examples=MUTATIONS)
+    @given(changes=CHANGES)
+    def read(changes: list[tuple[float, bytes, int]]) -> None:
+        nonlocal refused
+        file.write_bytes(mutated(whole[end], changes))
+        try:
+            if end == ".msh":
+                outline(mesh_of(file, 1.0, file.name))
+            else:
+                read_field(file, "E")
+        except InputError as error:
+            assert "\n" not in str(error) and len(str(error)) < 600, error
+            refused += 1
+
+    read()
+    assert refused > MUTATIONS / 4, "most files were as good as before: the test sees little"
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
