@@ -54,7 +54,8 @@ def test_each_thing_that_is_wrong_has_its_sentence(tmp_path: Path) -> None:
     wrong = {name: said for name, (verdict, said) in found.items() if verdict == WRONG}
     assert wrong.keys() == {"compiler", "headers", "cache", "mpiexec"}, found
     assert wrong["compiler"].startswith("there is no C compiler 'gcc'"), wrong
-    assert "(Not a directory); name another folder with XDG_CACHE_HOME" in wrong["cache"]
+    assert f"cannot be kept in {tmp_path}/file/staffa" in wrong["cache"]
+    assert "name another folder with XDG_CACHE_HOME" in wrong["cache"]
     assert wrong["mpiexec"].startswith("there is no mpiexec in PATH"), wrong
     assert found["ranks"] == (UNTRIED, "not tried; see to what is wrong above first")
     assert "OMP_NUM_THREADS is 4: threads" in found["threads"][1]

@@ -13,7 +13,7 @@ from staffa.errors import StaffaError
 GET_ONE = "install one (apt install gcc, dnf install gcc), or name yours like CC=/usr/bin/gcc"
 HELLO = '#include <stdio.h>\nint main(void) { puts("hello"); return 0; }\n'
 VERSION = "#include <Python.h>\n" + HELLO.replace('"hello"', "PY_VERSION")
-CACHE = "from staffa.jit import cache_folder\nprint(cache_folder())"
+CACHE = "from staffa.jit import CACHE, cache_folder\nprint(CACHE)\nprint(cache_folder())"
 
 
 def compiler() -> str:
@@ -49,16 +49,12 @@ def headers() -> str:
 
 def cache() -> str:
     """The folder of compiled forms: it can be written to, and how much is in it."""
-    folder = Path(python(CACHE).strip())
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as file:
-            file.write(b"1")
-    except OSError as error:
+    wanted, folder = map(Path, python(CACHE).strip().splitlines())
+    if folder != wanted:
         raise StaffaError(
-            f"compiled forms cannot be kept in {folder} ({error.strerror}); name another folder "
-            f"with XDG_CACHE_HOME"
-        ) from None
+            f"compiled forms cannot be kept in {wanted}, which is not this user's alone to write "
+            f"to, but in {folder} as long as that is there; name another folder with XDG_CACHE_HOME"
+        )
     size = sum(file.stat().st_size for file in folder.iterdir() if file.is_file())
     return f"{folder}, {size / 1e6:.0f} MB of compiled forms"
 

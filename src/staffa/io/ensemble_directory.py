@@ -60,7 +60,7 @@ def is_of_ensemble(inside: Path) -> bool:
     """Whether a thing in a folder belongs to an ensemble: a member, or what is written beside
     members that have begun."""
     if MEMBER.fullmatch(inside.name):
-        return inside.is_dir() and not inside.is_symlink()
+        return True  # each is looked at by itself
     return inside.name in BESIDE and is_ensemble(inside.parent)
 
 
