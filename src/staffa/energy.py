@@ -35,6 +35,11 @@ from staffa.records import Energies
 from staffa.thermal import Spent
 
 
+def _is_continuous(field: fem.Function) -> bool:
+    """Whether a field has a gradient, and is not one number in each cell."""
+    return bool(field.function_space.ufl_element().embedded_superdegree > 0)
+
+
 class Energy:
     """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
@@ -120,7 +125,9 @@ class Energy:
         # For `measure.release`, which moves the mesh; fixed: fields that do not move with it.
         self._crack_measure = crack_measure(alpha, rock)
         self.bulk, self.area = potential(u), self._crack_measure * dx
-        self.fixed = [T, *self.external.fields, *([rock.prestress] if rock.prestress else [])]
+        given = [*self.external.fields, *([rock.prestress] if rock.prestress else [])]
+        given += [f for f in self.bulk.coefficients() if f not in (u, alpha, T, *given)]
+        self.fixed = [T, *(f for f in given if _is_continuous(f))]
 
         self._on_body = (loads, spaces.u)
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)

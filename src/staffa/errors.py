@@ -80,4 +80,6 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 def choices(name: str, valid: Iterable[str]) -> str:
     """Sentence end that lists the valid names and, where one is close, proposes it."""
     names = sorted(valid)
+    if not names:
+        return "it has none"
     return f"it has {', '.join(names)}.{nearest(name, names)}"

@@ -32,7 +32,8 @@ class Own:
 class Manifest:
     """What a run is: written once, before its first step.
 
-    title, law, split: the case's own, or the law and the split of a script. scaled: True if lengths
+    title, law, split: the case's own, or the law and the split of a script; split_reason: why that
+    is the split, in words. scaled: True if lengths
     and times are scaled, False if in m and s.
     size: extent along each axis, lower: where the body begins (None: at the origin); face: name of
     the cooled face, if it is a flat side of the body; side: which of a box's that is, if it has
@@ -80,6 +81,7 @@ class Manifest:
     probes: tuple[Probe, ...] = ()
     threshold: float = 0.8
     split: str = "none"
+    split_reason: str = ""
     identity: str | None = None
     own: dict[str, Own] | None = None
     profile: str = ""

@@ -38,8 +38,8 @@ def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
     largest, squeezed = peak_drop(case, derived), face_squeeze(case, derived)
     causes = other_causes(case, forces=squeezed is None)
     share = start_of_damage(derived, largest, squeezed)
-    if case.heat is not None and causes and not exchanges(case) and case.heat.source is None:
-        return  # nothing is meant to cool: the body is strained, or evens out
+    if case.heat is not None and causes and (largest <= 0 or not _exchanges_heat(case)):
+        return  # nothing is meant to cool: the body is heated, strained, or evens out
     if derived.dT_c is not None and share < 1:
         yield _no_nucleation(case, derived, derived.dT_c, largest, squeezed, causes)
         if not causes:
@@ -55,6 +55,11 @@ def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
             yield from _of_nucleation(case, derived, derived.ell0 * toughness_at_face(case))
         yield from _of_plane_strain(case, derived, largest, squeezed)
     yield from _of_far_side(case, derived, insulated=False)
+
+
+def _exchanges_heat(case: Case) -> bool:
+    assert case.heat is not None
+    return bool(exchanges(case)) or case.heat.source is not None
 
 
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:

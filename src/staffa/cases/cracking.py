@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 
 from staffa.cases.exchange import exchanges, strongest
+from staffa.cases.heat import start
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
 from staffa.cases.pieces import is_uneven
@@ -81,10 +82,19 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
         yield "heated parts may pull others apart"
     if any(e.drop > 0 and e is not coldest for e in found):
         yield "other places are cooled too"
-    if case.heat.stress_free is not None:
+    if is_strained_at_start(case):
         yield "the body is strained from the start"
     if not isinstance(case.heat.initial, Quantity):
         yield "the initial temperature may even out"
+
+
+def is_strained_at_start(case: Case) -> bool:
+    """True if the initial temperature is not the one free of stress."""
+    keys = case.heat
+    if keys is None or keys.stress_free is None:
+        return False
+    x = case.outline.places.within().x
+    return not np.allclose(start(case, keys.stress_free)(x), start(case, keys.initial)(x))
 
 
 def verdict(case: Case, derived: Numbers) -> tuple[str, str]:

@@ -10,6 +10,7 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, pieces
 from staffa.cases.properties import in_space, point_property
 from staffa.cases.rock_keys import is_isotropic
+from staffa.cases.temperature_keys import NumberInTemperature
 from staffa.grid import UNSTRUCTURED
 from staffa.physics.elasticity import effective_nu
 from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
@@ -29,7 +30,7 @@ def is_constrained(case: Case) -> bool:
 
 def default_elements(case: Case) -> str:
     """Linear ones, but of nearly incompressible rock those that do not lock."""
-    if not is_constrained(case):
+    if not is_constrained(case) or case.damage.friction:  # see `rules.contact`
         return LINEAR
     largest, _ = largest_nu(case)
     return LINEAR if largest < FROM else cures(cells_of(case))
@@ -60,6 +61,8 @@ def _largest(piece: Piece) -> float:
     if is_isotropic(keys):
         if isinstance(keys.nu, int | float):
             return float(keys.nu)
+        if isinstance(keys.nu, NumberInTemperature):
+            return max(keys.nu.value)  # at the temperature at which it locks the most
         return float(np.max(in_space(keys.nu, piece.dim)(piece.places().x)))
 
     def read(value: Any) -> Any:

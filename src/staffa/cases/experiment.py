@@ -14,8 +14,9 @@ from staffa.cases.attached import attached, identity
 from staffa.cases.build import CASE, COMM, problem
 from staffa.cases.keeper import FLAGS, Keeper, on_disk
 from staffa.cases.model import Case
-from staffa.cases.numbers import numbers
+from staffa.cases.numbers import Numbers, numbers
 from staffa.cases.own import Given, recorded
+from staffa.cases.preview import split_facts
 from staffa.cases.probe_keys import Line
 from staffa.cases.provenance import commit, now, version
 from staffa.cases.rules import is_scaled
@@ -294,6 +295,7 @@ def describe(
         title=case.title,
         law=material.law.name,
         split=material.split.name,
+        split_reason="" if own.keys() & {"split", "temperature"} else _why_split(case, derived),
         scaled=is_scaled(case),
         lower=domain.lower,
         size=domain.size,
@@ -329,6 +331,11 @@ def describe(
         reference=None if own_load else reference(case),
         elements=setup.elements,
     )
+
+
+def _why_split(case: Case, derived: Numbers) -> str:
+    ((_, _, why),) = split_facts(case, derived)
+    return why
 
 
 def _petsc_options() -> dict[str, str]:

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from staffa.cases.amounts import amount
-from staffa.cases.cracking import face_squeeze, first_and_last
+from staffa.cases.cracking import face_squeeze, first_and_last, is_strained_at_start
 from staffa.cases.exchange import exchanges, strongest
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers, load
+from staffa.cases.pressing import WARMS, pressing
 from staffa.cases.rules.supports import held
 from staffa.cases.squeeze import thermal_stress
 from staffa.loads.closed_form import Convective, HalfSpace, Load, NoLoad
@@ -82,7 +83,9 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
             return
         pulls = "cold pulls" if squeezed is None else "cold, with [forces], pulls"
         fixed = case.supports.section == "fixed"
-        stress = f"{'' if case.heat is None else 'about '}{amount(case, mean, 'Pa')}"
+        warms = any(load.startswith(WARMS) for load in pressing(case))
+        how_well = "" if case.heat is None else "at most " if warms else "about "
+        stress = f"{how_well}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (
             f"{holds}: the body is held along its face, as by more rock beside it, and at the end "
@@ -91,7 +94,8 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
             f"its cracks stop earlier; for one {_freed(case)}"
         )
     elif not any(held(case, name) for name in case.outline.faces):
-        cools, around = derived.dT > 0, ", ".join(sides) or "its sides"
+        around = ", ".join(sides) or "its sides"
+        cools = derived.dT > 0 or is_strained_at_start(case)
         changes = (
             "shortens and bends while it cools" if cools else "lengthens and bends as it warms"
         )

@@ -9,9 +9,11 @@ from pydantic import BaseModel
 
 from staffa.cases.amounts import amount
 from staffa.cases.boxes import Box
-from staffa.cases.cracking import verdict
+from staffa.cases.cracking import is_strained_at_start, verdict
 from staffa.cases.curves import columns, curves, prescribed, visited_times
+from staffa.cases.heat import start
 from staffa.cases.heat_keys import Even
+from staffa.cases.holding import laterally_held
 from staffa.cases.kinds import Formula
 from staffa.cases.knots import DEPART, departure
 from staffa.cases.model import Case
@@ -34,6 +36,7 @@ def load_cautions(case: Case, derived: Numbers) -> Iterator[str]:
     yield from _of_held_faces(case)
     yield from _of_tables(case, derived)
     yield from _of_times(case)
+    yield from _of_start(case, derived)
     if is_even(case, derived) and _breaks(case, derived):
         how = f"{case.temperature.face} is cooled evenly" if derived.cooled else "pulled evenly"
         yield (
@@ -96,6 +99,22 @@ def _of_times(case: Case) -> Iterator[str]:
                 f"step sees; give time.{counts_in(case)} this time too, or steps that adapt: these "
                 f"end at such times"
             )
+
+
+def _of_start(case: Case, derived: Numbers) -> Iterator[str]:
+    """Rock that was joined hot, and is strained beyond its strength before anything cools."""
+    keys = case.heat
+    if keys is None or derived.dT_c is None or not is_strained_at_start(case):
+        return
+    x = case.outline.places.within().x
+    drop = float((start(case, keys.stress_free)(x) - start(case, keys.initial)(x)).max())
+    if drop > derived.dT_c and laterally_held(case):
+        yield (
+            f"heat.stress_free lies up to {amount(case, drop, 'K')} above heat.initial: before "
+            f"anything cools the body, held along its face, is strained as by such a drop, and "
+            f"damage starts at {amount(case, derived.dT_c, 'K')}; it breaks through in the first "
+            f"step; take a lower stress_free, or let it shorten"
+        )
 
 
 def is_even(case: Case, derived: Numbers) -> bool:

@@ -65,6 +65,9 @@ class Piece:
             for number, one in enumerate(several, start=1):
                 entry = f", entry {number}" if isinstance(value, tuple) else ""
                 yield name, f"{self.where}.{name}{entry}", one
+                factor = getattr(one, "factor", None)  # by place, of a table of temperature
+                if factor is not None:
+                    yield f"{name}.factor", f"{self.where}.{name}{entry}.factor", factor
 
 
 def pieces(case: Case) -> tuple[Piece, ...]:
@@ -157,7 +160,7 @@ def piece_varies(piece: Piece) -> bool:
     """True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
     return any(
-        varies(value) and depends_on_place(value) and name not in of_heat
+        varies(value) and depends_on_place(value) and name.partition(".")[0] not in of_heat
         for name, _, value in piece.properties()
     )
 

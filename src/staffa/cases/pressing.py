@@ -1,8 +1,9 @@
 """The loads of a case that may press some part of its rock, each by its key.
 
 What only cools cannot: with one initial temperature, sides and fluids that are never hotter than
-that and never warm up, and no source, the temperature falls everywhere and at all times (the
-comparison principle of the heat equation, also for its derivative in time). Rock of one expansion
+that and never warm up, films that stay as they are, and no source, the temperature falls
+everywhere and at all times (the comparison principle of the heat equation, also for its derivative
+in time). Rock of one expansion
 is then pulled where it is colder than the rest. The rest may balance that by pressure; how much is
 not known beforehand, so that each step without a split is held against a safe one
 (`evolution.pressed`).
@@ -29,6 +30,7 @@ from staffa.heat.body import OfSurface
 SAMPLES = 100
 # Part of a quantity: "20 °C" and a formula's 293.15 may differ in a digit.
 ROUND_OFF = 1e-9
+WARMS = "warming up again"
 
 
 def pressing(case: Case) -> tuple[str, ...]:
@@ -133,12 +135,16 @@ def _start(case: Case, keys: HeatKeys) -> Iterator[str]:
 def _heated(case: Case, keys: HeatKeys) -> Iterator[str]:
     """What heats the rock, or lets go of cooling it."""
     named = {f"heat.{side}": (side, keys.on(side)) for side in case.outline.faces}
-    surfaces = [(where, side, given) for where, (side, given) in named.items() if given is not None]
+    surfaces: list[tuple[str, str | None, HeatSide | HeatCracks]] = [
+        (where, side, given) for where, (side, given) in named.items() if given is not None
+    ]
     hotter, warming = [], []
-    for where, side, given in [*surfaces, ("heat.cracks", None, keys.cracks)]:
-        if given is None:
-            continue
+    if keys.cracks is not None:
+        surfaces.append(("heat.cracks", None, keys.cracks))
+    coldest = min((_coldest(case, side, given) for _, side, given in surfaces), default=np.inf)
+    for where, side, given in surfaces:
         heats, warms = _of_surface(case, keys, side, given)
+        warms = warms or _warms_later(case, side, given, coldest)
         hotter += [where] * heats
         warming += [where] * (warms and not heats)
     if keys.source is not None:
@@ -148,7 +154,32 @@ def _heated(case: Case, keys: HeatKeys) -> Iterator[str]:
     if hotter:
         yield f"heating ({', '.join(hotter)})"
     if warming:
-        yield f"warming up again ({', '.join(warming)})"
+        yield f"{WARMS} ({', '.join(warming)})"
+
+
+def _coldest(case: Case, side: str | None, given: HeatSide | HeatCracks) -> float:
+    """The lowest temperature that a side, or the fluid in the cracks, has over the run (K)."""
+    if given.T is None:
+        return np.inf
+    return float(_over_time(case, given.T, _places(case, side)).min())
+
+
+def _warms_later(
+    case: Case, side: str | None, given: HeatSide | HeatCracks, coldest: float
+) -> bool:
+    """Whether a fluid may meet rock that something colder has cooled before: through a film that
+    changes with time, or in cracks, which open later."""
+    if given.T is None or given.h is None or isinstance(film(given.h, case.dim), OfSurface):
+        return False
+    x = _places(case, side)
+    warmest = float(_over_time(case, given.T, x).max())
+    changes = side is None or np.ptp(_over_time(case, given.h, x), axis=0).max() > 0
+    return bool(changes) and warmest > coldest + ROUND_OFF * abs(warmest)
+
+
+def _places(case: Case, side: str | None) -> np.ndarray:
+    places = case.outline.places
+    return places.within().x if side is None else places.on(side)
 
 
 def _of_surface(
@@ -156,8 +187,7 @@ def _of_surface(
 ) -> tuple[bool, bool]:
     """Whether a side, or the fluid in the cracks, heats the rock, and whether it cools it less
     with time."""
-    places = case.outline.places
-    x = places.within().x if side is None else places.on(side)
+    x = _places(case, side)
     flux = getattr(given, "flux", None)
     if flux is not None:
         entering = _over_time(case, flux, x)

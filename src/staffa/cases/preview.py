@@ -60,7 +60,7 @@ def preview(case: Case) -> Preview:
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += element_facts(case)
     facts.append(("held", *holding(case)))
-    facts += _split_facts(case, derived) + _friction_facts(case)
+    facts += split_facts(case, derived) + _friction_facts(case)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -151,7 +151,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     return facts
 
 
-def _split_facts(case: Case, derived: Numbers) -> list[Fact]:
+def split_facts(case: Case, derived: Numbers) -> list[Fact]:
     """The energy split, by default or not, and the loads that may press rock."""
     split, reasons = str(case.damage.split), pressing(case)
     chosen = "by default, as" if is_by_default(case) else "asked for;"

@@ -17,6 +17,7 @@ from staffa.cases.experiment import Watcher, built, march_on, probes, watching, 
 from staffa.cases.keeper import Keeper, on_disk, versions
 from staffa.cases.model import Case
 from staffa.cases.own import Given, require_given, require_same, unrecorded
+from staffa.cases.pressing import pressing
 from staffa.cases.reading import parse_case, setting_names
 from staffa.cases.rules.times import counts_in
 from staffa.cases.writing import to_toml
@@ -110,13 +111,25 @@ def resume(
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
             watcher.started(manifest)
-            said = (said_by_lock, *taken.said, unrecorded(manifest.own, given))
+            said = (said_by_lock, *taken.said, unrecorded(manifest.own, given), _pressed(old, case))
             for sentence in filter(None, said):
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
             return march_on(
                 case, setup, system, manifest, watcher, keeper, looks, standing, taken.steps
             )
+
+
+def _pressed(old: Case, case: Case) -> str | None:
+    """A sentence if a run without a split is made so long that its loads come to press rock."""
+    more = [load for load in pressing(case) if load not in pressing(old)]
+    if case.damage.split != "none" or not more:
+        return None
+    return (
+        f'the run began with damage.split = "none", and now {" and ".join(more)} may press its '
+        f"rock, which then breaks as if pulled; begin a new run of the whole time, whose default "
+        f"is safe"
+    )
 
 
 def _require_run(directory: Path) -> None:

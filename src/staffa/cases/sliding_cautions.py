@@ -20,15 +20,28 @@ def sliding_cautions(case: Case) -> Iterator[str]:
     pressed = case.cracks and (case.forces is not None or is_moved(case))
     if not pressed and not is_sheared(case):
         return
-    way_out = (
-        'take damage.split = "contact", with damage.friction'
-        if takes_principal_strains(case)
-        else "only isotropic rock has a split that lets them slide"
-    )
+    way_out = _way_out(case)
     yield (
         f'damage.split = "{case.damage.split}": the faces of closed cracks do not slide, so that a '
         f"crack pressed shut carries nearly all shear; if cracks close under shear here, {way_out}"
     )
+
+
+def _way_out(case: Case) -> str:
+    """The end of the sentence: the split that lets faces slide, and what else it asks for."""
+    if not takes_principal_strains(case):
+        return "only isotropic rock has a split that lets them slide"
+    if case.axial:
+        return "a body of revolution has no split that lets them slide; take a 3-D body"
+    keys, heat, forces = case.solver, case.heat, case.forces
+    in_the_way = [
+        *(["solver.backtracking"] if keys.backtracking else []),
+        *(["heat.cracks"] if heat is not None and heat.cracks is not None else []),
+        *(["forces.crack_volume"] if forces is not None and forces.crack_volume else []),
+        *(["solver.stability"] if keys.stability in ("report", "follow") else []),
+    ]
+    without = f", without {' and '.join(in_the_way)}" if in_the_way else ""
+    return f'take damage.split = "contact", with damage.friction{without}'
 
 
 def is_sheared(case: Case) -> bool:

@@ -18,6 +18,8 @@ WIDTH = 96
 UNITS = """Numbers are either all scaled (then E = Gc = expansion = kappa = k = rho = c = 1 need not
 be given), or all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", "9e-6 1/K", "2 min".
 """
+# Keys whose default follows from the loads and the rock: a case to be edited leaves it open.
+FOLLOW = ("split", "elements")
 # Tables that a case may lack altogether.
 OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys, "forces": ForceKeys}
 
@@ -78,7 +80,8 @@ def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
             continue
         if explained:
             yield from _comment(field.description or "" if field else "a face of the body")
-        if value is not None:
+        follows = explained and name in FOLLOW and name not in table.model_fields_set
+        if value is not None and not follows:
             yield f"{_key(name)} = {inline(value)}"
         elif explained and field:
             yield _example(name, field)

@@ -31,6 +31,7 @@ from staffa.release import Release
 RINGS = ((1 / 2, 1.0), (1 / 3, 2 / 3))
 # Rock whose numbers differ by less, over the largest, is one rock.
 ALIKE = 1e-6
+RUBBING = "with friction, what the faces take up along the crack is not the tip's alone"
 
 
 class EnergyRelease:
@@ -51,6 +52,8 @@ class EnergyRelease:
         self._x = space.tabulate_dof_coordinates()[:owned]
         cells = np.arange(mesh.topology.index_map(domain.dim).size_local, dtype=np.int32)
         self._middles = dmesh.compute_midpoints(mesh, domain.dim, cells)
+        rubs = energy.faces is not None and energy.faces.rubs
+        self._rubbing = RUBBING if rubs else None
         self._rock = [_by_cell(field, len(cells)) for field in _rock(energy)]
 
     def __call__(self, fronts: tuple[Front, ...]) -> tuple[Release, ...]:
@@ -71,7 +74,7 @@ class EnergyRelease:
     def _at(self, front: Front, forces: np.ndarray, areas: np.ndarray) -> Release:
         dim, comm = self._domain.dim, self._domain.comm
         place, way = front.position[:dim], np.array(front.direction[:dim])
-        reason = front.reason or self._changing(front)
+        reason = front.reason or self._changing(front) or self._rubbing
         if reason:
             return Release(position=place, direction=tuple(way.tolist()), reason=reason)
         away = np.linalg.norm(self._x - np.array(front.position), axis=1) / front.radius
@@ -105,7 +108,7 @@ class EnergyRelease:
 
 def _rock(energy: Energy) -> list[fem.Function]:
     """The numbers of the rock that are constant in each cell, and decide the energy."""
-    fields = energy.bulk.coefficients()
+    fields = [f for f in energy.bulk.coefficients() if f not in energy.frozen]
     return [f for f in fields if f.function_space.ufl_element().embedded_superdegree == 0]
 
 

@@ -135,7 +135,7 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
                 f"{step}: on {part:.0%} of the network the bands of cracks are too wide to say how "
                 "far they are open: less than their uncertainty"
             )
-        if cracks.volume < 0:
+        if cracks.volume < 0 and run.manifest.split == "none":
             said.append(
                 f"{step}: the mean opening is negative: the sides of closed cracks overlap, which "
                 "only an energy split (damage.split) prevents"

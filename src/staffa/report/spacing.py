@@ -45,6 +45,8 @@ def spacing(run: Run) -> Table:
         return columns([run]) or by_fields(run) or _without("no crack, or no fields to look at")
     found = step.measures.sections or by_tips(m, step.measures)
     if not found:
+        if not step.energies.surface > 0:
+            return _without("nothing is damaged")
         return _without("no crack goes deeper than the layer at the face that is broken all over")
     unit = m.shown.length
     rows = [

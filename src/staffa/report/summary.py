@@ -62,7 +62,8 @@ def _case(run: Run) -> Iterator[Fact]:
     cells = f"{manifest.cells} cells of {unit.text(manifest.h, 6)}"
     yield Fact(name="body", text=f"{size}{unit.behind}{face}, {cells}")
     text = f"{manifest.law}, ell = {unit.text(manifest.ell, 6)}"
-    text += f", energy split {manifest.split}" if manifest.split != "none" else ""
+    why = f" ({manifest.split_reason})" if manifest.split_reason else ""
+    text += f", energy split {manifest.split}{why}" if manifest.split != "none" or why else ""
     yield Fact(name="damage", text=text + (f", severity {severity:.3g}" if severity else ""))
     if own_load:
         yield Fact(name="load", text=f"{own_load.identity}, of a script")

@@ -174,6 +174,8 @@ def obey(case: Case) -> Case:
     }
     if case.damage.split is None:  # written out, it is still no choice of the case
         update["damage"].model_fields_set.discard("split")
+    if case.domain.elements is None:
+        update["domain"].model_fields_set.discard("elements")
     return case.model_copy(update=update)
 
 

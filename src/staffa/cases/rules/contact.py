@@ -1,8 +1,10 @@
 """Rules on cracks whose faces touch: what their split and their friction allow."""
 
+from staffa.cases.elements import elements_of
 from staffa.cases.model import Case
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.physics.locking import LINEAR
 
 CONTACT = "contact"
 
@@ -29,6 +31,11 @@ def contact_is_possible(case: Case) -> None:
         )
     if not friction:
         return
+    if elements_of(case) != LINEAR:
+        raise InputError(
+            f"domain.elements = {inline(elements_of(case))}: with damage.friction = {friction:g} "
+            f'slip is one number a cell, and needs domain.elements = "{LINEAR}"'
+        )
     tested = "stability" in case.solver.model_fields_set and case.solver.stability != "none"
     if tested:
         raise InputError(

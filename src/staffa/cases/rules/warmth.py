@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.clock import times_in
-from staffa.cases.heat import in_time
+from staffa.cases.heat import start, temperature
 from staffa.cases.heat_keys import InTime
 from staffa.cases.model import Case
-from staffa.cases.properties import in_space
 from staffa.cases.rules.times import times_given
 
 SAMPLES = 21  # times at which a formula is looked at
@@ -27,14 +26,14 @@ def _temperatures(case: Case) -> Iterator[np.ndarray]:
     keys, places = case.heat, case.outline.places
     assert keys is not None
     there = places.within().x
-    for start in (keys.initial, keys.stress_free):
-        if start is not None:
-            yield in_space(start, case.dim)(there)
+    for given in (keys.initial, keys.stress_free):
+        if given is not None:
+            yield start(case, given)(there)
     last = times_in(case, times_given(case)[-1:])[0]
     for side in case.outline.faces:
-        given = keys.on(side)
-        if given is not None and given.T is not None:
-            yield _in_time(case, given.T, places.on(side), last)
+        surface = keys.on(side)
+        if surface is not None and surface.T is not None:
+            yield _in_time(case, surface.T, places.on(side), last)
     if keys.cracks is not None and keys.cracks.T is not None:
         yield _in_time(case, keys.cracks.T, there, last)
 
@@ -44,5 +43,5 @@ def _in_time(case: Case, value: Any, x: np.ndarray, last: float) -> np.ndarray:
     times = {float(t) for t in np.linspace(0.0, last, SAMPLES)}
     if isinstance(value, InTime):
         times |= {float(t) for t in value.t if t <= last}
-    function = in_time(value, case.dim)
+    function = temperature(case, value)
     return np.concatenate([np.ravel(function(x, t)) for t in sorted(times)])
