@@ -89,6 +89,8 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
 
 def _line(error: BaseException, said: StringIO) -> str:
     """The first line of what a reader says, which may be nothing."""
+    if isinstance(error, KeyError):
+        return f"it has something that is not known, {error}"
     lines = f"{error}\n{said.getvalue()}".strip().splitlines()
     return lines[0].strip() if lines else type(error).__name__
 

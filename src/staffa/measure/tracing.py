@@ -33,6 +33,7 @@ def network(
     crack: float,
     tip: float,
     falls: tuple[float, float] | None = None,
+    axial: bool = False,
 ) -> Network:
     """The network of the fields on a mesh, whatever the order of its points and cells.
 
@@ -44,6 +45,7 @@ def network(
         edge, regularization length (m).
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
         falls : see `ends.ended`; None where it is not known, and ends stay where they are.
+    axial : True for the section of a body of revolution.
     """
     body = Body(points, cells, dim=dim, h=h)
     alpha = alpha[body.vertices]
@@ -54,7 +56,7 @@ def network(
         found = _within(joined(pruned(found, crack, ell), crack, ell), body)
     if strains is None or not len(found.points):
         unknown = np.full(len(found.points), np.nan)
-        found = replace(found, opening=unknown, uncertainty=unknown)
+        found = replace(found, opening=unknown, uncertainty=unknown, axial=axial)
         return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
     strains = strains[body.members]
     broken = alpha[body.cells].max(axis=1) >= crack
@@ -64,7 +66,7 @@ def network(
     opening, uncertainty = openings(
         *volumes, found.points, found.elements, found.sizes, h=h, ell=ell
     )
-    found = replace(found, opening=opening, uncertainty=uncertainty)
+    found = replace(found, opening=opening, uncertainty=uncertainty, axial=axial)
     return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
 
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -55,9 +55,8 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
             strains = np.stack([values[name] for name in STRAINS], axis=1)
         cracks = network(
             grid.points, grid.cells, alpha=alpha, strains=strains, dim=len(m.size), h=m.h,
-            ell=m.ell, crack=m.threshold, tip=tip, falls=falls(m.law),
+            ell=m.ell, crack=m.threshold, tip=tip, falls=falls(m.law), axial=m.axial,
         )  # fmt: skip
-        cracks = replace(cracks, axial=m.axial)
         outline = _outline(grid) if len(m.size) == 2 else np.zeros((0, 2, 2))
         found.append(Drawing(step=step, network=cracks, outline=outline))
     return found, reasons
