@@ -1089,7 +1089,7 @@ def test_a_file_that_only_names_others_is_refused(tmp_path):
     (tmp_path / "many.pvtu").touch()
     setting = 'material.E={file="many.pvtu", name="E"}'
     said = sentence_of(lambda: parse_case(GOOD, [setting], folder=tmp_path))
-    check_sentence(said, "only names other files", "as one .vtu")
+    check_sentence(said, "many.pvtu is none of .vtu, .vti", "write the field as one .vtu")
 
 
 def test_factors_of_bands_that_leave_nothing_are_refused():

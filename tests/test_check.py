@@ -659,8 +659,7 @@ def test_a_body_that_is_heated_only_may_still_break(keys):
     assert meanings["dT"] == "no side and no fluid is colder than the body was"
     assert fact(known, "will it crack") == "no new crack" and "ell0" not in meanings
     assert "heated parts may pull others apart" in meanings["will it crack"]
-    (warning,) = known.warnings
-    assert warning.startswith("cooling starts no new crack: the face drops by 0 at most")
+    assert known.warnings == (), "nothing is meant to cool"
     at2 = heated(keys, "damage.law=AT2")
     assert fact(at2, "will it crack") == "cannot be told" and at2.warnings == ()
 
