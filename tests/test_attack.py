@@ -190,6 +190,25 @@ def test_a_report_and_a_resumed_run_leave_what_others_put_there(run: Path, tmp_p
     assert [path.read_text() for path in (*mine, outside / "a.part")] == ["canary"] * 7
 
 
+@pytest.mark.slow
+def test_what_a_kill_took_from_the_results_is_made_again(run: Path, tmp_path: Path) -> None:
+    """By `report`, and by `resume` of a run that is finished."""
+
+    def files() -> set[Path]:
+        return {path.relative_to(run) for path in run.rglob("*") if path.is_file()}
+
+    assert staffa("report", run, folder=tmp_path).returncode == 0
+    whole = files()
+    assert {Path("report.html"), Path("tips.csv")} & whole and Path("pictures/cracks.png") in whole
+    for command in ("report", "resume"):
+        for path in (*run.glob("*.csv"), *run.glob("network/*"), *run.glob("pictures/*")):
+            path.unlink()
+        (run / "report.html").unlink()
+        (run / f".report.html{own_files.HALF}").write_text("half")
+        assert staffa(command, run, folder=tmp_path).returncode == 0
+        assert files() == whole, command
+
+
 @pytest.mark.parametrize("name", ["pictures", "network"])
 def test_a_report_is_not_written_through_a_link(name: str, run: Path, tmp_path: Path) -> None:
     outside = tmp_path / "outside"
