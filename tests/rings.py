@@ -95,7 +95,7 @@ def in_equilibrium(made: Problem) -> System:
 
 
 def widened(made: Problem) -> Widened:
-    """How a ring answers the pressure."""
+    """Answer of a ring to the pressure."""
     system = in_equilibrium(made)
     try:
         last = made.domain.dim - 1

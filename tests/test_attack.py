@@ -1,6 +1,6 @@
 """Attacks: a stranger's folder, case, run directory; a person's files; a terminal that goes away.
 
-Each left a canary before what it attacks was mended; docs/security.md says who may give what.
+Each left a canary before what it attacks was fixed; docs/security.md says who may give what.
 """
 
 import json
@@ -280,7 +280,7 @@ def test_a_file_of_rock_that_is_none_is_a_sentence(
 
 @needs_gmsh
 @pytest.mark.parametrize(
-    "mend",
+    "damage",
     [
         lambda text: re.sub(r"\n\S+ (\S+) 0\n", r"\nnan \1 0\n", text),
         lambda text: text.replace("$Nodes\n", "$Nodes\n999999999 ", 1),
@@ -288,9 +288,9 @@ def test_a_file_of_rock_that_is_none_is_a_sentence(
         lambda text: "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + "$Nodes\n" * 50,
     ],
 )
-def test_a_mesh_that_is_damaged_is_a_sentence(mend, tmp_path: Path) -> None:
+def test_a_mesh_that_is_damaged_is_a_sentence(damage, tmp_path: Path) -> None:
     meshes.written(tmp_path / "whole.msh", meshes.plate, h=0.3)
-    damaged = mend((tmp_path / "whole.msh").read_text())
+    damaged = damage((tmp_path / "whole.msh").read_text())
     assert damaged != (tmp_path / "whole.msh").read_text()
     (tmp_path / "plate.msh").write_text(damaged)
     (tmp_path / "my.toml").write_text(PLATE)

@@ -124,7 +124,7 @@ def test_rock_without_cracks_is_that_of_no_tension() -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_normal_is_the_direction_of_least_spread(dim: int) -> None:
-    """Of a jagged layer of points, to a few degrees; a heap of points has none."""
+    """Normal of a jagged layer of points, to a few degrees; a heap of points has none."""
     random = np.random.default_rng(2)
     normal = np.array([0.6, 0.8, 0.0][:dim])
     x = random.uniform(-1, 1, size=(4000 * 10 ** (dim - 2), dim))

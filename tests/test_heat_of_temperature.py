@@ -48,7 +48,7 @@ def test_a_steady_slab_is_exact_at_the_vertices_by_kirchhoffs_transform() -> Non
 
 
 def test_a_half_space_cools_as_kirchhoffs_transform_says() -> None:
-    """Where k and c change alike, the transformed temperature obeys the linear equation."""
+    """If k and c change alike, the transformed temperature obeys the linear equation."""
     errors = []
     for h in (0.04, 0.02):
         conduction = replace(

@@ -86,7 +86,7 @@ def test_what_is_told_of_edges_is_theirs_at_each_face_and_in_each_region(tmp_pat
 
 
 def said(here: Path, *settings: str) -> tuple[list[str], list[str]]:
-    """What `check` warns of and notes on the edges at faces."""
+    """Warnings and notes of `check` on the edges at faces."""
     found = preview(parse_case(ASKED, settings, folder=here))
     warned, noted = ([s for s in t if "edges" in s] for t in (found.warnings, found.notes))
     assert sum("region 'sand': the mesh's edges there are at least" in s for s in noted) <= 1

@@ -323,7 +323,7 @@ def test_a_body_that_only_shrinks_has_no_stress() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("cells", CELLS[:2])
 def test_openings_are_the_jumps_across_cracks(cells: str, tmp_path: Path) -> None:
-    """Of two cracks that cold has opened, to 5 %: the strain across them is no longer constant in a
+    """Two cracks that cold has opened, to 5 %: the strain across them is no longer constant in a
     cell."""
     made = replace(cooled(LONG / 5, "plane strain", cells=cells), elements=CURES[cells])
     found = seen(made, tmp_path / "fields.vtkhdf")

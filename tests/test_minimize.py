@@ -212,7 +212,7 @@ def crippled(prefix: str, **options: str):
 
 
 def test_a_factorization_takes_over_from_a_linear_solver_that_stops_early() -> None:
-    """In each step anew, on record of it, with the energies of the direct solver."""
+    """Again in each step, on record of it, with the energies of the direct solver."""
     energies = {}
     for name, most in (("direct", "8"), ("iterative", "1")):
         system = build(problem := cooled(displacement=name))
@@ -227,7 +227,7 @@ def test_a_factorization_takes_over_from_a_linear_solver_that_stops_early() -> N
 
 
 def test_linear_solver_that_stops_early_is_refused() -> None:
-    """Where nothing is left that could take over."""
+    """Nothing is left that could take over."""
     with crippled("u_direct_", ksp_max_it="1", pc_type="jacobi"):
         system = build(problem := cooled(displacement="direct"))
         with pytest.raises(SolveError, match=r"displacement was not solved for.*DIVERGED"):

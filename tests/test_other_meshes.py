@@ -81,7 +81,7 @@ def content(x: np.ndarray, rows: np.ndarray) -> float:
 
 
 def sizes(mesh: Simplices) -> dict[str, float]:
-    """Of all faces and regions."""
+    """Names of all faces and regions."""
     found = {name: content(mesh.x, rows) for name, rows in mesh.faces.items()}
     return found | {n: content(mesh.x, mesh.cells[c]) for n, c in mesh.regions.items()}
 
@@ -226,7 +226,7 @@ def test_a_cell_that_is_folded_is_refused(tmp_path: Path) -> None:
 @needs_gmsh
 @pytest.mark.parametrize("ends", [".inp", ".med", ".unv", ".mesh", ".vtk"])
 def test_a_mesh_in_another_format_has_the_same_parts(tmp_path: Path, ends: str) -> None:
-    """Of the plate with a fault: with names where the format has them, else with numbers."""
+    """The plate with a fault: with names where the format has them, else with numbers."""
     path = meshes.written(tmp_path / f"a{ends}", meshes.plate, h=0.2)
     mesh = read(path)
     known = [0.5, 0.8, 1.0, 1.0, 1.2, 2.0, 2.0]  # fault, shale, west, east, sand, floor, the roof

@@ -56,7 +56,7 @@ at = [1.0]
     ids=["default", "more residual stiffness", "no split"],
 )
 def test_a_dead_load_beyond_the_strength_ends_the_run(tmp_path: Path, setting: str) -> None:
-    """What was found below the strength, sigma_c = sqrt(3 E Gc/(8 ell)) = 19.4, stands."""
+    """Steps below the strength, sigma_c = sqrt(3 E Gc/(8 ell)) = 19.4, stand."""
     settings = ["time.t=[0.3,0.6,0.7]", "output.at=[0.7]", *filter(None, [setting])]
     with pytest.raises(PartedError, match=r"step 2 .*cannot be carried any more.*'right'") as ended:
         run(parse_case(BAR, settings), tmp_path / "run")

@@ -157,7 +157,7 @@ def disc(gmsh) -> None:
 
 
 def load(step: Step) -> float:
-    """Of the upper platen, downwards."""
+    """Motion of the upper platen, downwards."""
     return -step.reactions["upper platen"][1]
 
 

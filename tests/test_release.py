@@ -78,7 +78,7 @@ def notched(depth: float, *, size=(1.0, 1.0), h=H, ell=ELL, state="plane stress"
 
 
 def difference(depth: float, h: float, **more) -> tuple[float, Seen]:
-    """What a notch releases from a cell less to a cell more than a depth, and it itself."""
+    """Energy that a notch releases from a cell less to a cell more than a depth, and it itself."""
     less, more_, seen = (notched(depth + d, h=h, **more) for d in (-h, h, 0.0))
     return (less.bulk - more_.bulk) / (2 * h), seen
 

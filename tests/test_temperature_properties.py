@@ -233,7 +233,7 @@ guess = "none"
 
 @pytest.mark.slow
 def test_a_cracked_body_that_warms_again_has_spent_what_it_had(tmp_path) -> None:
-    """What cracks cost counts at the toughness of the time when they grew."""
+    """Surface energy counts at the toughness of the time when cracks grew."""
     steps = heated(tmp_path, text=CRACKING)
     surfaces = [step.energies.surface for step in steps]
     assert surfaces[1] > 0.1, "it must have cracked"

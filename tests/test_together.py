@@ -217,7 +217,7 @@ at = ["1 s"]
 def test_a_law_of_temperature_that_changes_nothing_leaves_the_energy_release_rate(
     tmp_path: Path,
 ) -> None:
-    """What is free of stress is fixed in space, where a law looks at it too."""
+    """The stress-free temperature is fixed in space, where a law looks at it too."""
     found = {}
     law = '{T=["-100 °C","100 °C","300 °C"],value=["20 GPa","10 GPa","1 GPa"]}'
     for name, settings in {"number": [], "law": [f"material.E={law}"]}.items():

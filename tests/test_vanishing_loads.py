@@ -243,7 +243,7 @@ def warmed(cracks: Insulating | None, **changes) -> Problem:
 
 @pytest.mark.parametrize("cracks", [None, Insulating(residual=1e-3)], ids=["whole", "cracked"])
 def test_heat_that_has_left_again_breaks_no_balance(cracks: Insulating | None) -> None:
-    """Where the cracks feel it, heat and cracks agree, too, though no change of it is left."""
+    """Heat and cracks agree where these feel it, too, though no change of it is left."""
     steps = ran(warmed(cracks, times=(1.0, 2.0, 100.0, 1e6, 2e6)))
     sound(steps)
     assert steps[0].energies.elastic > 1e-5 and steps[-1].energies.elastic < 1e-20

@@ -1,4 +1,4 @@
-"""How much too stiff elements are where the rock is nearly incompressible.
+"""Excess stiffness of elements where the rock is nearly incompressible.
 
     python verify/locking.py
 

@@ -64,11 +64,11 @@ def read_apart[Read](
         process.kill()
         process.communicate()
         raise InputError(
-            f"{where}: reading it took more than {seconds:.0f} s; save it anew"
+            f"{where}: reading it took more than {seconds:.0f} s; save it again"
         ) from None
     if process.returncode:
         how = _ended(process.returncode, memory)
-        raise InputError(f"{where}: what reads it {how}: the file is damaged; save it anew")
+        raise InputError(f"{where}: what reads it {how}: the file is damaged; save it again")
     head, _, content = reply.partition(b"\n")
     told = json.loads(head)
     if "refused" in told:

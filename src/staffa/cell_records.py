@@ -23,7 +23,7 @@ class CellSection:
 
     @property
     def number(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return len(self.areas)
 
 

@@ -68,7 +68,7 @@ class CrackFaces:
 
     @property
     def rubs(self) -> bool:
-        """Whether there is friction."""
+        """True if there is friction."""
         return bool(self.split.friction)
 
     def felt(
@@ -193,7 +193,7 @@ class CrackFaces:
         self._rows[:, -2], self._rows[:, -1] = np.where(free, bound, 0.0), free
 
     def turn(self) -> None:
-        """Find the cells of cracks, and their normals, by the damage at hand."""
+        """Find the cells of cracks, and their normals, by the current damage."""
         rows, before = self._rows, self.faced
         damage = self._alpha.x.array[self._alpha.function_space.dofmap.list].mean(axis=1)
         own = np.flatnonzero(damage[: self._own] >= BROKEN)
@@ -242,7 +242,7 @@ class CrackFaces:
 
     def stick(self) -> None:
         """Count the slip since the last call as that of earlier steps; let friction hold all faces
-        that have not slipped, and none that are apart. Others go on with the bound at hand."""
+        that have not slipped, and none that are apart. Others go on with the current bound."""
         slip, bound = self.mean("slip"), self.bound
         slid = np.any(slip != 0, axis=1)
         self._rows[:, -3] += self.mean("work")
@@ -288,7 +288,7 @@ def normals_of(x: np.ndarray, reach: float) -> np.ndarray:
 
 
 def _within(crack: FlatCrack, x: np.ndarray, margin: float) -> np.ndarray:
-    """Whether points, shape (n, 3), are within a margin (m) of a crack."""
+    """True if points, shape (n, 3), are within a margin (m) of a crack."""
     offset = x - np.array(crack.center)
     across = offset @ np.array(crack.normal)
     along = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - across**2, 0.0))

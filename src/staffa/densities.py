@@ -49,7 +49,7 @@ class Rock:
 
     @property
     def plane_stress(self) -> bool:
-        """Whether the strain across the plane is free."""
+        """True if the strain across the plane is free."""
         return self.state == PLANE_STRESS
 
 

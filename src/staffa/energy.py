@@ -36,7 +36,7 @@ from staffa.thermal import Spent
 
 
 def _is_continuous(field: fem.Function) -> bool:
-    """Whether a field has a gradient, and is not one number in each cell."""
+    """True if a field has a gradient, and is not one number in each cell."""
     return bool(field.function_space.ufl_element().embedded_superdegree > 0)
 
 
@@ -48,7 +48,7 @@ class Energy:
 
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
     forms are compiled once; every method evaluates at the state that was given. All methods are
-    collective. intact_stress: the stress (Pa) of rock without damage at the strain at hand.
+    collective. intact_stress: the stress (Pa) of rock without damage at the current strain.
     """
 
     def __init__(
@@ -207,7 +207,7 @@ class Energy:
         return (self.faces.field,) if self.faces else ()
 
     def stored(self) -> float:
-        """The whole elastic energy, and what friction takes in the step at hand."""
+        """The whole elastic energy, and what friction takes in the current step."""
         return self._integral(self._elastic)
 
     def total(self) -> float:
@@ -236,7 +236,7 @@ class Energy:
 
     @property
     def loaded(self) -> bool:
-        """Whether external loads act on the body."""
+        """True if external loads act on the body."""
         return self._loads is not None
 
     def applied(self, out: PETSc.Vec) -> None:

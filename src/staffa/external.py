@@ -66,7 +66,7 @@ class External:
 
     @property
     def fields(self) -> list[fem.Function]:
-        """The loads that are functions of space, at the time at hand."""
+        """The loads that are functions of space, at the current time."""
         varying = [load.field for load in self._varying]
         return varying if self.pore_pressure is None else [*varying, self.pore_pressure]
 

@@ -34,7 +34,7 @@ class Spaces:
 
     @property
     def quadratic(self) -> bool:
-        """Whether the displacement is."""
+        """True if the displacement is."""
         return self.nodes is not self.alpha
 
     @cached_property

@@ -19,7 +19,7 @@ from dolfinx.jit import get_options
 from ffcx.options import get_options as form_options
 
 from staffa.errors import StaffaWarning
-from staffa.parallel import any_over_ranks
+from staffa.parallel import any_over_ranks, on_root
 from staffa.surroundings import elsewhere
 
 # Both read their settings once: from the home folder alone, not from the current one.
@@ -94,7 +94,7 @@ def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Co
     A process that is killed while it compiles leaves a source in the cache that others would wait
     for in vain. Whoever compiles shares a lock, so that one who has it alone may remove these.
     """
-    folder = comm.bcast(cache_folder() if comm.rank == 0 else None, root=0)
+    folder = on_root(comm, cache_folder)
     compiler, patience = flags(comm), PATIENCE
     while True:
         if comm.rank == 0:
@@ -123,7 +123,7 @@ def flags(comm: MPI.Comm) -> list[str]:
 
 
 def chosen_flags() -> list[str]:
-    """Those of the C compiler but for vector instructions: they decide the last digits."""
+    """Flags of the C compiler but for vector instructions: they decide the last digits."""
     return os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
 
 

@@ -108,7 +108,7 @@ class Outcome:
 
     @property
     def scale(self) -> float:
-        """What an error of the energy is small or large against; positive."""
+        """Scale against which an error of the energy is judged; positive."""
         return max(self.energies.scale, CANCELED * self.spread, 1e-300)
 
     def then(self, other: "Outcome") -> "Outcome":

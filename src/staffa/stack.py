@@ -32,12 +32,12 @@ def _start() -> None:
     words = os.environ.get("PETSC_OPTIONS", "").split()
     for word, file in pairwise(words):
         if word.startswith("-options_file") and not os.access(file, os.R_OK):
-            raise InputError(f"PETSC_OPTIONS: {word} {file} is no file that can be read; mend it")
+            raise InputError(f"PETSC_OPTIONS: {word} {file} is no file that can be read; fix it")
     try:
         petsc4py.init(["staffa", *(f"-{name}" for name in OWN)])
     except Exception as error:  # of a class that is there once PETSc has started
         raise InputError(
-            f"PETSc does not start with PETSC_OPTIONS = {' '.join(words)} ({error}); mend them"
+            f"PETSc does not start with PETSC_OPTIONS = {' '.join(words)} ({error}); fix them"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""Which elements the displacement of a case takes, and why; no finite elements."""
+"""The elements that the displacement of a case takes, and why; no finite elements."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def cells_of(case: Case) -> str:
 
 
 def is_constrained(case: Case) -> bool:
-    """Whether the volume can only change with the elements': not in plane stress, where the body
+    """True if the volume can only change with the elements': not in plane stress, where the body
     is free to grow thicker."""
     return case.dim == 3 or case.axial or case.material.plane == "strain"
 
@@ -37,7 +37,7 @@ def default_elements(case: Case) -> str:
 
 
 def elements_of(case: Case) -> str:
-    """Those that are asked for, or the default."""
+    """Give the elements that are asked for, or the default."""
     return case.domain.elements or default_elements(case)
 
 
@@ -56,7 +56,7 @@ def largest_nu(case: Case) -> tuple[float, Piece]:
 
 
 def _largest(piece: Piece) -> float:
-    """Of rock with directions that of isotropic rock which resists pressure and shear alike."""
+    """The largest; of rock with directions that of isotropic rock as stiff as it."""
     keys = piece.keys
     if is_isotropic(keys):
         if isinstance(keys.nu, int | float):

@@ -102,7 +102,7 @@ class MeshField:
 
 @dataclass(frozen=True, kw_only=True)
 class Counting:
-    """How a file counts, in SI units or scaled as the case is.
+    """The units of a file, in SI or scaled as the case is.
 
     length: of 1 in its coordinates. zero, one: what 0 and 1 mean among its values. component: which
     of those of a vector is meant, None of a number.

@@ -127,7 +127,7 @@ def _is_plain(part: ast.AST) -> bool:
 
 
 def uses(text: str, name: str) -> bool:
-    """Whether a formula depends on something, by its name; False of a text that is none."""
+    """True if a formula depends on something, by its name; False of a text that is none."""
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):

@@ -81,7 +81,7 @@ class FilmFormula(Formula):
 
     @property
     def of_temperature(self) -> bool:
-        """Whether the surface's temperature changes it."""
+        """True if the surface's temperature changes it."""
         return uses(self.formula, OF_T)
 
 
@@ -135,7 +135,7 @@ def form_or_file(value: Any) -> str:
 
 
 def form_of_film(value: Any) -> str:
-    """Which alternative of a film coefficient is meant."""
+    """Tell which alternative of a film coefficient is meant."""
     in_temperature = isinstance(value, InTemperature) or (isinstance(value, dict) and OF_T in value)
     return "a table of temperature" if in_temperature else form(value)
 

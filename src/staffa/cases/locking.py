@@ -1,4 +1,4 @@
-"""What `check` says of elements: which a case takes, and how much too stiff linear ones are."""
+"""Sentences of `check` on elements: which a case takes, how much too stiff linear ones are."""
 
 from collections.abc import Iterator
 from math import sqrt

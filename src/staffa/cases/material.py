@@ -70,7 +70,7 @@ def _material(piece: Piece, factor: PointFunction, common: partial[Material]) ->
 
 
 def _laws(piece: Piece) -> dict[str, Law]:
-    """What temperature does to its mechanical properties."""
+    """The laws by which temperature changes its mechanical properties."""
     found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
     return {name: law for name, law in found.items() if law is not None}
 

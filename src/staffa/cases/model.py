@@ -315,15 +315,15 @@ class Case(Section):
 
     @property
     def axial(self) -> bool:
-        """Whether the body is one of revolution, given by its section."""
+        """True if the body is one of revolution, given by its section."""
         return self.domain.symmetry == "axis"
 
     @property
     def plane_stress(self) -> bool:
-        """Whether the strain across a 2-D body is free."""
+        """True if the strain across a 2-D body is free."""
         return self.dim == 2 and not self.axial and self.material.plane != "strain"
 
     @property
     def extents(self) -> int:
-        """How many extents a volume has: 2 where it is one per thickness, else 3."""
+        """Number of extents of a volume: 2 where it is one per thickness, else 3."""
         return 3 if self.axial else self.dim

@@ -104,7 +104,7 @@ def numbers(
 
 
 def _state(case: Case) -> str:
-    """What is held across the body."""
+    """The strain state across the body."""
     if case.dim == 3:
         return SOLID
     if case.axial:

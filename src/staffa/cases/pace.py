@@ -18,7 +18,7 @@ def plan(case: Case, derived: Numbers) -> Schedule:
 
 
 def pace(case: Case, derived: Numbers) -> Pace | None:
-    """How long steps are, where they follow the cracks and the cold; None where times are given."""
+    """The length of steps that follow the cracks and the cold; None where times are given."""
     keys = adaptive(case)
     if keys is None:
         return None

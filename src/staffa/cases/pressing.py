@@ -133,7 +133,7 @@ def _start(case: Case, keys: HeatKeys) -> Iterator[str]:
 
 
 def _heated(case: Case, keys: HeatKeys) -> Iterator[str]:
-    """What heats the rock, or lets go of cooling it."""
+    """Name what heats the rock, or lets go of cooling it."""
     named = {f"heat.{side}": (side, keys.on(side)) for side in case.outline.faces}
     surfaces: list[tuple[str, str | None, HeatSide | HeatCracks]] = [
         (where, side, given) for where, (side, given) in named.items() if given is not None
@@ -167,7 +167,7 @@ def _coldest(case: Case, side: str | None, given: HeatSide | HeatCracks) -> floa
 def _warms_later(
     case: Case, side: str | None, given: HeatSide | HeatCracks, coldest: float
 ) -> bool:
-    """Whether a fluid may meet rock that something colder has cooled before: through a film that
+    """True if a fluid may meet rock that something colder has cooled before: through a film that
     changes with time, or in cracks, which open later."""
     if given.T is None or given.h is None or isinstance(film(given.h, case.dim), OfSurface):
         return False
@@ -185,7 +185,7 @@ def _places(case: Case, side: str | None) -> np.ndarray:
 def _of_surface(
     case: Case, keys: HeatKeys, side: str | None, given: HeatSide | HeatCracks
 ) -> tuple[bool, bool]:
-    """Whether a side, or the fluid in the cracks, heats the rock, and whether it cools it less
+    """True if a side, or the fluid in the cracks, heats the rock, and whether it cools it less
     with time."""
     x = _places(case, side)
     flux = getattr(given, "flux", None)
@@ -202,13 +202,13 @@ def _of_surface(
 
 
 def _weakens(case: Case, value: Any, x: np.ndarray) -> bool:
-    """Whether a film coefficient falls with time; one of the surface's temperature does not, by
+    """True if a film coefficient falls with time; one of the surface's temperature does not, by
     itself."""
     return not isinstance(film(value, case.dim), OfSurface) and _rises(-_over_time(case, value, x))
 
 
 def _rises(values: np.ndarray) -> bool:
-    """Whether values, shape (n_times, n_points), rise anywhere at some time."""
+    """True if values, shape (n_times, n_points), rise anywhere at some time."""
     return bool(np.diff(values, axis=0).max(initial=0.0) > ROUND_OFF * np.abs(values).max())
 
 

@@ -168,7 +168,7 @@ def split_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _friction_facts(case: Case) -> list[Fact]:
-    """What friction does between the faces of cracks, where they may slide."""
+    """The fact on friction between the faces of cracks, where they may slide."""
     if case.damage.split != "contact":
         return []
     if not case.damage.friction:

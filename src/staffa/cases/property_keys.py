@@ -179,7 +179,7 @@ class FieldFile(Section):
         return self
 
     def _counting(self) -> Counting:
-        """How it counts."""
+        """The units of its values and coordinates."""
         length = float(self.unit or 1.0)
         if self.field_unit is None:
             return Counting(length=length)

@@ -14,7 +14,7 @@ STUCK = ("no-tension", "spectral")
 
 
 def sliding_cautions(case: Case) -> Iterator[str]:
-    """Where a closed crack may be sheared, and its split does not let it slide."""
+    """Warn where a closed crack may be sheared, and its split does not let it slide."""
     if case.damage.split not in STUCK:
         return
     pressed = case.cracks and (case.forces is not None or is_moved(case))
@@ -45,7 +45,7 @@ def _way_out(case: Case) -> str:
 
 
 def is_sheared(case: Case) -> bool:
-    """Whether [forces] shears: by a prestress, or along a face."""
+    """True if [forces] shears: by a prestress, or along a face."""
     if case.forces is None:
         return False
     acting, x = forces(case), case.outline.places.within().x

@@ -54,7 +54,7 @@ def _component(axis: str) -> Any:
 
 
 def _history(value: Any) -> str:
-    """Which alternative of a displacement is meant."""
+    """Tell which alternative of a displacement is meant."""
     is_file = isinstance(value, FieldFile) or (isinstance(value, dict) and "file" in value)
     return "a file" if is_file else kind(value)
 

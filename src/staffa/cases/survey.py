@@ -83,7 +83,7 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
             raise InputError(
                 f"domain.h = {inline(keys.h)}: the mesh has no such edges; they are "
                 f"{found.h:.3g}{unit(case, 'm')} long in the mean, and {least:.3g} in its finest "
-                f"cell; mesh the body anew, or leave domain.h out, which refines no mesh"
+                f"cell; mesh the body again, or leave domain.h out, which refines no mesh"
             )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})

@@ -73,7 +73,7 @@ class WithReference(Section):
 
     @property
     def of_temperature(self) -> bool:
-        """Whether temperature changes it."""
+        """True if temperature changes it."""
         return True
 
     def law(self, dim: int) -> Law | None:
@@ -238,12 +238,12 @@ def _secant(law: Law | None, reference: Temperature | None) -> Law | None:
 
 
 def of_temperature(value: Any) -> bool:
-    """Whether temperature changes a property."""
+    """True if temperature changes a property."""
     return isinstance(value, WithReference) and value.of_temperature
 
 
 def depends_on_place(value: Any) -> bool:
-    """Whether a table that stands for a property differs from place to place."""
+    """True if a table that stands for a property differs from place to place."""
     if isinstance(value, PropertyInTemperature):
         return value.factor is not None
     if isinstance(value, PropertyFormula):
@@ -264,7 +264,7 @@ def with_reference[K: BaseModel](keys: K, fields: Iterable[str], T: float) -> K:
 
 
 def kind_of_property(value: Any) -> str:
-    """Which alternative of a property is meant: by its keys, so that only one can complain."""
+    """Tell which alternative of a property is meant: by its keys, so that only one complains."""
     if isinstance(value, InTemperature) or (isinstance(value, dict) and OF_T in value):
         return "a table of temperature"
     return form(value)

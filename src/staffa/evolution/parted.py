@@ -42,7 +42,7 @@ class Piece:
     broken: bool
 
     def sentence(self) -> str:
-        """What has happened, and the way out."""
+        """Say what happened, and the way out."""
         place = ", ".join(f"{c:.3g}" for c in self.place)
         what = "rock, broken all through," if self.broken else "piece"
         return (
@@ -115,7 +115,7 @@ def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Pie
 
 
 def pieces(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
-    """Of each vertex, ghosts included, the number of its piece, -1 if it has none; how many.
+    """Number the piece of each vertex, ghosts included, -1 if it has none; and count them.
 
     Cells belong together if they share a vertex and neither has this damage at all its corners.
     Collective.
@@ -163,7 +163,7 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
 
 
 def _stores_much(system: System) -> bool:
-    """Whether the residual stiffness of cracks stores what counts beside the rest. Collective."""
+    """True if the residual stiffness of cracks stores what counts beside the rest. Collective."""
     energy = system.energy
     whole = energy.stored()
     with energy.without_residual_stiffness():
@@ -214,7 +214,7 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
 
 
 def _touches(problem: Problem, system: System, side: str, mine: np.ndarray) -> bool:
-    """Whether some of this rank's owned nodes, or of another's, lie on a side. Collective."""
+    """True if some of this rank's owned nodes, or of another's, lie on a side. Collective."""
     space, domain = system.spaces.nodes, problem.domain
     found = fem.locate_dofs_topological(space, domain.dim - 1, domain.facets(side))
     found = found[found < len(mine)]

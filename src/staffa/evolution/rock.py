@@ -78,7 +78,7 @@ class Warmth:
 
 
 def warmth(problem: Problem, spaces: Spaces, state: State) -> Warmth | None:
-    """What the laws of the rock are evaluated at; None without any. Collective.
+    """Temperatures at which the laws of the rock are evaluated; None without any. Collective.
 
     Raises
     ------
@@ -139,14 +139,14 @@ class Places:
         return self.field(self.values(lambda m, x: values(get(m), x)), name)
 
     def by_law(self, name: str, value: Callable[[Law | None], Expression]) -> Expression:
-        """What follows from the law of a property, cell by cell."""
+        """Factors from the law of a property, cell by cell."""
         every = np.arange(self._x.shape[1])
         rocks = [(self.material.laws.get(name), every)]
         rocks += [(rock.laws.get(name), cells) for cells, rock in self._regions]
         return by_law(self.domain.mesh, rocks, value)
 
     def has_law(self, name: str) -> bool:
-        """Whether temperature changes a property of some rock."""
+        """True if temperature changes a property of some rock."""
         return self.any(lambda m: name in m.laws)
 
     def any(self, of: Callable[[Material], bool]) -> bool:

@@ -41,11 +41,11 @@ def renew(system: System, loads: Loads) -> float:
 
 
 def rub(system: System, minimize: Callable[[], bool]) -> float:
-    """Minimize with the friction that the pressure at hand gives, until both agree. Collective.
+    """Minimize with the friction that the current pressure gives, until both agree. Collective.
 
     Parameters
     ----------
-    minimize : goes to a minimum with the friction at hand; False ends it all.
+    minimize : goes to a minimum with the current friction; False ends it all.
 
     Returns
     -------
@@ -89,7 +89,7 @@ class Series:
         self._own = slice(system.spaces.cell.dofmap.index_map.size_local)
 
     def is_over(self, faces: CrackFaces, pressed: np.ndarray) -> bool:
-        """Whether what faces carry is what the pressure lets them.
+        """True if what faces carry is what the pressure lets them.
 
         pressed : shear stress (Pa) that it lets them carry, cell by cell.
         """

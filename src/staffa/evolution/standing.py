@@ -78,7 +78,7 @@ class Standing:
         return fields | {"u": fields["u"].reshape(-1, self.components)}
 
     def faces(self) -> np.ndarray | None:
-        """What is kept of the faces of cracks, cell by cell, ghosts included; None for nothing."""
+        """Kept numbers of the faces of cracks, cell by cell, ghosts included; None for nothing."""
         return self.kept[len(FIELDS)] if len(self.kept) > len(FIELDS) + 1 else None
 
     def past_fields(self, number: int) -> dict[str, np.ndarray]:

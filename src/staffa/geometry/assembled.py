@@ -62,7 +62,9 @@ def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
         raise InputError(_stray(where, stray))
     x = x[used]
     if not np.all(np.isfinite(x)):
-        raise InputError(f"{where} has points that are not finite; mesh the body, and save it anew")
+        raise InputError(
+            f"{where} has points that are not finite; mesh the body, and save it again"
+        )
     if dim == 2 and np.ptp(x[:, 2]) > SAME * np.ptp(x, axis=0).max():
         raise InputError(f"{where} is a surface in space; give a volume, or a plane z = constant")
     x, cells, cell_name = _cells(x, [_renumbered(block, used) for block in body], where)
@@ -126,7 +128,7 @@ def _facets(blocks: Sequence[Block], dim: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _notes(blocks: Sequence[Block], where: str) -> list[str]:
-    """What reading the cells changed."""
+    """Notes on what reading the cells changed."""
     found = []
     for (dim, corners), kind in CELLS.items():
         of_it = [b for b in blocks if (b.dim, b.corners.shape[1]) == (dim, corners)]
@@ -216,7 +218,7 @@ def _is_sound(mesh: Simplices, where: str) -> None:
     corners = mesh.x[mesh.cells]
     content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
     if content.min() <= 1e-12 * content.max():
-        raise InputError(f"{where} has cells without any extent; mesh the body anew")
+        raise InputError(f"{where} has cells without any extent; mesh the body again")
     pieces = parts(mesh)
     if pieces > 1:
         raise InputError(

@@ -39,7 +39,7 @@ def edges(
     cracks: Rows,
     regions: Rows,
 ) -> Edges:
-    """Those of a mesh of simplices.
+    """Measure the edges of a mesh of simplices.
 
     Parameters
     ----------

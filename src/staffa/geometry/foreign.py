@@ -73,11 +73,11 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
             mesh = meshio.read(path, file_format=kind)
     except (Exception, SystemExit) as error:  # whatever a reader raises at a file that is none
         raise InputError(
-            f"{where}: meshio cannot read it as {kind} ({_line(error, said)}); save it anew, or as "
-            f"a .msh file"
+            f"{where}: meshio cannot read it as {kind} ({_line(error, said)}); save it again, "
+            f"or as a .msh file"
         ) from None
     if np.ndim(mesh.points) != 2 or not np.all(np.isfinite(mesh.points)):
-        raise InputError(f"{where} has no points, or some that are not finite; save it anew")
+        raise InputError(f"{where} has no points, or some that are not finite; save it again")
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
     names = _names(mesh, path, where)
@@ -161,7 +161,7 @@ def _sets(mesh: Any, path: Path, where: str) -> dict[str, list[np.ndarray]]:
 def _rest(
     mesh: Any, named: dict[str, list[np.ndarray]], found: dict[str, list[np.ndarray]], own: set[str]
 ) -> dict[str, list[np.ndarray]]:
-    """Of the sets that stand with the elements themselves, the cells in no other set."""
+    """Cells of the sets that stand with the elements themselves, in no other set."""
     kept = _without_whole(mesh, named).values()
     taken = [
         np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(of[k] for of in kept)]))
@@ -190,7 +190,7 @@ def _aligned(mesh: Any, name: str, of: Sequence[Any], where: str) -> list[np.nda
     missing = len(mesh.cells) - len(arrays)
     arrays = [a.astype(np.int64) for a in chain(arrays, [np.zeros(0)] * missing)]
     if any(len(a) and a.max() >= len(b.data) for a, b in zip(arrays, mesh.cells, strict=True)):
-        raise InputError(f"{where}: the set '{name}' holds cells that are not there; save it anew")
+        raise InputError(f"{where}: the set '{name}' holds cells that are not there; save it again")
     return arrays
 
 

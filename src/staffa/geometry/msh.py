@@ -83,7 +83,7 @@ def _names_no_other_file(path: Path, where: str) -> None:
         with h5py.File(path, "r") as file:
             look(file)
     except (OSError, RecursionError, KeyError) as error:
-        raise InputError(f"{where}: it cannot be read as HDF5 ({error}); save it anew") from None
+        raise InputError(f"{where}: it cannot be read as HDF5 ({error}); save it again") from None
 
 
 def _is_held(dim: int, name: str, held: set[str], where: str) -> None:

@@ -88,7 +88,7 @@ class Outline:
 
 
 def on_axis(r: np.ndarray, size: tuple[float, ...]) -> np.ndarray:
-    """Which distances r (m), shape (n,), from the axis of a body of this size are none."""
+    """Tell which distances r (m), shape (n,), from the axis of a body of this size are none."""
     return r <= SAME * max(size)
 
 

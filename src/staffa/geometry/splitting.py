@@ -107,12 +107,12 @@ def _are_convex(contents: np.ndarray, where: str) -> None:
     if wrong:
         raise InputError(
             f"{where}: {wrong} of its {len(contents)} cells with more corners than a triangle or a "
-            f"tetrahedron are folded or not convex; mesh the body anew, or without recombining"
+            f"tetrahedron are folded or not convex; mesh the body again, or without recombining"
         )
 
 
 def bulge(x: np.ndarray, corners: int) -> float:
-    """How far an edge's middle lies off the straight edge at most, of cells of second order.
+    """Largest distance of an edge's middle from the straight edge, of cells of second order.
 
     A node beside the corners belongs to the two of them that it is nearest to the middle of: also
     nodes in the middle of a face or a cell, which are in the middle of a diagonal.

@@ -123,7 +123,7 @@ class Conduction:
 
     @property
     def linear(self) -> bool:
-        """Whether nothing in it depends on temperature."""
+        """True if nothing in it depends on temperature."""
         rocks: tuple[Conduction | Conductor, ...] = (self, *self.regions.values())
         laws = any(rock.k_law or rock.c_law for rock in rocks)
         surfaces = [getattr(where, "h", None) for where in (*self.sides, self.cracks)]

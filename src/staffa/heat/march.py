@@ -260,7 +260,7 @@ class HeatEquation:
         substeps: int,
         length: float,
     ) -> Heat:
-        """What was stored and what entered in a time (s), over all ranks.
+        """Heat that was stored and heat that entered in a time (s), over all ranks.
 
         Their difference is held against what crossed, or what the body has stored since t = 0 if
         that is more: near a steady state next to nothing crosses.

@@ -200,7 +200,7 @@ class NonlinearSteps:
     def _tried_at(
         self, missing: Callable[[np.ndarray], np.ndarray], T: np.ndarray
     ) -> tuple[np.ndarray, float]:
-        """What is missing at temperatures (K) on the way, and its size."""
+        """Residual at temperatures (K) on the way, and its size."""
         try:
             left = missing(T)
         except LoadError:  # a film has no coefficient there

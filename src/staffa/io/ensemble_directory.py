@@ -57,8 +57,8 @@ def is_ensemble(path: Path) -> bool:
 
 
 def is_of_ensemble(inside: Path) -> bool:
-    """Whether a thing in a folder belongs to an ensemble: a member, or what is written beside
-    members that have begun."""
+    """True if a thing in a folder belongs to an ensemble: a member, or what is written beside
+    members that have started."""
     if MEMBER.fullmatch(inside.name):
         return True  # each is looked at by itself
     return inside.name in BESIDE and is_ensemble(inside.parent)

@@ -99,7 +99,7 @@ def require_free(
 
 
 def _is_lock(path: Path) -> bool:
-    """Whether a file is the lock of a run that was not begun."""
+    """True if a file is the lock of a run that was not started."""
     return path.name == LOCK and path.is_file() and path.stat().st_size <= LONGEST_LOCK
 
 
@@ -127,7 +127,7 @@ def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()
 
 
 def _is_there(file: Path, folder: Path) -> bool:
-    """Whether a file is that of this name in a folder."""
+    """True if a file is that of this name in a folder."""
     return (folder / file.name).exists() and file.samefile(folder / file.name)
 
 
@@ -266,7 +266,7 @@ def read_manifest(path: Path) -> Manifest:
 
 
 def parsed(text: str) -> Any:
-    """What a text of JSON holds.
+    """Read a text of JSON.
 
     Raises
     ------

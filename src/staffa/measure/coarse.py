@@ -28,7 +28,7 @@ class Local:
 
 
 def local(domain: Domain, factor: float) -> Local | None:
-    """What is known of each cell; None where one number is true of all.
+    """Known numbers of each cell; None where one number is true of all.
 
     factor: the discrete toughness over Gc of cells of edge h; what is above 1 grows like the edge.
     """

@@ -1,4 +1,4 @@
-"""Where the cracks of a network end: a crack that has not grown, where it was given."""
+"""Ends of the cracks of a network: a crack that has not grown ends where it was given."""
 
 from dataclasses import replace
 from typing import Any
@@ -50,7 +50,7 @@ def ended(found: Network, *, tip: float, falls: tuple[float, float], ell: float)
 
 
 def _moved(ahead: Network, kept: Network, ell: float) -> Network:
-    """What is kept, with the volume that opens ahead of its ends, where it is uncertain."""
+    """The kept part, with the volume that opens ahead of its ends, where it is uncertain."""
     if not len(kept.points) or np.isnan(kept.opening).any():
         return kept
     corners = ahead.elements.shape[1]

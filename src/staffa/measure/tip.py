@@ -25,7 +25,7 @@ FALLS = {"AT1": (0.95, 1.15), "AT2": (1.17, 1.37)}
 
 
 def falls(law: str) -> tuple[float, float] | None:
-    """How fast the damage falls at given and at grown ends (see FALLS); None of your own law."""
+    """Fall of the damage at given and at grown ends (see FALLS); None of your own law."""
     return FALLS.get(law)
 
 

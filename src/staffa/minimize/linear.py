@@ -82,7 +82,7 @@ class LinearSolver:
 
     @property
     def took_over(self) -> bool:
-        """Whether a factorization stands in for the iterative solver."""
+        """True if a factorization stands in for the iterative solver."""
         return bool(self.ksp.getOptionsPrefix() != self._prefix)
 
     def take_over(self) -> None:
@@ -98,7 +98,7 @@ class LinearSolver:
 
     @property
     def exact(self) -> bool:
-        """Whether the preconditioner is the inverse of the matrix itself."""
+        """True if the preconditioner is the inverse of the matrix itself."""
         return self.direct and self._drift == 0
 
     def forget(self) -> None:
@@ -155,7 +155,7 @@ class LinearSolver:
             return str(error)
 
     def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """Solve with the preconditioner at hand, or a new one; what went wrong, or nothing."""
+        """Solve with the current preconditioner, or a new one; what went wrong, or nothing."""
         fresh = self._stale
         if fresh:
             if self._forgotten and not self.direct:
@@ -231,7 +231,7 @@ class LinearSolver:
         return ROUND_OFF * float(self.force.norm())
 
     def _judge(self, fresh: bool, before: float, after: float, spent: int) -> None:
-        """Whether the preconditioner, made for an earlier stiffness, has become too slow."""
+        """True if the preconditioner, made for an earlier stiffness, has become too slow."""
         digits = np.log10(before / after) if before > after > 0 else 0.0
         if digits < 1:  # too few to tell
             return

@@ -53,7 +53,7 @@ def place_of(pair: Pair, asked: Path | None) -> Path:
 
 
 def _is_beside_a_page(inside: Path) -> bool:
-    """Whether a thing lies beside an earlier comparison's page: nothing else is written over."""
+    """True if a thing lies beside an earlier comparison's page: nothing else is written over."""
     page = inside.with_name(PAGE)
     return page.is_file() and GENERATOR in page.read_text(encoding="utf-8", errors="replace")
 

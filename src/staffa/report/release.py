@@ -41,7 +41,7 @@ def rates(run: Run, tip: Release | None) -> list[object]:
 
 
 def nearest(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
-    """What a step knows of the tip at a place (m), None if it knows none there."""
+    """The release that a step has of the tip at a place (m), None if it has none there."""
     near = [tip for tip in step.released if dist(tip.position, position) <= SAME_TIP * ell]
     return min(near, key=lambda tip: dist(tip.position, position), default=None)
 

@@ -46,7 +46,7 @@ def title(run: Run) -> str:
 
 
 def violations(run: Run) -> list[str]:
-    """What the audit found amiss in the steps that stand, one sentence each."""
+    """Violations of the steps that stand, one sentence each."""
     audited = [(step.index, step.audit) for step in run.steps if step.audit]
     return [f"step {index}: {text}" for index, audit in audited for text in audit.violations]
 

@@ -151,7 +151,7 @@ def _prestress_fits(case: Case) -> None:
 
 
 def rock_fits_the_axis(case: Case) -> None:
-    """What has directions is the same all around the axis."""
+    """Require rock with directions to be the same all around the axis."""
     if not case.axial:
         return
     for piece in pieces(case):

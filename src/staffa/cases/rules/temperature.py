@@ -60,7 +60,7 @@ def laws_fit_the_rock(case: Case) -> None:
 
 
 def _can_be_booked(case: Case, said: str) -> None:
-    """What cracks have cost counts at the toughness of the time when they grew."""
+    """Spent surface energy counts at the toughness of the time when cracks grew."""
     if case.solver.backtracking:
         raise InputError(
             f"{said} depends on temperature, and solver.backtracking tries cracks at times at "
@@ -121,7 +121,7 @@ def _is_possible(case: Case, piece: Piece, name: str, where: str, value: Propert
             rule = "between -1 and 0.5" if name in RATIOS else "finite and larger than zero"
             raise InputError(
                 f"{said}: it is {float(found.min()):.4g} at {_kelvin(case, T)} and must be {rule} "
-                f"at all temperatures of the case; mend it, or give a table"
+                f"at all temperatures of the case; fix it, or give a table"
             )
 
 
@@ -138,7 +138,7 @@ def _film_is_possible(case: Case, where: str, film: FilmFormula) -> None:
         if not np.all(np.isfinite(found) & (found >= 0)):
             raise InputError(
                 f"{said}: it is {float(np.min(found)):.4g} at {_kelvin(case, T)}; a film "
-                f"coefficient must be finite and not negative; mend it, or give a table"
+                f"coefficient must be finite and not negative; fix it, or give a table"
             )
 
 
