@@ -7,7 +7,7 @@ from dolfinx.mesh import entities_to_geometry
 
 from staffa.cases.given_files import given_files, in_body
 from staffa.cases.model import Case
-from staffa.cases.sentences import shown
+from staffa.cases.writing import shown
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.parallel import any_over_ranks

@@ -13,9 +13,9 @@ from staffa.cases.pieces import Piece, averages, pieces
 from staffa.cases.properties import point_property, varies
 from staffa.cases.rock import cracked, flat_cracks, toughness_factor
 from staffa.cases.rock_keys import RATIOS, is_isotropic
-from staffa.cases.sentences import shown
 from staffa.cases.split import energy_split
 from staffa.cases.temperature_keys import law_of
+from staffa.cases.writing import shown
 from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, nowhere

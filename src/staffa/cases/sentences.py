@@ -9,7 +9,7 @@ from pydantic.fields import FieldInfo
 
 from staffa.cases.model import Case
 from staffa.cases.shape_keys import KINDS
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import choices, nearest
 
 EXPLAINED = "`staffa new slab` writes a case with every key explained"
@@ -87,15 +87,6 @@ def sentence(error: ValidationError) -> str:
         if detail["type"] == "extra_forbidden":
             return unknown_key(detail["loc"][:-1], str(detail["loc"][-1]))
     return _wrong_value(details[0])
-
-
-def shown(value: Any, width: int = 60) -> str:
-    """A value as it stands in the file, cut short."""
-    try:
-        text = inline(value)
-    except RecursionError:
-        text = "[[[..."
-    return text if len(text) <= width else text[: width - 3] + "..."
 
 
 def unknown_key(parts: Sequence[int | str], key: str) -> str:

@@ -43,6 +43,15 @@ def inline(value: Any) -> str:
     return repr(value) if isinstance(value, int | float) else str(value)  # or a date
 
 
+def shown(value: Any, width: int = 60) -> str:
+    """A value as it stands in the file, cut short."""
+    try:
+        text = inline(value)
+    except RecursionError:
+        text = "[[[..."
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
 def _escaped(character: str) -> str:
     code = ord(character)
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"

@@ -8,8 +8,7 @@ import numpy as np
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, has_directions, pieces
 from staffa.cases.rock_keys import ELASTIC, ORIENTATION, is_isotropic
-from staffa.cases.sentences import shown
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 
 BEDDED = ("E", "nu", "E_axis", "nu_axis", "G_axis")

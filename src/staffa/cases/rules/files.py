@@ -12,9 +12,8 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import pieces
 from staffa.cases.property_keys import FieldFile
 from staffa.cases.rules.times import table_agrees
-from staffa.cases.sentences import shown
 from staffa.cases.support_keys import DisplacementFile
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 
 UNIT = 'if its coordinates count in another unit, say so, like unit = "1 mm"'

@@ -15,9 +15,8 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
 from staffa.cases.rules.heat import TRIED
 from staffa.cases.rules.times import table_agrees, times_given
-from staffa.cases.sentences import shown
 from staffa.cases.split import default_split, is_anisotropic, presses
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.physics.split import SPLITS
 from staffa.units import Quantity, parse

@@ -13,8 +13,7 @@ from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
 from staffa.cases.rock_keys import RockKeys
 from staffa.cases.rules.times import table_agrees, times_given
-from staffa.cases.sentences import shown
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.units import Quantity
 

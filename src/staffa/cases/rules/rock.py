@@ -16,9 +16,8 @@ from staffa.cases.rules.anisotropy import are_perpendicular, fits_the_dimension,
 from staffa.cases.rules.body import box_is_inside
 from staffa.cases.rules.files import covers
 from staffa.cases.rules.names import regions_are_there
-from staffa.cases.sentences import shown
 from staffa.cases.temperature_keys import of_temperature
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.physics.elasticity import checked
 

@@ -13,9 +13,8 @@ from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, pieces
 from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.rules.warmth import temperature_range
-from staffa.cases.sentences import shown
 from staffa.cases.temperature_keys import InTemperature, PropertyFormula, of_temperature
-from staffa.cases.writing import inline
+from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.heat.body import OfSurface
 
