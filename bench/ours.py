@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 from cases import BenchCase
@@ -16,7 +16,7 @@ from staffa.evolution.system import build
 from staffa.loads.closed_form import Load, NoLoad
 from staffa.minimize.alternate import equilibrium
 from staffa.physics.damage import AT1, AT2
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.supports import SideSupport, clamped, rollers
 
 

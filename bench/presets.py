@@ -28,7 +28,7 @@ OTHER = {2: "iterative", 3: "direct"}
 
 def one(name: str, presets: dict[str, str]) -> dict:
     """All steps of a case with these presets."""
-    from staffa.stack import MPI
+    from staffa.backend.stack import MPI
 
     from ours import Ours
 

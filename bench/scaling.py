@@ -51,7 +51,7 @@ def settings(columns: int, cells: str) -> list[str]:
 
 def one(columns: int, cells: str) -> dict | None:
     """One of the runs, on the ranks there are; what it took, on rank 0."""
-    from staffa.stack import MPI
+    from staffa.backend.stack import MPI
 
     import staffa
 

@@ -18,7 +18,7 @@ from cost import CONFIDENCE, Cost, Law, beside, held_out, law, predict
 from staffa.cases.numbers import numbers
 from staffa.cases.reading import read_case
 from staffa.evolution.schedule import schedule
-from staffa.grid import divisions
+from staffa.geometry.block import divisions
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"

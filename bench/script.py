@@ -8,7 +8,7 @@ Nothing of staffa is used here but the order in which it loads the libraries.
 from collections import Counter
 from time import perf_counter
 
-from staffa.stack import MPI, PETSc
+from staffa.backend.stack import MPI, PETSc
 
 import numpy as np
 import ufl

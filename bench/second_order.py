@@ -13,7 +13,7 @@ from pathlib import Path
 from time import process_time
 from unittest.mock import patch
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 from cases import CASES
 from ours import problem

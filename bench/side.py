@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from time import perf_counter, process_time, sleep
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 from cases import CASES, BenchCase

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from time import process_time
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import staffa
 from staffa.cases.catalog import ready_case

@@ -5,7 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from staffa.evolution.schedule import Schedule, schedule
 from staffa.evolution.system import build
 from staffa.loads.closed_form import Face, HalfSpace, Load, NoLoad
 from staffa.physics.damage import AT1
-from staffa.records import Step, Stop
+from staffa.records.step import Step, Stop
 from staffa.supports import SideSupport
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from staffa.domain import Part, block
 from staffa.fields import linear_spaces, vertices
 from staffa.heat.body import Conduction
 from staffa.heat.march import HeatEquation
-from staffa.records import Heat
+from staffa.records.step import Heat
 
 
 def tensor(*k: float) -> tuple[tuple[float, ...], ...]:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from staffa.evolution.system import build
 from staffa.fields import vertices
 from staffa.measure.advance import crack_advance
 from staffa.physics.scales import tau_of_time, time_of_tau
-from staffa.records import kept
+from staffa.records.step import kept
 from staffa.supports import SideSupport, at_rest
 from test_backtrack import front
 
@@ -129,7 +129,7 @@ def test_the_advance_is_the_way_from_the_cracks_there_were() -> None:
 def test_ranks_take_the_same_steps(ranks: int) -> None:
     code = (
         "from test_adaptive import *\n"
-        "from staffa.stack import MPI\n"
+        "from staffa.backend.stack import MPI\n"
         "for s in run(plate()):\n"
         "    if MPI.COMM_WORLD.rank == 0: print(s.status, s.time, s.energies.total)"
     )

@@ -6,7 +6,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from staffa.evolution.system import System, build
 from staffa.fields import owned
 from staffa.loads.forces import Forces, Traction
 from staffa.physics.damage import AT1, AT2, is_quadratic
-from staffa.records import Effort, Step, Stop
+from staffa.records.step import Effort, Step, Stop
 from staffa.supports import SideSupport, at_rest
 
 TIMES = (0.002, 0.006)
@@ -285,7 +285,7 @@ def test_a_law_that_is_not_quadratic_runs() -> None:
 
 
 GROWTH = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import gc
 from pathlib import Path
 from test_advance import cooled

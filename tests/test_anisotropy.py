@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -371,7 +371,7 @@ def cooled(comm: MPI.Comm) -> Problem:
 
 ON_RANKS = """
 from bodies import run
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_anisotropy import cooled
 
 steps = run(cooled(MPI.COMM_WORLD))
@@ -394,7 +394,7 @@ def test_layers_crack_on_many_ranks_as_on_one(ranks: int) -> None:
 
 EMPTY = """
 from bodies import run
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_anisotropy import single
 
 steps = run(single(MPI.COMM_WORLD))

@@ -19,13 +19,13 @@ import pytest
 
 import meshes
 from bodies import needs_gmsh
-from staffa.apart import read_apart
+from staffa.backend.guarded_reading import read_apart
+from staffa.backend.isolation import elsewhere, python
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
 from staffa.report.pieces import POLICY
 from staffa.report.series import csv_text
-from staffa.surroundings import elsewhere, python
 
 STAFFA = Path(sys.executable).with_name("staffa")
 BAR = ["--set", "domain.h=0.05", "--set", "time.t=[0.1,0.2]", "--set", "output.at=[]"]
@@ -333,7 +333,7 @@ def busy(path: Path) -> Read:
 def test_a_library_that_fails_while_it_reads_is_a_sentence(
     reader: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("staffa.apart.SECONDS", 1.0 if reader == "busy" else 60.0)
+    monkeypatch.setattr("staffa.backend.guarded_reading.SECONDS", 1.0 if reader == "busy" else 60.0)
     with pytest.raises(InputError, match=said):
         read_apart(Read, f"test_attack:{reader}", tmp_path / "a", [], where="domain.mesh")
 

@@ -22,7 +22,7 @@ from staffa.loads.closed_form import HalfSpace
 from staffa.minimize import alternate
 from staffa.minimize.bounded import TaoSolver
 from staffa.physics.split import NO_SPLIT, SPLITS
-from staffa.records import Step, Stop
+from staffa.records.step import Step, Stop
 from staffa.supports import SideSupport, at_rest
 
 SPLIT = SPLITS["volumetric-deviatoric"]
@@ -189,7 +189,7 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
 
 
 RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_audit import SPLIT, cooled, ran, said, warmer
 words = "a state is not the one on record"
 steps = ran(cooled(split=SPLIT), lambda system, index: warmer(system) if index == 0 else None)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import log, pi
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ from staffa.heat.body import Conduction, Film, Held
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
 from staffa.physics.elasticity import TransverselyIsotropic
-from staffa.records import Step
+from staffa.records.step import Step
 from staffa.report.network import networks
 from staffa.report.radial import radial, radial_steps
 from staffa.report.summary import summary

@@ -19,7 +19,7 @@ from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.loads.closed_form import Face, HalfSpace, Load
 from staffa.minimize.alternate import equilibrium
-from staffa.records import kept
+from staffa.records.step import kept
 from staffa.supports import SideSupport, at_rest
 
 HEIGHT, H, ELL = 0.1, 0.02, 0.05
@@ -184,7 +184,7 @@ def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch, where: s
 ON_RANKS = """
 from test_backtrack import front
 from bodies import run
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 steps = run(front())
 if MPI.COMM_WORLD.rank == 0:
     for step in steps:

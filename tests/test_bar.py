@@ -1,11 +1,12 @@
 """A bar in traction, flat and solid: strength, dissipated energy, damage profile of AT1, AT2."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
 
 from bodies import body, rock
+from staffa.backend.parallel import max_over_ranks
 from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
@@ -13,9 +14,8 @@ from staffa.evolution.system import System, build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
 from staffa.minimize.alternate import reactions
-from staffa.parallel import max_over_ranks
 from staffa.physics.damage import LAWS
-from staffa.records import Step, Stop
+from staffa.records.step import Step, Stop
 from staffa.supports import SideSupport, at_rest
 
 LENGTH, HEIGHT, E, ELL, H = 1.0, 0.3, 100.0, 0.1, 1 / 51  # a cell, not a vertex, in the middle

@@ -32,11 +32,11 @@ def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypa
     from functools import partial
     from types import SimpleNamespace
 
-    from staffa.stack import MPI
+    from staffa.backend.stack import MPI
 
     from dolfinx import fem
 
-    from staffa import jit
+    from staffa.backend import jit
 
     case = bench("cases").CASES[name]
     coarse = {2: (20, 20), 3: (6, 6, 6)}[case.dim]

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from staffa.measure.cells import Cells, cells, section
 from staffa.measure.patterns import Pattern, pattern
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 
 EDGE = 1 / 120  # of a pixel
 ELL = 4 * EDGE

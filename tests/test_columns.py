@@ -25,7 +25,7 @@ from staffa.plot.columns import (
 )
 from staffa.plot.frames import read_frames
 from staffa.plot.rendering import CRACKS, ROCK
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 from staffa.report import planes
 from staffa.report.drawing import draw
 from test_report import drawn_manifest, drawn_mesh, drawn_run, drawn_step

@@ -19,7 +19,7 @@ from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, rea
 from staffa.io.vtkhdf import Grid
 from staffa.plot.frames import Frame, read_frames
 from staffa.plot.pair import difference as damage_difference
-from staffa.records import Energies, Step
+from staffa.records.step import Energies, Step
 from staffa.report.agreement import agreement, gap_between_steps
 from staffa.report.comparison import ABSENT, Table
 from staffa.report.differences import case_differences, manifest_differences

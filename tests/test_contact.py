@@ -3,7 +3,7 @@
 from itertools import pairwise
 from pathlib import Path
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from staffa.evolution.system import build
 from staffa.fields import vertices
 from staffa.io.run_directory import read_run
 from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
-from staffa.records import Step
+from staffa.records.step import Step
 
 NEEDS = Path(__file__).parent / "data" / "needs"
 E, NU = 2.0, 0.3
@@ -290,7 +290,7 @@ def test_a_run_that_was_cut_goes_on_to_the_last_bit(tmp_path: Path) -> None:
 
 RANKED = """
 from test_contact import pressed, steps_of
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 steps = steps_of(pressed(0.3, "[0.5,1.0]"))
 if MPI.COMM_WORLD.rank == 0:
     for step in steps:

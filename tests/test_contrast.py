@@ -112,7 +112,7 @@ def test_a_weight_does_not_hide_what_else_acts(displacement: str) -> None:
 
 
 RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_contrast import *
 sides = (SideSupport(side="bottom", components={1: at_rest}),
          SideSupport(side="top", components={1: lambda x, t: 0.1 * t}))

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from staffa.evolution.problem import Problem, nowhere
 from staffa.evolution.system import build
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import linear_spaces, vertices
-from staffa.grid import broken_layer
+from staffa.geometry.block import broken_layer
 from staffa.minimize.alternate import equilibrium
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from test_bar import HEIGHT, STRAIN, bar, pull

@@ -15,7 +15,6 @@ from staffa.cases.shown_units import reference, units
 from staffa.cli.live import Follower
 from staffa.display_units import Magnitudes, Unit, shown
 from staffa.io.run_directory import Run, read_run
-from staffa.manifest import Probe
 from staffa.measure.network import Network
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
@@ -23,7 +22,8 @@ from staffa.plot.frames import read_frames
 from staffa.plot.labels import clock_label, moment, tau_label
 from staffa.plot.network import network_figure
 from staffa.plot.reactions import reactions_figure
-from staffa.records import Energies, Fluid, Heat
+from staffa.records.manifest import Probe
+from staffa.records.step import Energies, Fluid, Heat
 from staffa.report.captions import caption
 from staffa.report.columns import cells_table
 from staffa.report.comparison import definitions

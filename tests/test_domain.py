@@ -1,6 +1,6 @@
 """The mesh of a block: its sides are where they are named, and its triangles lean nowhere."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from dolfinx import mesh as dmesh
 from staffa.domain import Domain, block, cell_count
 from staffa.errors import InputError
 from staffa.fields import linear_spaces, vertices
-from staffa.grid import SIDES, cells_and_vertices, face_position
+from staffa.geometry.block import SIDES, cells_and_vertices, face_position
 
 # Extents that differ along each axis, so that no two sides can be taken for one another.
 BLOCKS = {

@@ -1,6 +1,6 @@
 """The energy's forces are its derivatives, and elasticity converges as it should."""
 
-from staffa.stack import MPI, PETSc
+from staffa.backend.stack import MPI, PETSc
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ import ufl
 from dolfinx import fem
 
 from bodies import body, rates, rock
+from staffa.backend.jit import expression, form
 from staffa.energy import Energy
 from staffa.evolution.rock import Places
 from staffa.evolution.rock import rock as rock_on
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, owned, vertices, zero_state
-from staffa.jit import expression, form
 from staffa.physics.damage import AT1, AT2
 
 BODIES = {

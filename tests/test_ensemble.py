@@ -7,7 +7,7 @@ from math import sqrt
 from pathlib import Path
 from statistics import mean, stdev
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import pytest
 
@@ -17,7 +17,7 @@ from staffa.cases.reading import parse_case
 from staffa.cases.writing import to_toml
 from staffa.display_units import Magnitudes, Unit, shown
 from staffa.errors import InputError, SolveError
-from staffa.grid import face_axis
+from staffa.geometry.block import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import CASE, STEPS, read_run
@@ -392,7 +392,7 @@ def test_a_member_that_fails_loses_none_of_the_others(
     from staffa.cases import experiment
     from staffa.cases.reading import read_case
     from staffa.cli.members import run_members_and_follow
-    from staffa.records import Stop
+    from staffa.records.step import Stop
 
     calls, march = [], experiment.march
 

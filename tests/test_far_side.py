@@ -9,8 +9,8 @@ from staffa.cases.experiment import run as run_case
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case
 from staffa.io.run_directory import Run, read_run
-from staffa.manifest import Manifest
-from staffa.records import Energies, Measures, Step, Tip
+from staffa.records.manifest import Manifest
+from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
 from staffa.report.summary import summary
 

@@ -69,7 +69,7 @@ def test_a_wrong_command_is_told_of_once(case: Path, wrong: str, words: str) -> 
 RANKS = """
 import shutil
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import numpy as np
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.reading import read_case

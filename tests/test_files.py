@@ -14,8 +14,8 @@ import pytest
 from restarting import SMALL, launch, small
 from staffa.cases.experiment import Watcher, run
 from staffa.io.run_directory import STEPS, read_run
-from staffa.manifest import Manifest
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
 

@@ -119,7 +119,7 @@ def test_cold_alone_takes_no_split() -> None:
 ON_RANKS = """
 import sys, tempfile
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from staffa.cases.experiment import run
 from staffa.cases.reading import parse_case
 from test_force_case import CASE

@@ -17,7 +17,7 @@ from staffa.loads.forces import Forces, Traction
 from staffa.minimize.alternate import equilibrium, reactions
 from staffa.physics.elasticity import Isotropic
 from staffa.physics.split import SPLITS
-from staffa.records import Step, Stop
+from staffa.records.step import Step, Stop
 from staffa.supports import SideSupport, at_rest
 
 E, NU = 2.0, 0.25
@@ -363,7 +363,7 @@ from dataclasses import replace
 
 from dataclasses import replace
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 from test_forces import *
 held, step = last(cracked(Forces(crack_volume=lambda t: 0.1 * t), "no-tension", times=(0.5, 1.0)))
 pressure = float(held.energy.external.pressure.value)

@@ -301,7 +301,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 def test_a_mutated_file_is_read_or_refused_in_one_sentence(
     end: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
-    """Nothing crashes, hangs for a minute, or asks for more than some GiB (`staffa.apart`)."""
+    """Nothing crashes, hangs for a minute, or asks for more than some GiB (`guarded_reading`)."""
     file, refused = tmp_path / f"a{end}", 0
 
     @settings(SEEDED, max_examples=MUTATIONS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from staffa.measure.generations import arrests, tracks
-from staffa.records import Audit, Energies, Measures, Step, Tip
+from staffa.records.step import Audit, Energies, Measures, Step, Tip
 
 ELL = 0.02
 

@@ -6,13 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
 
 import meshes
 from bodies import RANKS, needs_gmsh, printed_on
+from staffa.backend.jit import form
 from staffa.cases import catalog
 from staffa.cases.build import body_of, problem, side_supports
 from staffa.cases.experiment import run
@@ -32,7 +33,6 @@ from staffa.geometry.places import some
 from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, outline
 from staffa.geometry.simplices import Simplices
 from staffa.geometry.simplices import outline as found_outline
-from staffa.jit import form
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
@@ -290,13 +290,13 @@ def test_a_file_of_either_version_gives_the_parts_that_it_names(tmp_path, versio
 TOLD = """
 import sys
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from dolfinx import fem
 import numpy as np, ufl
 from test_geometry import PULLED, fields_of
 from staffa.cases.build import problem
 from staffa.cases.reading import read_case
-from staffa.parallel import on_root
+from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 for path in {paths!r}:
     case = on_root(comm, lambda: read_case(Path(path)))

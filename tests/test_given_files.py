@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -310,10 +310,10 @@ def test_sides_that_meet_must_move_alike_there(tmp_path: Path) -> None:
 
 MANY = """
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from staffa.cases.reading import read_case
 from staffa.cases.experiment import run
-from staffa.parallel import on_root
+from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 case = on_root(comm, lambda: read_case(Path({path!r})))
 steps = run(case, Path({out!r}), comm=comm)

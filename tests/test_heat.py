@@ -1,6 +1,6 @@
 """The heat equation against closed forms and made-up solutions, its balance, and its purity."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -316,7 +316,7 @@ def test_what_entered_is_what_is_stored_at_every_step() -> None:
 @pytest.mark.parametrize("ranks", RANKS)
 def test_ranks_give_the_serial_temperature_and_balance(ranks: int) -> None:
     code = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_heat import mixed
 body = mixed(comm=MPI.COMM_WORLD)
 for time in (1e-4, 1e-3, 4e-3):

@@ -19,7 +19,7 @@ from staffa.heat.body import Bath, Conduction, Held, Insulating
 from staffa.heat.march import HeatEquation
 from staffa.loads.closed_form import Face, Slab
 from staffa.minimize.alternate import equilibrium
-from staffa.records import Step, kept
+from staffa.records.step import Step, kept
 from staffa.supports import rollers
 from test_backtrack import front
 
@@ -258,7 +258,7 @@ def test_ranks_give_the_serial_cracks_and_heat(ranks: int) -> None:
     code = """
 from test_heat_march import *
 steps = run(plate(quenched(9.0, side="bottom", cracks=FEELING["bath"])))
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     for step in steps:
         heat = step.heat
@@ -280,7 +280,7 @@ if MPI.COMM_WORLD.rank == 0:
 def test_any_number_of_ranks_goes_back_alike_where_heat_feels_the_cracks(ranks: int) -> None:
     code = """
 from test_heat_march import *
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 steps = run(feeling_front())
 if MPI.COMM_WORLD.rank == 0:
     for step in steps:

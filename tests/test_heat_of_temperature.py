@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -226,7 +226,7 @@ def test_ranks_give_the_serial_heat(ranks: int) -> None:
     code = """
 from test_heat_of_temperature import march_boiled
 found = march_boiled()
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     for row in found:
         print(*row)

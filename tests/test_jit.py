@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 ONE_FORM = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import ufl
 from dolfinx import mesh
-from staffa import jit
+from staffa.backend import jit
 square = mesh.create_unit_square(MPI.COMM_WORLD, 4, 4)
 jit.form(ufl.SpatialCoordinate(square)[0] ** 7 * ufl.dx(square), MPI.COMM_WORLD)
 print("compiled\\n", end="")

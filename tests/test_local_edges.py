@@ -173,10 +173,10 @@ def test_a_length_counts_the_cells_that_it_is_in_not_the_mean_of_the_mesh(tmp_pa
 
 COARSE = """
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from staffa.cases.reading import read_case
 from staffa.cases.experiment import run
-from staffa.parallel import on_root
+from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 case = on_root(comm, lambda: read_case(Path({path!r})))
 step, = run(case, Path({out!r}), comm=comm)

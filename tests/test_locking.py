@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -354,7 +354,7 @@ RANKS = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from restarting import cut_run
 from test_locking import plate
 from staffa.cases.experiment import run

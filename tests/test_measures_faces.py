@@ -9,7 +9,7 @@ from staffa.fields import vertices
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.physics.damage import AT2
-from staffa.records import Measures
+from staffa.records.step import Measures
 
 ELL, H = 0.03, 0.01
 LONG, DEEP = 1.0, 0.4  # along the cooled face, and below it

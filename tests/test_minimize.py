@@ -3,12 +3,13 @@
 from contextlib import contextmanager
 from dataclasses import replace
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 import pytest
 
 from bodies import body, quench, rock
+from staffa.backend.petsc_options import DAMAGE
 from staffa.errors import SolveError
 from staffa.evolution.loading import change_loads
 from staffa.evolution.march import Observers, march
@@ -19,9 +20,8 @@ from staffa.fields import owned
 from staffa.loads.closed_form import Face, HalfSpace
 from staffa.minimize.alternate import alternate, equilibrium
 from staffa.minimize.bounded import BoundedEnergy, unbalanced
-from staffa.options import DAMAGE
 from staffa.physics.damage import AT2, LAWS
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.supports import SideSupport, at_rest
 
 TIMES = (0.0025, 0.01, 0.0225)

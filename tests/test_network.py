@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from staffa.fields import read_vector
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
 from staffa.physics.damage import LAWS
-from staffa.records import Energies, Moment, Stop
+from staffa.records.step import Energies, Moment, Stop
 from staffa.supports import Section, SideSupport, at_rest
 
 TIGHT = Stop(change=1e-6, residual=1e-4)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest

@@ -353,7 +353,7 @@ def test_scales_of_a_law_of_its_own_are_that_laws(tmp_path: Path) -> None:
 
 ON_RANKS = """
 import sys
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_own import Cold, load, slab
 import numpy as np
 import staffa

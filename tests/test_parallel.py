@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
 
-from staffa.errors import InputError
-from staffa.parallel import (
+from staffa.backend.parallel import (
     any_over_ranks,
     best_candidate,
     gather,
@@ -16,6 +15,7 @@ from staffa.parallel import (
     on_root,
     sum_over_ranks,
 )
+from staffa.errors import InputError
 
 COMMS = [MPI.COMM_SELF, MPI.COMM_WORLD]
 NAN = float("nan")

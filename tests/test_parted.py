@@ -143,7 +143,7 @@ def test_pieces_are_counted() -> None:
 
 
 RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_parted import *
 said = ends(cut_bar(forces=pull(1.0)))
 if MPI.COMM_WORLD.rank == 0:

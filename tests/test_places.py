@@ -84,7 +84,7 @@ def test_a_case_scaled_and_in_units_is_the_same_where_a_band_ends_on_middles_of_
 
 
 RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_places import scaled_energies
 found = scaled_energies(3.3)
 if MPI.COMM_WORLD.rank == 0:

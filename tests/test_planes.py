@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from staffa.geometry.shapes import Round, meshed
 from staffa.io.run_directory import Run, read_run
 from staffa.loads.closed_form import Face
 from staffa.measure.planes import Planes
-from staffa.records import CellSection, Energies, Measures, Step
+from staffa.records.step import CellSection, Energies, Measures, Step
 from test_run import CASES as READY
 from test_run import launch
 
@@ -102,7 +102,7 @@ def words(cells: str) -> list[str]:
 
 
 ON_RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_planes import CELLS, words
 for cells in CELLS:
     rows = words(cells)

@@ -14,7 +14,7 @@ from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.physics.damage import LAWS, strength
 from staffa.physics.split import SPLITS
-from staffa.records import Step
+from staffa.records.step import Step
 
 # The four inputs that broke under pressure, with the values that are right for them.
 PUSHED_BAR = """
@@ -455,7 +455,7 @@ def test_nothing_is_said_where_cold_cracks_rock_that_is_pulled() -> None:
 
 
 ON_RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_pressed import PUSHED_BAR, ran
 weak = "toughness.bands=[{lower=[0.48,0.0],upper=[0.52,0.3],factor=0.9}]"
 for step in ran(PUSHED_BAR, "damage.split=none", "domain.h=0.04", "damage.ell=0.12", weak):

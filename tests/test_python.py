@@ -92,7 +92,7 @@ def test_runs_where_the_wheels_bootstrap_is_absent() -> None:
         "import staffa.cases.experiment\n"
         "assert 'dolfinx_solver' not in sys.modules\n"
         "from staffa.domain import block\n"
-        "from staffa.stack import MPI\n"
+        "from staffa.backend.stack import MPI\n"
         "print(block(MPI.COMM_WORLD, size=(1., 1.), h=.5, cells='triangle').identity)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

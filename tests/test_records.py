@@ -9,8 +9,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import pytest
 
-from staffa import manifest, records
-from staffa.records import Effort, Energies, Fluid, Measures, Step, made
+from staffa.records.step import Effort, Energies, Fluid, Measures, Step, made, manifest
+from staffa.records.step import step as records
 
 KINDS = [
     kind

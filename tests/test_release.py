@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from staffa.io.run_directory import append_step, create, read_run
 from staffa.loads.forces import Forces
 from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
-from staffa.release import Release
+from staffa.records.tip_release import Release
 from staffa.report.release import release_table, release_text
 from staffa.supports import SideSupport, at_rest
 from test_report import drawn_manifest, drawn_step
@@ -216,7 +216,7 @@ def test_a_table_and_a_sentence_tell_it(tmp_path) -> None:
 def test_many_ranks_find_what_one_finds(ranks: int) -> None:
     code = (
         "from test_release import LOADS, notched\n"
-        "from staffa.stack import MPI\n"
+        "from staffa.backend.stack import MPI\n"
         "(tip,) = notched(0.4, h=0.04, ell=0.08, **LOADS['cooled']).tips\n"
         "if MPI.COMM_WORLD.rank == 0: print(repr(tip.G), *map(repr, tip.position))"
     )

@@ -15,11 +15,10 @@ from matplotlib.image import imread
 from scipy.special import erfc
 
 from staffa.errors import InputError, StaffaError
-from staffa.grid import SIDES
+from staffa.geometry.block import SIDES
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
-from staffa.manifest import Manifest
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
@@ -30,7 +29,8 @@ from staffa.plot.network import network_figure
 from staffa.plot.pair import FAINT, Panel, curves_figure, fields_figure
 from staffa.plot.reactions import reactions_figure
 from staffa.plot.style import DPI
-from staffa.records import (
+from staffa.records.manifest import Manifest
+from staffa.records.step import (
     Audit,
     CellSection,
     Effort,

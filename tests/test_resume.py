@@ -368,7 +368,7 @@ RANKS = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {tests!r})
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import numpy as np
 from restarting import cut_run, small
 from staffa.cases.build import body_of

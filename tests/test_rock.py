@@ -3,7 +3,7 @@
 from dataclasses import fields
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -416,12 +416,12 @@ def test_a_property_that_no_rock_has_in_some_cell_is_refused_with_the_mesh() -> 
 
 ON_RANKS = """
 from pathlib import Path
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import numpy as np
 from staffa.cases.build import problem
 from staffa.cases.reading import read_case
 from staffa.domain import middles
-from staffa.parallel import on_root
+from staffa.backend.parallel import on_root
 
 def table(case, comm):
     built = problem(case, comm=comm)
@@ -515,7 +515,7 @@ LAYERED = (
     "G_axis=0.3, axis=[0.3,1], expansion=[1,2], Gc=[3,1]}",
 )
 CRACKED_ON_RANKS = f"""
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from bodies import run
 from staffa.cases.build import problem
 from staffa.cases.reading import parse_case

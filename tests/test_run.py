@@ -149,7 +149,7 @@ def test_a_rank_that_fails_alone_ends_all(tmp_path: Path) -> None:
     """An exception on one rank only: the others do not wait for it for ever."""
     code = (
         "from pathlib import Path\n"
-        "from staffa.stack import MPI\n"
+        "from staffa.backend.stack import MPI\n"
         "from staffa.cases import experiment\n"
         "from staffa.cases.reading import read_case\n"
         "from staffa.cli import live\n"

@@ -18,7 +18,7 @@ from staffa.evolution.second_order import modes
 from staffa.evolution.settle import Loads, raise_bounds
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
-from staffa.records import Curvature, Energies, Outcome, Step
+from staffa.records.step import Curvature, Energies, Outcome, Step
 from staffa.report.summary import _curvature
 from test_stability import ELL, perfect_bar, uniform
 
@@ -231,7 +231,7 @@ def test_the_record_is_read_back() -> None:
 
 SMALL = ("domain.size=[0.5,0.2]", "time.tau=[0.16]")
 SCRIPT = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_saddle import SMALL, even
 from bodies import run
 steps = run(even("triangle", *SMALL))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -17,9 +17,9 @@ from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, vertices, zero_state
 from staffa.io.run_directory import append_step, create, read_run
-from staffa.manifest import Probe
 from staffa.measure.probes import Probes
-from staffa.records import Step
+from staffa.records.manifest import Probe
+from staffa.records.step import Step
 from staffa.report.series import probes_table, reactions_table
 from staffa.supports import SideSupport, clamped, rollers
 from test_report import drawn_manifest, drawn_step
@@ -132,7 +132,7 @@ def test_without_supports_and_probes_there_are_no_tables(tmp_path: Path) -> None
 
 
 ON_RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from bodies import body, rock
 from staffa.cut import FlatCrack
 from staffa.evolution.march import Observers, march

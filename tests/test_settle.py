@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import Transfer, linear_spaces, vertices
 from staffa.minimize.alternate import equilibrium
 from staffa.physics.damage import LAWS
-from staffa.records import Effort, Stop
+from staffa.records.step import Effort, Stop
 from staffa.supports import SideSupport, at_rest, clamped
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
@@ -294,7 +294,7 @@ def test_meshes_of_two_bodies_are_not_taken_for_one() -> None:
 ON_RANKS = """
 from test_settle import plate
 from bodies import run
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 (step,) = run(plate(dT=9.0))
 if MPI.COMM_WORLD.rank == 0:
     print(step.effort.guesses, step.sweeps, repr(step.energies.total), flush=True)

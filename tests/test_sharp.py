@@ -9,7 +9,7 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ import staffa
 from staffa.cases.reading import parse_case
 from staffa.fields import vertices
 from staffa.measure.tip import reach
-from staffa.records import Step
+from staffa.records.step import Step
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "verify"))
 from pairs import pairs

@@ -2,7 +2,7 @@
 
 from itertools import product
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from dolfinx import fem
 from scipy.optimize import minimize, minimize_scalar
 
 from bodies import body, rock
+from staffa.backend.jit import form
 from staffa.cut import FlatCrack
 from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.jit import form
 from staffa.minimize.alternate import reactions
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
@@ -26,7 +26,7 @@ from staffa.physics.split import (
     is_quadratic_in_strain,
     of_principal,
 )
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.strain import principal_strains
 from staffa.supports import SideSupport, at_rest
 

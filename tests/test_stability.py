@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import pi, sqrt
 
-from staffa.stack import MPI, PETSc
+from staffa.backend.stack import MPI, PETSc
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from staffa.evolution.settle import raise_bounds
 from staffa.evolution.system import System, build
 from staffa.minimize.alternate import equilibrium
 from staffa.minimize.stability import Mode, SecondVariation, _Factored
-from staffa.records import Stability, Step
+from staffa.records.step import Stability, Step
 from staffa.supports import Section, SideSupport, at_rest
 
 ELL = 0.1
@@ -251,7 +251,7 @@ def plate() -> Problem:
 ON_RANKS = """
 from test_stability import plate
 from bodies import run
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 for step in run(plate()):
     if MPI.COMM_WORLD.rank == 0:
         s = step.stability

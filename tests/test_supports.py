@@ -1,6 +1,6 @@
 """Supports hold what they say, and pins remove rigid motions without bending anything."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import pytest

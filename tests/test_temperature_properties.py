@@ -270,7 +270,7 @@ def test_ranks_give_the_serial_cracks(ranks: int, tmp_path) -> None:
     code = f"""
 from test_temperature_properties import surfaces_of_cracking
 found = surfaces_of_cracking("{tmp_path / "ranks"}")
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     for row in found:
         print("found", *row)

@@ -4,20 +4,20 @@ import subprocess
 import sys
 from dataclasses import replace
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 import pytest
 
 from bodies import RANKS, body, needs_gmsh, printed_on, quench, rock
-from staffa import unstructured
 from staffa.domain import Domain, block, cell_count
 from staffa.errors import StaffaError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.fields import linear_spaces, vertices
-from staffa.grid import SIDES, cells_and_vertices
+from staffa.geometry import block_simplices as unstructured
+from staffa.geometry.block import SIDES, cells_and_vertices
 from staffa.measure.crack import damaged_layer
 from test_domain import areas, corners
 from test_measures import gauge
@@ -260,7 +260,7 @@ def test_any_number_of_ranks_has_the_same_mesh_and_the_same_energies(ranks: int)
 
 ONE_FAILS = """
 import sys
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     sys.modules["gmsh"] = None
 from staffa.domain import block

@@ -21,7 +21,7 @@ from staffa.heat.body import Conduction, Held, Insulating
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
 from staffa.physics.split import SPLITS
-from staffa.records import Step
+from staffa.records.step import Step
 from staffa.supports import SideSupport, at_rest
 
 BAR = """
@@ -250,7 +250,7 @@ def test_heat_that_has_left_again_breaks_no_balance(cracks: Insulating | None) -
 
 
 RANKS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 from test_vanishing_loads import *
 steps = ran(body(SIZE, H, sides=pulled(lambda t: 10 ** (-6 * t)), times=(1.0, 2.0, 3.0),
                  material=strong("volumetric-deviatoric")))

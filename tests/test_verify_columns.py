@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from staffa.measure.patterns import pattern
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 
 DEPTHS = (0.2, 0.3, 0.4)
 

@@ -49,10 +49,10 @@ def measured(name: str) -> list[dict[str, str]]:
     with tempfile.TemporaryDirectory() as folder:
         out, ready = Path(folder) / "run", Path(folder) / "case.toml"
         settings = [word for setting in CASES[name].split() for word in ("--set", setting)]
-        staffa = str(Path(sys.executable).parent / "staffa")
+        staffa = [sys.executable, "-c", "from staffa.cli import main; main()"]
         with ready.open("w") as file:
-            subprocess.run([staffa, "new", name], check=True, stdout=file)
-        command = [staffa, "run", str(ready), "--quiet", "--out", str(out), *settings]
+            subprocess.run([*staffa, "new", name], check=True, stdout=file)
+        command = [*staffa, "run", str(ready), "--quiet", "--out", str(out), *settings]
         subprocess.run(command, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
         lines = (out / "steps.jsonl").read_text().splitlines()
     return [numbers(json.loads(line)) for line in lines]

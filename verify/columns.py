@@ -27,7 +27,7 @@ from staffa.measure.cells import cells as cells_of
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.measure.planes import section
 from staffa.physics.doubling import spacing_at
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 from staffa.report.drawing import draw
 
 CASE = "src/staffa/cases/brick.toml"

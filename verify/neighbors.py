@@ -17,7 +17,7 @@ from runs import ROOT, keep, origin, run_once
 
 from staffa.io.run_directory import Run
 from staffa.plot.cracks import DAMAGE
-from staffa.records import Step
+from staffa.records.step import Step
 
 CASE = "verify/neighbors.toml"
 KEPT = Path(__file__).parent / "neighbors.json"

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import sqrt
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import layer
 import numpy as np
@@ -12,7 +12,7 @@ from runs import HERE
 
 from staffa import build, march, problem, read_case
 from staffa.fields import vertices
-from staffa.records import Step
+from staffa.records.step import Step
 
 # dT/dT_c: the least for which the theory speaks, and a severer one.
 RATIOS = (3.0, 5.16)

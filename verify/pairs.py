@@ -11,7 +11,7 @@ import sys
 from datetime import UTC, datetime
 from time import perf_counter
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from figures import Figure, Found

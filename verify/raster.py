@@ -7,7 +7,7 @@ from scipy.ndimage import label
 
 from staffa.io.run_directory import Run
 from staffa.plot.frames import read_frames
-from staffa.records import Step
+from staffa.records.step import Step
 
 BROKEN = 0.8  # as measures.threshold
 

@@ -14,7 +14,7 @@ from staffa.cases.catalog import ready_case
 from staffa.evolution import saddle
 from staffa.evolution.problem import Problem
 from staffa.minimize import lanczos
-from staffa.records import Step
+from staffa.records.step import Step
 
 SLAB = HERE / "uniform-slab.toml"
 SEEDS = (1, 2, 3, 4, 5)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import basix.ufl
 import numpy as np

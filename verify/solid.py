@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from math import pi, sqrt
 from pathlib import Path
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,7 +24,7 @@ from staffa.cases.reading import read_case
 from staffa.evolution.march import march
 from staffa.evolution.toughness import discrete_toughness
 from staffa.fields import vertices
-from staffa.records import Step
+from staffa.records.step import Step
 
 KEPT = Path(__file__).parent / "solid.json"
 PICTURE = ROOT / "docs" / "pictures" / "verify-solid-disc.png"

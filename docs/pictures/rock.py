@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 from matplotlib.figure import Figure

@@ -8,18 +8,18 @@ have the same normal: its damage reaches them. `physics.split.Contact` is the en
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import ufl
 from dolfinx import fem
 from scipy.spatial import cKDTree
 
-from staffa import jit
+from staffa.backend import jit
+from staffa.backend.parallel import gather, on_root, sum_over_ranks
 from staffa.cut import FlatCrack
 from staffa.domain import middles
 from staffa.errors import StaffaError
-from staffa.parallel import gather, on_root, sum_over_ranks
 from staffa.physics.split import Contact, Faces, Strained, negative, shear_modulus
 
 # Mean damage of a cell from which a crack runs through it.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from itertools import combinations
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import fem

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import ufl
 from dolfinx import fem

@@ -5,21 +5,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import basix.ufl
 import numpy as np
 from dolfinx import mesh as dmesh
 
+from staffa.backend.parallel import on_root
 from staffa.errors import InputError, choices
+from staffa.geometry.block import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
+from staffa.geometry.block_simplices import unstructured
 from staffa.geometry.edges import cell_edges
 from staffa.geometry.layer import broken_layer
 from staffa.geometry.outline import Outline, without_axis
 from staffa.geometry.places import SAME
 from staffa.geometry.simplices import Simplices, keys, outline
-from staffa.grid import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
-from staffa.parallel import on_root
-from staffa.unstructured import unstructured
 
 CELLS = {
     "quadrilateral": dmesh.CellType.quadrilateral,

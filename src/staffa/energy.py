@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property, partial
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import basix
 import numpy as np
@@ -13,7 +13,9 @@ import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import axis, jit
+from staffa import axis
+from staffa.backend import jit
+from staffa.backend.parallel import sum_over_ranks
 from staffa.contact import CrackFaces
 from staffa.densities import Rock, crack_density, crack_measure, strain, swelling
 from staffa.domain import Domain
@@ -21,7 +23,6 @@ from staffa.external import External, crack_volume
 from staffa.fields import Spaces, State, read_vector
 from staffa.loads.forces import Forces
 from staffa.openings import Openings, cell_integrals
-from staffa.parallel import sum_over_ranks
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
 from staffa.physics.split import (
@@ -31,7 +32,7 @@ from staffa.physics.split import (
     is_quadratic_in_strain,
 )
 from staffa.quadrature import DEGREE, in_the_middle
-from staffa.records import Energies
+from staffa.records.step import Energies
 from staffa.thermal import Spent
 
 

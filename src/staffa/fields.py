@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 from dolfinx import fem, la
 
+from staffa.backend.parallel import any_over_ranks
 from staffa.domain import Domain
 from staffa.errors import InputError, StaffaError
-from staffa.parallel import any_over_ranks
 from staffa.physics.locking import LINEAR, QUADRATIC, REDUCED, cures
 
 # Vertices on a side may lie outside the other mesh by round-off: by this fraction of a cell.

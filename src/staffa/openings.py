@@ -11,14 +11,14 @@ The integral of j . n across the crack is its opening, that over a body the volu
 
 from collections.abc import Callable
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from staffa import jit
 from staffa.axis import Measure
+from staffa.backend import jit
 
 # A damage whose gradient's square is below this, in 1/ell^2, has no direction: it is no crack.
 FLAT = 1e-2

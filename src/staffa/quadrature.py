@@ -1,6 +1,6 @@
 """The rules by which energies are integrated over cells."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import ufl

@@ -3,17 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
 from staffa.axis import held_by_axis
+from staffa.backend.parallel import best_candidate, on_root, sum_over_ranks
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import Spaces, vertices
-from staffa.parallel import best_candidate, on_root, sum_over_ranks
 
 # A displacement component (m): of points x, shape (3, n), and time t -> shape (n,), or one value.
 Displacement = Callable[[np.ndarray, float], np.ndarray | float]

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from staffa.loads.closed_form import Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
 CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"

@@ -1,16 +1,16 @@
 """Holds fields in files against the mesh of the body: they are there at all of its vertices."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx.mesh import entities_to_geometry
 
+from staffa.backend.parallel import any_over_ranks
 from staffa.cases.given_files import given_files, in_body
 from staffa.cases.model import Case
 from staffa.cases.writing import shown
 from staffa.domain import Domain
 from staffa.errors import InputError
-from staffa.parallel import any_over_ranks
 
 
 def check_files(case: Case, domain: Domain) -> None:

@@ -8,8 +8,8 @@ from pydantic import AfterValidator, Field, PrivateAttr
 from staffa.cases.kinds import FilePath, Length, Section
 from staffa.cases.shape_keys import ShapeKeys
 from staffa.geometry import shapes
+from staffa.geometry.block import UNSTRUCTURED
 from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
-from staffa.grid import UNSTRUCTURED
 from staffa.units import Quantity
 
 BLOCKS = {2: "quadrilateral", 3: "hexahedron"}

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from staffa.cases.amounts import amount, at_least, at_most
 from staffa.cases.exchange import exchanges
 from staffa.cases.model import Case, Named
-from staffa.grid import broken_layer
+from staffa.geometry.block import broken_layer
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 
 RESOLVED = 3.0  # cells in ell that resolve a crack

@@ -11,7 +11,7 @@ from staffa.cases.pieces import Piece, pieces
 from staffa.cases.properties import in_space, point_property
 from staffa.cases.rock_keys import is_isotropic
 from staffa.cases.temperature_keys import NumberInTemperature
-from staffa.grid import UNSTRUCTURED
+from staffa.geometry.block import UNSTRUCTURED
 from staffa.physics.elasticity import effective_nu
 from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
 

@@ -5,9 +5,10 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 from staffa.arguments import path_of
+from staffa.backend.parallel import on_root
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
 from staffa.cases.property_keys import RandomField
@@ -18,7 +19,6 @@ from staffa.cases.writing import to_toml
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
 from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
-from staffa.parallel import on_root
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
 

@@ -5,11 +5,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from staffa.stack import MPI, OWN, PETSc
+from staffa.backend.stack import MPI, OWN, PETSc
 
 import numpy as np
 
 from staffa.arguments import path_of, require
+from staffa.backend.jit import chosen_flags
+from staffa.backend.parallel import any_over_ranks, best_candidate, on_root, require_together
+from staffa.backend.petsc_options import petsc_errors
 from staffa.cases.attached import attached, identity
 from staffa.cases.build import CASE, COMM, problem
 from staffa.cases.keeper import FLAGS, Keeper, on_disk
@@ -34,17 +37,14 @@ from staffa.evolution.toughness import toughness_factor
 from staffa.io import run_directory
 from staffa.io.fields import FieldWriter
 from staffa.io.lock import Lock
-from staffa.jit import chosen_flags
 from staffa.loads.closed_form import Load
-from staffa.manifest import Manifest, Own, Probe
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
-from staffa.options import petsc_errors
-from staffa.parallel import any_over_ranks, best_candidate, on_root, require_together
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
-from staffa.records import Moment, Step, kept
+from staffa.records.manifest import Manifest, Own, Probe
+from staffa.records.step import Moment, Step, kept
 
 
 @dataclass(frozen=True, kw_only=True)

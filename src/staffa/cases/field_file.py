@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.apart import read_apart
+from staffa.backend.guarded_reading import read_apart
 from staffa.errors import InputError, choices
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them

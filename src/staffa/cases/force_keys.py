@@ -14,7 +14,7 @@ from staffa.cases.kinds import (
     Stress,
     StressGradient,
 )
-from staffa.grid import SIDES
+from staffa.geometry.block import SIDES
 
 STRESS_EXAMPLES = [
     "-20 MPa",

@@ -8,12 +8,14 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from staffa.stack import MPI, PETSc
+from staffa.backend.stack import MPI, PETSc
 
 import dolfinx
 import numpy as np
 from dolfinx import fem
 
+from staffa.backend.jit import chosen_flags
+from staffa.backend.parallel import on_root
 from staffa.cases.checkpoint_keys import CheckpointKeys
 from staffa.cases.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
@@ -23,9 +25,7 @@ from staffa.fields import owned
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
-from staffa.jit import chosen_flags
-from staffa.parallel import on_root
-from staffa.records import REJECTED, Step
+from staffa.records.step import REJECTED, Step
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
 SAME_PLACE = 1e-6

@@ -2,10 +2,11 @@
 
 from functools import partial
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
+from staffa.backend.parallel import any_over_ranks
 from staffa.cases.anisotropy import elasticity, roughness, tensor
 from staffa.cases.model import Case
 from staffa.cases.numbers import Numbers
@@ -21,7 +22,6 @@ from staffa.errors import InputError
 from staffa.evolution.problem import Material, nowhere
 from staffa.evolution.rock import LAWFUL
 from staffa.geometry.places import in_box
-from staffa.parallel import any_over_ranks
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
 from staffa.physics.temperature import Law

@@ -18,9 +18,9 @@ from staffa.cases.property_keys import RandomField
 from staffa.cases.rules.supports import pulled_axes
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
+from staffa.geometry.block_simplices import MISSING
 from staffa.geometry.gmsh_model import missing
 from staffa.geometry.msh import WAY_OUT
-from staffa.unstructured import MISSING
 
 MUCH_LEFT = 1e-3  # of the stiffness, in a crack
 WIDTH = 4.0  # of a crack's damage with AT1, over ell

@@ -32,7 +32,7 @@ from staffa.cases.tolerances import Better, Change, Residual
 from staffa.geometry.outline import Outline
 from staffa.physics.damage import LAWS
 from staffa.physics.split import SPLITS
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.units import EXAMPLES
 
 

@@ -5,12 +5,13 @@ from dataclasses import dataclass, fields, is_dataclass
 from hashlib import sha256
 from typing import Any
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import ufl
 
 from staffa.arguments import told
+from staffa.backend.parallel import best_candidate, max_over_ranks
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
 from staffa.domain import Domain
@@ -18,12 +19,11 @@ from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.heat.body import Conduction
 from staffa.loads.closed_form import Load
-from staffa.manifest import Own
-from staffa.parallel import best_candidate, max_over_ranks
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import EnergySplit, of_principal
 from staffa.physics.trial import has_members, law_values, split_values, try_law, try_split
+from staffa.records.manifest import Own
 
 # How the arguments are called in sentences.
 WORDS = {"damage": "law", "split": "split", "temperature": "load"}

@@ -28,7 +28,7 @@ from staffa.cases.pieces import (
 from staffa.cases.pressing import pressing
 from staffa.cases.rules import adaptive, require_loaded, unit
 from staffa.cases.split import is_by_default
-from staffa.grid import broken_layer, section_raster
+from staffa.geometry.block import broken_layer, section_raster
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time

@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 
 from staffa.arguments import path_of, require, settings_of
+from staffa.backend.parallel import on_root
 from staffa.cases.attached import CHANGEABLE, attached, identity
 from staffa.cases.build import COMM, problem
 from staffa.cases.experiment import Watcher, built, march_on, probes, watching, writing
@@ -27,12 +28,11 @@ from staffa.evolution.schedule import Schedule
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
-from staffa.manifest import Manifest
 from staffa.measure.probes import Probes
-from staffa.parallel import on_root
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
-from staffa.records import Step, kept
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step, kept
 
 # Of the end of a run: times nearer to one another are the same.
 SAME_TIME = 1e-9

@@ -4,18 +4,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from staffa.apart import read_apart
+from staffa.backend.guarded_reading import read_apart
 from staffa.cases.amounts import is_scaled, unit
 from staffa.cases.model import Case
 from staffa.cases.place import Place
 from staffa.cases.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.geometry.block import UNSTRUCTURED
 from staffa.geometry.foreign import FORMATS
 from staffa.geometry.hinges import hinges
 from staffa.geometry.msh import SALOME
 from staffa.geometry.simplices import Simplices, outline
-from staffa.grid import UNSTRUCTURED
 
 # Of the edges of the finest cell so much may be asked for: they are a mean, and no mesh is exact.
 NEARLY = 0.9

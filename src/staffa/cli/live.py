@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter, sleep
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 from rich.progress import BarColumn, Progress, TextColumn
 
+from staffa.backend.parallel import on_root, require_together
 from staffa.cases.experiment import Watcher, run
 from staffa.cases.model import Case
 from staffa.cases.preview import preview
@@ -22,10 +23,9 @@ from staffa.cli.terminal import out
 from staffa.display_units import Shown
 from staffa.errors import AloneError, AuditError, StaffaError
 from staffa.io.run_directory import Run, append_log, read_run
-from staffa.manifest import Manifest
 from staffa.minimize.alternate import Sweep
-from staffa.parallel import on_root, require_together
-from staffa.records import REJECTED, Moment, Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import REJECTED, Moment, Step
 from staffa.report.network import networks
 from staffa.report.radial import radial
 from staffa.report.summary import violations

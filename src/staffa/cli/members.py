@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
+from staffa.backend.parallel import on_root
 from staffa.cases.ensemble import run_ensemble, seeds_from
 from staffa.cases.experiment import Watcher
 from staffa.cases.model import Case
@@ -16,7 +17,6 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
-from staffa.parallel import on_root
 from staffa.report.ensemble import write_results
 from staffa.report.tables import write_pooled
 

@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from staffa import surroundings
+from staffa.backend import isolation
 from staffa.errors import StaffaError
 
 
@@ -47,7 +47,7 @@ def spoken(command: Sequence[str | Path], *, seconds: float, folder: Path | None
 
 def python(code: str, *, seconds: float = 60, launcher: Sequence[str] = ()) -> str:
     """What this Python prints in another process, or in several; errors as of `spoken`."""
-    return spoken([*launcher, *surroundings.python(code)], seconds=seconds)
+    return spoken([*launcher, *isolation.python(code)], seconds=seconds)
 
 
 def _last_words(text: str) -> str:

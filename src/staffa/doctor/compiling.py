@@ -13,7 +13,7 @@ from staffa.errors import StaffaError
 GET_ONE = "install one (apt install gcc, dnf install gcc), or name yours like CC=/usr/bin/gcc"
 HELLO = '#include <stdio.h>\nint main(void) { puts("hello"); return 0; }\n'
 VERSION = "#include <Python.h>\n" + HELLO.replace('"hello"', "PY_VERSION")
-CACHE = "from staffa.jit import CACHE, cache_folder\nprint(CACHE)\nprint(cache_folder())"
+CACHE = "from staffa.backend.jit import CACHE, cache_folder\nprint(CACHE)\nprint(cache_folder())"
 
 
 def compiler() -> str:

@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from staffa import surroundings
+from staffa.backend import isolation
 from staffa.cases import catalog
 from staffa.doctor.child import python, spoken
 from staffa.errors import StaffaError
@@ -14,23 +14,23 @@ from staffa.io.run_directory import read_run
 
 LIBRARIES = """
 import json
-from staffa.stack import MPI, PETSc, SLEPc
+from staffa.backend.stack import MPI, PETSc, SLEPc
 import dolfinx, mpi4py, petsc4py, slepc4py, ufl
 found = {m.__name__: m.__version__ for m in (dolfinx, petsc4py, slepc4py, mpi4py)}
 print(json.dumps(found | {"MPI": " ".join(MPI.Get_library_version().splitlines()[0].split())}))
 """
 PETSC = """
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 print(PETSc.Sys.hasExternalPackage("mumps"))
 """
 PARTITIONERS = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 import dolfinx
 print(*(name for name in ("ptscotch", "parmetis", "kahip") if getattr(dolfinx, f"has_{name}")))
 """
 # One rank alone speaks: the launcher may mix what two say.
 SIZE = """
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     print(MPI.COMM_WORLD.size)
 """
@@ -97,7 +97,7 @@ def two_ranks() -> str:
         case, directory = Path(name) / "bar.toml", Path(name) / "run"
         case.write_text(catalog.text("bar"), encoding="utf-8")
         settings = [word for setting in SMALL for word in ("--set", setting)]
-        launch = [_launcher(), "-n", "2", *surroundings.python(STAFFA)]
+        launch = [_launcher(), "-n", "2", *isolation.python(STAFFA)]
         asked: list[str | Path] = ["run", case, "--out", directory, "--quiet", *settings]
         spoken([*launch, *asked], seconds=300)
         run = read_run(directory)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from staffa.backend.parallel import max_over_ranks
 from staffa.errors import LoadError, PartedError, SolveError
 from staffa.evolution.loading import Loading, change_loads, put_on
 from staffa.evolution.parted import loose_piece
@@ -14,8 +15,7 @@ from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.parallel import max_over_ranks
-from staffa.records import CANCELED, Curvature, Effort, Heat, Outcome, Return
+from staffa.records.step import CANCELED, Curvature, Effort, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
+from staffa.backend.parallel import max_over_ranks
 from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, difference
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import irreversible
@@ -14,9 +15,8 @@ from staffa.evolution.system import System
 from staffa.fields import State, owned, read_vector
 from staffa.heat.march import HeatEquation
 from staffa.minimize.bounded import unbalanced
-from staffa.parallel import max_over_ranks
 from staffa.physics.split import NO_SPLIT
-from staffa.records import Audit, Curvature, Stability, Stop
+from staffa.records.step import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 HEALING_ALLOWED = 1e-12

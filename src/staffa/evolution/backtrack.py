@@ -28,7 +28,7 @@ from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
 from staffa.fields import State
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.records import Heat, Return
+from staffa.records.step import Heat, Return
 
 # Returns to a time where cracks change the flow of heat, so that nothing tells that they end.
 MOST_RETURNS = 3

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from staffa.fields import Spaces, vertices
 from staffa.heat.body import Conduction
 from staffa.heat.march import HeatEquation
 from staffa.loads.closed_form import Load
-from staffa.records import Heat
+from staffa.records.step import Heat
 
 
 class Cooling(Protocol):

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from staffa.backend.parallel import any_over_ranks, sum_over_ranks
 from staffa.errors import LoadError
 from staffa.evolution.path import Path, power_of_loads
 from staffa.evolution.problem import Problem
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium, reactions
-from staffa.parallel import any_over_ranks, sum_over_ranks
-from staffa.records import CANCELED, Heat
+from staffa.records.step import CANCELED, Heat
 
 # To which the work is found with a split, over the energy.
 ACCURACY = 3e-6

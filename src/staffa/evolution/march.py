@@ -9,6 +9,7 @@ from types import NoneType
 import numpy as np
 
 from staffa.arguments import require
+from staffa.backend.parallel import require_together
 from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.audit import audit
@@ -25,8 +26,7 @@ from staffa.evolution.system import System
 from staffa.measure.advance import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep, Watch
-from staffa.parallel import require_together
-from staffa.records import (
+from staffa.records.step import (
     REJECTED,
     Audit,
     Effort,
@@ -37,7 +37,7 @@ from staffa.records import (
     Stability,
     Step,
 )
-from staffa.release import Release
+from staffa.records.tip_release import Release
 
 
 @dataclass(frozen=True, kw_only=True)

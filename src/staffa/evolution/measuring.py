@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from staffa.backend.parallel import gather, on_root
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.evolution.toughness import toughness_factor
@@ -14,9 +15,8 @@ from staffa.measure.fronts import Front, fronts
 from staffa.measure.release import EnergyRelease, surface
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
-from staffa.parallel import gather, on_root
-from staffa.records import Measures
-from staffa.release import Release
+from staffa.records.step import Measures
+from staffa.records.tip_release import Release
 
 
 def measuring(

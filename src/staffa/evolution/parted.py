@@ -2,18 +2,18 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import fem
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from staffa.backend.parallel import everywhere, max_over_ranks, sum_over_ranks
 from staffa.errors import PartedError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.fields import Spaces, vertices
-from staffa.parallel import everywhere, max_over_ranks, sum_over_ranks
 from staffa.supports import rigid_modes
 
 # Damage at all corners of a cell from which on it joins nothing.

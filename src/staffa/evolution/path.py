@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
+from staffa.backend.parallel import sum_over_ranks
 from staffa.energy import Energy
 from staffa.minimize.alternate import Alternation
-from staffa.parallel import sum_over_ranks
 
 # A part of the path is halved so often at most.
 HALVINGS = 10

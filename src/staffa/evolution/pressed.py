@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import basix
 import numpy as np
@@ -10,9 +10,9 @@ import ufl
 from dolfinx import fem
 from dolfinx.mesh import Mesh, compute_midpoints
 
-from staffa import jit
+from staffa.backend import jit
+from staffa.backend.parallel import best_candidate, max_over_ranks, sum_over_ranks
 from staffa.energy import Energy
-from staffa.parallel import best_candidate, max_over_ranks, sum_over_ranks
 from staffa.physics.split import NO_SPLIT, SPLITS, EnergySplit, driven_density
 from staffa.strain import AnisotropicRock, IsotropicRock
 

@@ -19,7 +19,7 @@ from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
 from staffa.physics.temperature import Law
-from staffa.records import Stop
+from staffa.records.step import Stop
 from staffa.supports import Section, SideSupport
 
 # A mesh that resolves the regularization length less than this guesses too badly to be of use.

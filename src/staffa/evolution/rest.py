@@ -1,9 +1,10 @@
 """Before time starts: prestress, weight and loads of t = 0 in equilibrium, without a new crack."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
+from staffa.backend.parallel import best_candidate
 from staffa.errors import LoadError, SolveError
 from staffa.evolution.advance import snapshot
 from staffa.evolution.parted import require_whole
@@ -13,7 +14,6 @@ from staffa.evolution.system import System
 from staffa.fields import vertices
 from staffa.measure.advance import crack_advance
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.parallel import best_candidate
 from staffa.physics.damage import damage_at_strength
 
 # Half width in ell of the damage beside a crack, which forms as the cracks that are given settle.

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from staffa.backend.parallel import max_over_ranks
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, agree, copied, restore, snapshot
 from staffa.evolution.problem import Problem, SecondOrder
@@ -17,8 +18,7 @@ from staffa.minimize.bounded import AT_BOUND
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 from staffa.minimize.lanczos import Softest, softest
 from staffa.minimize.newton import search
-from staffa.parallel import max_over_ranks
-from staffa.records import Curvature
+from staffa.records.step import Curvature
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none; or one as small as those
 # that the minimization left, up to the second: with 1e-2 a sound bar broke at .995 of its strength.

@@ -14,7 +14,7 @@ from staffa.evolution.system import System
 from staffa.fields import owned, read_vector
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.stability import Mode, SecondVariation
-from staffa.records import Stability
+from staffa.records.step import Stability
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none.
 BALANCED = 1e-2

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from staffa.backend.parallel import max_over_ranks
 from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
 from staffa.fields import corners, owned, read_vector, write_vector
 from staffa.minimize.alternate import Watch, alternate, equilibrium
 from staffa.minimize.bounded import unbalanced
-from staffa.parallel import max_over_ranks
-from staffa.records import Effort, Outcome
+from staffa.records.step import Effort, Outcome
 
 # Damage in the middle of a cell that makes it one of a crack's. Through nucleation on the slab of
 # 120k unknowns 0.95 led to the lowest energies of 0.9, 0.95, 0.98 and none at all.

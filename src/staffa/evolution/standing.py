@@ -21,7 +21,7 @@ from staffa.evolution.rest import unmoved
 from staffa.evolution.schedule import Walk
 from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
-from staffa.records import Energies, Heat, made
+from staffa.records.step import Energies, Heat, made
 
 # The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
 # for each cell, and is there where faces of cracks touch.

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 from staffa.arguments import require
+from staffa.backend.petsc_options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
 from staffa.cut import broken
 from staffa.energy import Energy
 from staffa.evolution.cooling import Cooling, cooling
@@ -31,7 +32,6 @@ from staffa.minimize.convex import ConvexEnergy, Held
 from staffa.minimize.coupled import CoupledModel, Coupling
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 from staffa.minimize.newton import CoupledNewton
-from staffa.options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
 from staffa.supports import Supports, build_supports, rigid_modes
 
 # The damage is minimized this much more tightly than the whole problem asks for.

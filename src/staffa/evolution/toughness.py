@@ -1,9 +1,10 @@
 """The toughness that a mesh really has: that of a straight crack, measured on the same cells."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 
+from staffa.backend.parallel import on_root
 from staffa.cut import FlatCrack, broken
 from staffa.domain import block
 from staffa.energy import Energy
@@ -11,8 +12,7 @@ from staffa.evolution.problem import Material, Problem
 from staffa.evolution.rock import Places, rock
 from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.fields import linear_spaces, unit_bounds, zero_state
-from staffa.grid import UNSTRUCTURED, divisions
-from staffa.parallel import on_root
+from staffa.geometry.block import UNSTRUCTURED, divisions
 from staffa.physics.material import AXIAL, PLANE_STRAIN, SOLID
 from staffa.physics.trial import law_values
 

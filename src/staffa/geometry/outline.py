@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
+from staffa.geometry.block import SIDES, cells_and_vertices, edge
 from staffa.geometry.edges import Edges
 from staffa.geometry.places import SAME, Grid, Places
-from staffa.grid import SIDES, cells_and_vertices, edge
 
 
 @dataclass(frozen=True, kw_only=True)

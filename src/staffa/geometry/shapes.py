@@ -8,12 +8,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from staffa.errors import StaffaError
+from staffa.geometry.block import simplices
 from staffa.geometry.gmsh_model import generate, opened
 from staffa.geometry.msh import collected
 from staffa.geometry.outline import Outline, box_edges, flat, flat_sides, pairs
 from staffa.geometry.places import SAME, Bounds, Grid
 from staffa.geometry.simplices import Simplices
-from staffa.grid import simplices
 
 ROCK = "rock"  # the region of a body that has but one
 FLAT = 1e-3  # in cells: Gmsh's boxes around parts are wider by 1e-7

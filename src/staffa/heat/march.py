@@ -13,11 +13,13 @@ from dataclasses import replace
 from math import ceil
 from time import perf_counter
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 from dolfinx import fem
 
+from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
+from staffa.backend.petsc_options import HEAT, apply, petsc_errors
 from staffa.domain import Domain
 from staffa.errors import SolveError
 from staffa.fields import Spaces, owned
@@ -25,9 +27,7 @@ from staffa.heat.body import Conduction
 from staffa.heat.nonlinear import NonlinearSteps
 from staffa.heat.operators import Exchange, HeatOperators
 from staffa.heat.step import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
-from staffa.options import HEAT, apply, petsc_errors
-from staffa.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
-from staffa.records import Heat
+from staffa.records.step import Heat
 
 # A step is as long as its error allows, with some caution, and changes by these factors at most.
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0

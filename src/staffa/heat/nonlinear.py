@@ -8,20 +8,20 @@ Newton's method with a line search; a step whose stage has no solution in reach 
 from collections import defaultdict
 from collections.abc import Callable
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import jit
+from staffa.backend import jit
+from staffa.backend.parallel import max_over_ranks
+from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
 from staffa.errors import LoadError, SolveError
 from staffa.fields import owned
 from staffa.heat.operators import Exchange, HeatOperators
 from staffa.heat.step import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
-from staffa.options import HEAT_NEWTON, apply, petsc_errors
-from staffa.parallel import max_over_ranks
 from staffa.physics.temperature import Law
 from staffa.thermal import algebra, by_law, middle_of_cell
 

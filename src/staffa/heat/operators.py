@@ -16,7 +16,9 @@ from dolfinx import fem, la
 from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import axis, jit
+from staffa import axis
+from staffa.backend import jit
+from staffa.backend.parallel import any_over_ranks, max_over_ranks
 from staffa.domain import Domain
 from staffa.errors import InputError, LoadError
 from staffa.fields import Spaces, owned, vertices
@@ -32,7 +34,6 @@ from staffa.heat.body import (
     PointValues,
     Values,
 )
-from staffa.parallel import any_over_ranks, max_over_ranks
 from staffa.physics.temperature import Law
 from staffa.thermal import distinct, share_of
 

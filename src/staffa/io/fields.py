@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 from dolfinx import plot
 
+from staffa.backend.parallel import gather, on_root
 from staffa.fields import Spaces, State, at_vertices, owned
 from staffa.io.vtkhdf import VERTICES, Grid, write_vtkhdf
-from staffa.parallel import gather, on_root
 
 
 class FieldWriter:

@@ -1,13 +1,13 @@
 """Values at nodes, or of cells, in an order that no partition changes."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import basix
 import numpy as np
 from dolfinx import fem
 
+from staffa.backend.parallel import gather, scatter
 from staffa.fields import vertices
-from staffa.parallel import gather, scatter
 
 
 class Numbering:

@@ -15,8 +15,8 @@ from typing import Any
 from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
-from staffa.manifest import Manifest
-from staffa.records import REJECTED, Step, kept, made
+from staffa.records.manifest import Manifest
+from staffa.records.step import REJECTED, Step, kept, made
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial import KDTree
 
+from staffa.backend.parallel import gather, on_root
 from staffa.fields import State, vertices
-from staffa.parallel import gather, on_root
 
 
 def crack_advance(state: State, before: np.ndarray, *, threshold: float) -> float:

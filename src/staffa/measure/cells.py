@@ -16,7 +16,7 @@ from skimage.measure import label
 from skimage.segmentation import watershed
 
 from staffa.measure.borders import SHORTEST, Junction, Raster, borders, junctions, shared
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 
 # An uncracked region of less than so many ell^2 is a gap between cracks, and no cell.
 SMALLEST = 4.0

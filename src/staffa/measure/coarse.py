@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import fem
 
+from staffa.backend.parallel import best_candidate, sum_over_ranks
 from staffa.domain import Domain, local_edges, middles
-from staffa.parallel import best_candidate, sum_over_ranks
-from staffa.records import Coarse
+from staffa.records.step import Coarse
 
 RESOLVED = 3.0  # cells in ell that resolve a crack
 # Edges of one mesh scatter: in one of even edges ell/3 long hardly any cell is longer than this.

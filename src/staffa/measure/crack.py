@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from staffa.backend.parallel import gather, on_root, sum_over_ranks
 from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.fields import State, owned, vertices
@@ -16,8 +17,7 @@ from staffa.measure.opening import REACH
 from staffa.measure.planes import Planes
 from staffa.measure.room import room
 from staffa.measure.statistics import layer_depth, section, tips
-from staffa.parallel import gather, on_root, sum_over_ranks
-from staffa.records import Fluid, Measures, Section, Tip
+from staffa.records.step import Fluid, Measures, Section, Tip
 
 # A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
 FARTHEST = 3.0

@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from staffa.records import Step, Tip
+from staffa.records.step import Step, Tip
 
 # A generation counts if more than this share of its cracks has stopped: one straggler at an end
 # of the body does not hide an arrest.

@@ -1,15 +1,16 @@
 """Damage that tension around the axis drives: radial cracks, which no section of a body holds."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
-from staffa import axis, jit
+from staffa import axis
+from staffa.backend import jit
+from staffa.backend.parallel import max_over_ranks, sum_over_ranks
 from staffa.domain import Domain
 from staffa.energy import Energy
-from staffa.parallel import max_over_ranks, sum_over_ranks
 
 # Growth of the damage in a step that is none yet.
 LEAST = 0.01

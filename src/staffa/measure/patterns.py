@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import bootstrap
 
 from staffa.measure.borders import Junction
-from staffa.records import CellSection
+from staffa.records.step import CellSection
 
 # Errors are the spread among so many samples drawn from the cells, the same ones each time: known
 # to 1/sqrt(2 times as many), 2 %.

@@ -2,16 +2,16 @@
 
 from collections.abc import Sequence
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 from dolfinx import geometry
 
+from staffa.backend.parallel import sum_over_ranks
 from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.fields import State
-from staffa.manifest import Probe
-from staffa.parallel import sum_over_ranks
+from staffa.records.manifest import Probe
 
 # A point on a side may lie outside of the mesh by round-off: by this fraction of a cell.
 OUTSIDE = 1e-6

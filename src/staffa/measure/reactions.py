@@ -1,10 +1,10 @@
 """What holds the body, in numbers: the resultant force of each support."""
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 
-from staffa.parallel import sum_over_ranks
+from staffa.backend.parallel import sum_over_ranks
 from staffa.supports import Supports
 
 

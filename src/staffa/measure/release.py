@@ -13,19 +13,19 @@ The derivative is linear in theta. It is assembled once a state, as the force th
 vertex, and serves any number of tips and rings.
 """
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import dolfinx.mesh as dmesh
 import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from staffa import jit
+from staffa.backend import jit
+from staffa.backend.parallel import gather, max_over_ranks, sum_over_ranks
 from staffa.domain import Domain
 from staffa.energy import Energy
 from staffa.measure.fronts import Front, Surface
-from staffa.parallel import gather, max_over_ranks, sum_over_ranks
-from staffa.release import Release
+from staffa.records.tip_release import Release
 
 # Inner and outer radius of the rings, over the largest radius: the value, and one to judge it by.
 RINGS = ((1 / 2, 1.0), (1 / 3, 2 / 3))

@@ -1,12 +1,12 @@
 """Distance to which a body goes on beyond places in it."""
 
-from staffa.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI  # noqa: F401
 
 import dolfinx.mesh as dmesh
 import numpy as np
 
+from staffa.backend.parallel import gather, on_root
 from staffa.domain import Domain
-from staffa.parallel import gather, on_root
 
 # A facet with less of its normal along the way is beside it.
 FACING = 0.2

@@ -3,7 +3,7 @@
 import numpy as np
 
 from staffa.geometry.places import SAME
-from staffa.records import Section, Tip
+from staffa.records.step import Section, Tip
 
 
 def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float) -> Section:

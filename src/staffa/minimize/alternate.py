@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
-from staffa.records import CANCELED, Effort, Energies, Outcome, Stop
+from staffa.records.step import CANCELED, Effort, Energies, Outcome, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
 # unbalanced force that it was given.

@@ -4,12 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.petsc_options import apply, petsc_errors
 from staffa.errors import SolveError
-from staffa.options import apply, petsc_errors
 
 
 @dataclass(frozen=True, kw_only=True)

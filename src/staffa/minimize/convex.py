@@ -10,7 +10,7 @@ condition, whose multiplier is the fluid's pressure.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.petsc_options import apply
 from staffa.minimize.bounded import BoundedEnergy, held_by_bounds
 from staffa.minimize.elastic import ElasticSolver
-from staffa.options import apply
 
 
 @dataclass(frozen=True, kw_only=True)

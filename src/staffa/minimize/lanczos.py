@@ -10,7 +10,7 @@ eigenvector by mu, and leaves the state if mu > 1.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal

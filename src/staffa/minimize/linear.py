@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.petsc_options import DIRECT, apply, petsc_errors
 from staffa.errors import SolveError
-from staffa.options import DIRECT, apply, petsc_errors
 
 # A new factorization gives 1e-12 or so; what is worse than this has not been solved.
 LARGEST_RESIDUAL = 1e-6

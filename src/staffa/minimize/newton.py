@@ -12,7 +12,7 @@ truncated early, that is kept only if it lowers the energy.
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
 import numpy as np
 

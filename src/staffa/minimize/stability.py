@@ -11,14 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-from staffa.stack import PETSc, SLEPc
+from staffa.backend.stack import PETSc, SLEPc
 
 import numpy as np
 
+from staffa.backend.parallel import max_over_ranks, sum_over_ranks
+from staffa.backend.petsc_options import INERTIA, ON_THE_CONE, apply, petsc_errors
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, SnesSolver
-from staffa.options import INERTIA, ON_THE_CONE, apply, petsc_errors
-from staffa.parallel import max_over_ranks, sum_over_ranks
 
 # Shifts, lowered by this factor until no eigenvalue lies below; the first, and the last to try.
 LOWER, FIRST, LAST = 4.0, -1.0, -1e12

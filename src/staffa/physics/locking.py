@@ -8,7 +8,7 @@ integration: Malkus and Hughes 1978). Linear simplices have one strain a cell, s
 integration changes nothing there.
 """
 
-from staffa.grid import UNSTRUCTURED
+from staffa.geometry.block import UNSTRUCTURED
 
 LINEAR, QUADRATIC, REDUCED = "linear", "quadratic", "reduced"
 ELEMENTS = (LINEAR, QUADRATIC, REDUCED)

@@ -1,6 +1,6 @@
 """Pictures of a run, drawn from what stands in its directory."""
 
-from staffa.surroundings import elsewhere
+from staffa.backend.isolation import elsewhere
 
 with elsewhere():
     import matplotlib  # noqa: F401 - before any module of it is loaded from the current folder

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from staffa.display_units import Unit
-from staffa.manifest import Manifest
 from staffa.measure.cells import Cells
 from staffa.measure.patterns import Estimate, Pattern
 from staffa.plot.labels import moment
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figure
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 # By the number of neighbors, the first and the last with what is beyond; six is the middle.
 NEIGHBORS = {

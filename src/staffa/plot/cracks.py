@@ -12,12 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
-from staffa.grid import SIDES, face_position
+from staffa.geometry.block import SIDES, face_position
 from staffa.io.vtkhdf import Grid
-from staffa.manifest import Manifest
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, tau_label
 from staffa.plot.style import WIDTH, new_figure
+from staffa.records.manifest import Manifest
 
 # Pale up to half, so that what is seen dark is the crack and not the width of its damage profile.
 DAMAGE = LinearSegmentedColormap.from_list(

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from staffa.display_units import Unit
-from staffa.grid import face_axis
-from staffa.manifest import Manifest
+from staffa.geometry.block import face_axis
 from staffa.measure.generations import Arrests, Track, arrests, tracks
 from staffa.plot.labels import at as at_clock
 from staffa.plot.labels import clock, counts_tau, crack_name, show_clock, since_rest
@@ -26,7 +25,8 @@ from staffa.plot.style import (
     legend_above,
     new_figure,
 )
-from staffa.records import Measures, Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Measures, Step
 
 
 def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:

@@ -8,7 +8,7 @@ import numpy as np
 
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import Grid, read_vtkhdf
-from staffa.records import Step
+from staffa.records.step import Step
 
 MOST = 5  # panels that one picture holds at a size where cracks can be told apart
 

@@ -5,10 +5,10 @@ from itertools import accumulate
 
 from matplotlib.figure import Figure
 
-from staffa.manifest import Manifest
 from staffa.plot.labels import clock, show_clock
 from staffa.plot.style import BLACK, GENERATIONS, legend_above, new_figure
-from staffa.records import Heat, Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Heat, Step
 
 
 def heat_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:

@@ -9,8 +9,8 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike
 
-from staffa.manifest import Manifest
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
 IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ at depth $y$"

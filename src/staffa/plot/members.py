@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from staffa.manifest import Manifest
 from staffa.measure.averages import spread
 from staffa.plot.labels import clock, crack_name, show_clock
 from staffa.plot.style import BLACK, BLUE, ORANGE, count_axis, legend_above, new_figure
-from staffa.records import Measures, Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Measures, Step
 
 Members = Sequence[Sequence[Step]]
 BAND: Any = {"alpha": 0.3, "linewidth": 0}

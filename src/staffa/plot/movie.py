@@ -20,7 +20,7 @@ from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import RC, WIDTH, new_figure
 from staffa.plot.volume import add_depths, deepest, depth_label, draw_view, rendered
-from staffa.records import Step
+from staffa.records.step import Step
 
 FEWEST, MOST = 3, 40  # moments that make a movie, and that it shows at most
 PIXELS = 560  # edge of a rendered view

@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from staffa.manifest import Manifest
 from staffa.measure.network import Network
 from staffa.plot.cracks import extent, layout
 from staffa.plot.labels import moment
 from staffa.plot.style import WIDTH, new_figure
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 COLORS = "viridis_r"  # what is closed is pale
 UNKNOWN = "0.5"  # gray: how far it is open is not known

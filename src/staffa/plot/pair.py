@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from staffa.manifest import Manifest
 from staffa.plot.cracks import (
     add_legend,
     draw_panel,
@@ -25,6 +24,7 @@ from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, count_axis, legend_above, new_figure
 from staffa.plot.volume import add_depths, deepest, rendered
+from staffa.records.manifest import Manifest
 
 COLORS = (BLUE, ORANGE)
 WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other

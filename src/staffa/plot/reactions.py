@@ -5,10 +5,10 @@ from itertools import cycle
 
 from matplotlib.figure import Figure
 
-from staffa.manifest import Manifest
 from staffa.plot.labels import clock, show_clock
 from staffa.plot.style import GENERATIONS, legend_above, new_figure
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 LINES = ("-", "--", ":")
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
-from staffa.grid import SIDES
+from staffa.geometry.block import SIDES
 from staffa.io.vtkhdf import read_vtkhdf
 
 ROCK = "rock"  # the body, its near quarter cut away, the cracks in there left standing

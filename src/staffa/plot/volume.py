@@ -15,15 +15,15 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from staffa.backend.isolation import python
 from staffa.errors import StaffaError
-from staffa.grid import SIDES
-from staffa.manifest import Manifest
+from staffa.geometry.block import SIDES
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import WIDTH, new_figure
-from staffa.records import Step
-from staffa.surroundings import python
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from staffa.records import Step
+from staffa.records.step import Step
 from staffa.report.pair import Pair, Side
 from staffa.report.readings import Reading, readings
 from staffa.report.summary import Fact

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Sequence
 
-from staffa.manifest import Manifest
 from staffa.plot.labels import since_rest
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 Steps = Sequence[Step]
 

@@ -6,7 +6,7 @@ from staffa.display_units import NONE, Unit
 from staffa.io.run_directory import Run
 from staffa.measure.borders import Junction
 from staffa.measure.patterns import Estimate, Pattern, pattern
-from staffa.records import CellSection, Step
+from staffa.records.step import CellSection, Step
 from staffa.report.comparison import Table
 from staffa.report.ensemble import number
 from staffa.report.series import clock, clock_header, csv_text

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from staffa.grid import face_axis
+from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
 from staffa.measure.generations import Arrests, arrests
+from staffa.records.manifest import Manifest
 from staffa.report.published import BAHR, PAPER, SEVERITY, Published
 
 ABSENT = "-"

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from staffa.cases.attached import attached
 from staffa.cases.model import Case
 from staffa.cases.writing import inline
-from staffa.manifest import Manifest
+from staffa.records.manifest import Manifest
 from staffa.report.comparison import ABSENT, Table
 from staffa.report.pair import Pair
 

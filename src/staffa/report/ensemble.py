@@ -10,8 +10,8 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
 from staffa.measure.averages import Average, average
+from staffa.records.manifest import Manifest
 from staffa.report.comparison import ABSENT, GENERATIONS, definitions, run_arrests, tip
 from staffa.report.summary import Fact, summary
 

@@ -15,7 +15,7 @@ from staffa.io.vtkhdf import Grid, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
-from staffa.records import Step
+from staffa.records.step import Step
 
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 from staffa.report import comparison, pieces
 from staffa.report.agreement import agreement
 from staffa.report.captions import caption

@@ -10,7 +10,7 @@ from staffa.cases.model import Case
 from staffa.display_units import Shown
 from staffa.io.run_directory import Run
 from staffa.plot.labels import has_tau
-from staffa.records import Step
+from staffa.records.step import Step
 
 # Times and sizes that differ by less are the same: rounding in tau = 2 sqrt(kappa t)/L makes 1e-15.
 SAME = 1e-6

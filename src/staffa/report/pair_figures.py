@@ -7,10 +7,10 @@ from functools import partial
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from staffa.manifest import Manifest
 from staffa.plot.frames import Frame, read_frames, spread
 from staffa.plot.labels import TAU, add_tau, tau_label
 from staffa.plot.pair import FEW, LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
+from staffa.records.manifest import Manifest
 from staffa.report.agreement import gap_between_steps
 from staffa.report.pair import Pair, Side
 from staffa.report.readings import Reading, named, readings

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from staffa.grid import SIDES, face_position, section_raster
+from staffa.geometry.block import SIDES, face_position, section_raster
 from staffa.io.vtkhdf import Grid
-from staffa.manifest import Manifest
 from staffa.measure.cells import cells
 from staffa.physics.doubling import spacing_at
 from staffa.plot.columns import Curve, Plane
 from staffa.plot.frames import Frame
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 MOST = 6  # planes in one picture
 POINTS = 100  # of a curve

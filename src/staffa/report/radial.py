@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from staffa.records import Step
+from staffa.records.step import Step
 
 # A share of the damage of a step so small is not worth a word.
 FEW = 0.05

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from staffa.grid import face_axis
-from staffa.records import Step
+from staffa.geometry.block import face_axis
+from staffa.records.step import Step
 from staffa.report.pair import Pair, Side
 
 

@@ -3,8 +3,8 @@
 from math import dist
 
 from staffa.io.run_directory import Run
-from staffa.records import Step
-from staffa.release import Release
+from staffa.records.step import Step
+from staffa.records.tip_release import Release
 from staffa.report.series import clock, clock_header, csv_text
 
 # A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.

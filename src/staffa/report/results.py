@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from staffa.records import Step
+from staffa.records.step import Step
 from staffa.report.agreement import ROUND_OFF, gaps, percent
 from staffa.report.columns import by_depth
 from staffa.report.comparison import ABSENT, Table, run_arrests

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
-from staffa.records import Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step
 
 # With these a cell begins that a spreadsheet takes for a formula.
 COMPUTED = ("=", "+", "-", "@", "\t", "\r")

@@ -6,14 +6,14 @@ from math import floor, log10
 
 import numpy as np
 
-from staffa.grid import face_axis
+from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
 from staffa.measure.cells import section
 from staffa.measure.patterns import pattern
 from staffa.plot.frames import read_frames, with_fields
 from staffa.plot.labels import moment
-from staffa.records import Measures, Section
+from staffa.records.manifest import Manifest
+from staffa.records.step import Measures, Section
 from staffa.report.columns import cells_by_depth, columns
 from staffa.report.comparison import Table
 from staffa.report.ensemble import number

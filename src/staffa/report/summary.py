@@ -7,9 +7,9 @@ from functools import reduce
 
 from staffa.display_units import Unit
 from staffa.io.run_directory import Run
-from staffa.manifest import Manifest
 from staffa.plot.labels import reading
-from staffa.records import Audit, Effort, Energies, Heat, Step
+from staffa.records.manifest import Manifest
+from staffa.records.step import Audit, Effort, Energies, Heat, Step
 from staffa.report.comparison import remaining, run_arrests
 from staffa.report.radial import radial_steps
 from staffa.report.release import release_text

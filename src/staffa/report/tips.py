@@ -1,6 +1,6 @@
 """Each crack's tip followed in time, as a table that a spreadsheet reads."""
 
-from staffa.grid import face_axis
+from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import tracks
 from staffa.report.release import nearest, rates

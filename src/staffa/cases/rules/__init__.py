@@ -81,7 +81,7 @@ from staffa.cases.rules.times import (
 )
 from staffa.cases.rules.units import nothing_is_one_by_default, units_are_not_mixed
 from staffa.cases.split import GAMMA, default_split
-from staffa.grid import SIDES
+from staffa.geometry.block import SIDES
 from staffa.units import Quantity
 
 __all__ = [

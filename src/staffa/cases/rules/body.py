@@ -5,8 +5,8 @@ from staffa.cases.elements import cells_of, displacement_unknowns
 from staffa.cases.model import Case, Disc, Named, Segment
 from staffa.cases.writing import inline
 from staffa.errors import InputError
+from staffa.geometry.block import UNSTRUCTURED
 from staffa.geometry.places import SAME
-from staffa.grid import UNSTRUCTURED
 from staffa.physics.locking import LINEAR, QUADRATIC, cures
 
 CELLS = {

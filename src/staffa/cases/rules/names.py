@@ -9,8 +9,8 @@ from staffa.cases.heat_keys import HeatKeys
 from staffa.cases.model import Case, Named, SupportKeys
 from staffa.cases.writing import inline
 from staffa.errors import InputError, choices
+from staffa.geometry.block import SIDES
 from staffa.geometry.outline import Outline
-from staffa.grid import SIDES
 
 # What stands in these tables beside the names of faces.
 OWN = {

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from staffa.display_units import Magnitudes, Shown, Unit, shown
-from staffa.records import Measures
+from staffa.records.step import Measures
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,16 +11,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import ufl
 from dolfinx import fem
 from dolfinx.jit import get_options
 from ffcx.options import get_options as form_options
 
+from staffa.backend.isolation import elsewhere
+from staffa.backend.parallel import any_over_ranks, on_root
 from staffa.errors import StaffaWarning
-from staffa.parallel import any_over_ranks, on_root
-from staffa.surroundings import elsewhere
 
 # Both read their settings once: from the home folder alone, not from the current one.
 with elsewhere():

@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from staffa.stack import PETSc
+from staffa.backend.stack import PETSc
 
+from staffa.backend.parallel import require_together
 from staffa.errors import SolveError
-from staffa.parallel import require_together
 
 # The stiffness is symmetric positive definite (the residual stiffness sees to that), so Cholesky
 # does half the work of LU: measured 1.5 times faster a solve on the slab at 25k unknowns.

@@ -4,10 +4,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
-from staffa.cell_records import CellSection as CellSection
-from staffa.cell_records import Coarse as Coarse
-from staffa.json_form import made as made
-from staffa.release import Release
+from staffa.records.cut_cells import CellSection as CellSection
+from staffa.records.cut_cells import Coarse as Coarse
+from staffa.records.json_form import made as made
+from staffa.records.tip_release import Release
 
 # What is left of a large number taken from another, over it, is no size to judge by.
 ROUND_OFF = 1e-6

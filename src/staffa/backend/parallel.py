@@ -5,7 +5,7 @@ from collections.abc import Callable
 from time import perf_counter, sleep
 from typing import Any
 
-from staffa.stack import MPI
+from staffa.backend.stack import MPI
 
 import numpy as np
 

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from staffa.backend.isolation import python
 from staffa.errors import InputError
-from staffa.surroundings import python
 
 # Limits: of any file, and more for each of its bytes.
 MEMORY, MEMORY_A_BYTE = 4 << 30, 200
@@ -52,7 +52,7 @@ def read_apart[Read](
     asked = {"function": function, "arguments": [str(file.absolute()), *arguments]}
     job = json.dumps(asked | {"memory": memory, "seconds": int(seconds) + 1}).encode()
     process = subprocess.Popen(
-        python(module="staffa.apart"),
+        python(module="staffa.backend.guarded_reading"),
         cwd="/",
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

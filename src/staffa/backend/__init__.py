@@ -1,0 +1,1 @@
+"""MPI, PETSc, compilers and child processes: the machine below the physics."""

@@ -1,0 +1,1 @@
+"""Frozen records of a run: the data that rooms hand to one another and that disk keeps."""
