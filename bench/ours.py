@@ -7,17 +7,17 @@ from staffa.backend.stack import MPI
 import numpy as np
 from cases import BenchCase
 
-from staffa.domain import Domain, block
 from staffa.evolution.advance import advance_to
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import schedule
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
 from staffa.loads.closed_form import Load, NoLoad
 from staffa.minimize.alternate import equilibrium
+from staffa.model.domain import Domain, block
+from staffa.model.supports import SideSupport, clamped, rollers
 from staffa.physics.damage import AT1, AT2
 from staffa.records.step import Stop
-from staffa.supports import SideSupport, clamped, rollers
 
 
 class Cooled:

@@ -16,7 +16,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import staffa
 from staffa.cases.catalog import ready_case
-from staffa.evolution.pressed import PressedGrowth
+from staffa.evolution.pressed_growth import PressedGrowth
 
 HERE = Path(__file__).parent
 STEPS = "time.tau={start=0.02,stop=0.36,steps=8}"

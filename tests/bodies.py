@@ -10,15 +10,15 @@ from staffa.backend.stack import MPI
 import numpy as np
 import pytest
 
-from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import Schedule, schedule
 from staffa.evolution.system import build
 from staffa.loads.closed_form import Face, HalfSpace, Load, NoLoad
+from staffa.model.domain import block
+from staffa.model.supports import SideSupport
 from staffa.physics.damage import AT1
 from staffa.records.step import Step, Stop
-from staffa.supports import SideSupport
 
 
 def _has_gmsh() -> bool:

@@ -6,10 +6,10 @@ from staffa.backend.stack import MPI
 
 import numpy as np
 
-from staffa.domain import Part, block
-from staffa.fields import linear_spaces, vertices
-from staffa.heat.body import Conduction
-from staffa.heat.march import HeatEquation
+from staffa.heat.thermal_body import Conduction
+from staffa.heat.transient import HeatEquation
+from staffa.model.domain import Part, block
+from staffa.model.fields import linear_spaces, vertices
 from staffa.records.step import Heat
 
 

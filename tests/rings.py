@@ -11,8 +11,8 @@ from staffa.cases.build import problem
 from staffa.cases.reading import parse_case
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.fields import at_vertices, vertices
 from staffa.minimize.alternate import equilibrium
+from staffa.model.fields import at_vertices, vertices
 
 INNER, OUTER = 0.1, 0.3
 WALL = OUTER - INNER

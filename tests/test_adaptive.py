@@ -12,11 +12,11 @@ from staffa.evolution.march import march
 from staffa.evolution.problem import Measuring, Problem
 from staffa.evolution.schedule import Pace, schedule
 from staffa.evolution.system import build
-from staffa.fields import vertices
-from staffa.measure.advance import crack_advance
+from staffa.measure.growth import crack_advance
+from staffa.model.fields import vertices
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.scales import tau_of_time, time_of_tau
 from staffa.records.step import kept
-from staffa.supports import SideSupport, at_rest
 from test_backtrack import front
 
 ELL, H = 0.1, 0.05

@@ -16,11 +16,11 @@ from staffa.errors import LoadError, SolveError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.fields import owned
 from staffa.loads.forces import Forces, Traction
+from staffa.model.fields import owned
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import AT1, AT2, is_quadratic
 from staffa.records.step import Effort, Step, Stop
-from staffa.supports import SideSupport, at_rest
 
 TIMES = (0.002, 0.006)
 

@@ -11,14 +11,15 @@ import pytest
 from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.cases.build import problem as problem_of
 from staffa.cases.reading import parse_case
-from staffa.domain import block
-from staffa.energy import Energy
+from staffa.evolution.coefficients import energy_of
 from staffa.evolution.march import march
 from staffa.evolution.problem import Material, Problem
-from staffa.evolution.rock import energy_of
 from staffa.evolution.system import build
-from staffa.fields import linear_spaces, vertices, zero_state
 from staffa.minimize.alternate import equilibrium
+from staffa.model.domain import block
+from staffa.model.energy import Energy
+from staffa.model.fields import linear_spaces, vertices, zero_state
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import AT2
 from staffa.physics.elasticity import (
     Elasticity,
@@ -28,7 +29,6 @@ from staffa.physics.elasticity import (
     TransverselyIsotropic,
 )
 from staffa.physics.split import SPLITS
-from staffa.supports import SideSupport, at_rest
 from test_elasticity import SHALE, WOOD, rotation, some_stiffness, voigt
 from test_turning import roughness
 

@@ -9,21 +9,23 @@ import pytest
 
 from bodies import BOTTOM, Unbreakable, body, printed_on, quench, rock
 from heated import still, tensor
-from staffa.energy import Energy
-from staffa.evolution import advance, loading, settle
+from staffa.evolution import advance
+from staffa.evolution import apply_loads as loading
+from staffa.evolution import equilibrate as settle
+from staffa.evolution.load_path import integral
 from staffa.evolution.march import Observers, march
-from staffa.evolution.path import integral
 from staffa.evolution.problem import Irreversibility, Problem
-from staffa.evolution.standing import Standing
+from staffa.evolution.restart_state import Standing
 from staffa.evolution.system import System, build
-from staffa.heat.body import Conduction, Held
-from staffa.heat.march import HeatEquation
+from staffa.heat.thermal_body import Conduction, Held
+from staffa.heat.transient import HeatEquation
 from staffa.loads.closed_form import HalfSpace
 from staffa.minimize import alternate
 from staffa.minimize.bounded import TaoSolver
+from staffa.model.energy import Energy
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import NO_SPLIT, SPLITS
 from staffa.records.step import Step, Stop
-from staffa.supports import SideSupport, at_rest
 
 SPLIT = SPLITS["volumetric-deviatoric"]
 TIMES = (0.0025, 0.01)

@@ -12,28 +12,28 @@ from scipy.special import j0, j1, jn_zeros
 
 from bodies import RANKS, body, needs_gmsh, rates, rock, run
 from heated import Heated, tensor
-from staffa import axis
 from staffa.cases.build import problem as make_problem
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
-from staffa.domain import block, middles
-from staffa.domain import body as make_body
 from staffa.errors import InputError
+from staffa.evolution.effective_toughness import toughness_factor
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.evolution.toughness import toughness_factor
-from staffa.fields import owned, vertices
 from staffa.geometry.simplices import Simplices
-from staffa.heat.body import Conduction, Film, Held
+from staffa.heat.thermal_body import Conduction, Film, Held
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
+from staffa.model import axis
+from staffa.model.domain import block, middles
+from staffa.model.domain import body as make_body
+from staffa.model.fields import owned, vertices
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records.step import Step
 from staffa.report.network import networks
 from staffa.report.radial import radial, radial_steps
 from staffa.report.summary import summary
-from staffa.supports import SideSupport, at_rest
 from test_run import launch
 
 E, NU, EXPANSION = 2.0, 0.3, 0.01

@@ -12,15 +12,15 @@ from staffa.evolution import backtrack, second_order
 from staffa.evolution import march as loop
 from staffa.evolution.advance import advance_to
 from staffa.evolution.backtrack import History, better_earlier
+from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Irreversibility, Problem
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
-from staffa.evolution.toughness import discrete_toughness
 from staffa.loads.closed_form import Face, HalfSpace, Load
 from staffa.minimize.alternate import equilibrium
+from staffa.model.supports import SideSupport, at_rest
 from staffa.records.step import kept
-from staffa.supports import SideSupport, at_rest
 
 HEIGHT, H, ELL = 0.1, 0.02, 0.05
 DEFAULT = Backtracking()

@@ -7,16 +7,16 @@ import pytest
 
 from bodies import body, rock
 from staffa.backend.parallel import max_over_ranks
-from staffa.domain import block
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import vertices
 from staffa.minimize.alternate import reactions
+from staffa.model.domain import block
+from staffa.model.fields import vertices
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import LAWS
 from staffa.records.step import Step, Stop
-from staffa.supports import SideSupport, at_rest
 
 LENGTH, HEIGHT, E, ELL, H = 1.0, 0.3, 100.0, 0.1, 1 / 51  # a cell, not a vertex, in the middle
 # sqrt(3 Gc E/(8 ell)) at once; (3/16) sqrt(3 E Gc/ell) at alpha = 1/4, where a = 9/16.

@@ -10,9 +10,9 @@ from staffa.cases.reading import parse_case
 from staffa.evolution.problem import Problem
 from staffa.geometry.block import SIDES, face_position, opposite
 from staffa.loads.closed_form import Convective, Face, HalfSpace, NoLoad, Slab
+from staffa.model.supports import Section
 from staffa.physics.damage import AT2
 from staffa.records.step import Stop
-from staffa.supports import Section
 
 NOWHERE = np.zeros((3, 1))
 PLATE = """

@@ -13,7 +13,7 @@ from staffa.io.run_directory import Run, append_step, create, fields_name, read_
 from staffa.io.vtkhdf import write_vtkhdf
 from staffa.measure.patterns import Estimate, pattern
 from staffa.plot import movie, volume
-from staffa.plot.columns import (
+from staffa.plot.cell_planes import (
     AT_THE_END,
     CRACK,
     NEIGHBORS,

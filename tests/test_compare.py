@@ -18,7 +18,7 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run
 from staffa.io.vtkhdf import Grid
 from staffa.plot.frames import Frame, read_frames
-from staffa.plot.pair import difference as damage_difference
+from staffa.plot.pair_pictures import difference as damage_difference
 from staffa.records.step import Energies, Step
 from staffa.report.agreement import agreement, gap_between_steps
 from staffa.report.comparison import ABSENT, Table

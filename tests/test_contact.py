@@ -13,11 +13,11 @@ from restarting import assert_same, cut_run, finish, whole_run
 from staffa.cases.build import problem
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case
-from staffa.contact import normals_of
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.fields import vertices
 from staffa.io.run_directory import read_run
+from staffa.model.contact import normals_of
+from staffa.model.fields import vertices
 from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
 from staffa.records.step import Step
 

@@ -14,9 +14,9 @@ from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.report.summary import summary
-from staffa.supports import SideSupport, at_rest
 
 LAYERS = """
 title = "Stiff and soft layers, pulled across"

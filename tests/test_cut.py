@@ -11,14 +11,14 @@ from bodies import needs_gmsh, rock
 from staffa.cases.build import problem
 from staffa.cases.reading import parse_case
 from staffa.cases.rock import cracked
-from staffa.cut import FlatCrack, broken
-from staffa.domain import block
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.problem import Problem, nowhere
 from staffa.evolution.system import build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import linear_spaces, vertices
 from staffa.geometry.block import broken_layer
 from staffa.minimize.alternate import equilibrium
+from staffa.model.domain import block
+from staffa.model.fields import linear_spaces, vertices
+from staffa.model.initial_cracks import FlatCrack, broken
 from staffa.physics.damage import LAWS, discrete_toughness_factor
 from test_bar import HEIGHT, STRAIN, bar, pull
 from test_bar import weaker_middle as weaker

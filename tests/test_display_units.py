@@ -20,8 +20,8 @@ from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.frames import read_frames
 from staffa.plot.labels import clock_label, moment, tau_label
-from staffa.plot.network import network_figure
-from staffa.plot.reactions import reactions_figure
+from staffa.plot.network_openings import network_figure
+from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Probe
 from staffa.records.step import Energies, Fluid, Heat
 from staffa.report.captions import caption

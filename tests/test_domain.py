@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from dolfinx import mesh as dmesh
 
-from staffa.domain import Domain, block, cell_count
 from staffa.errors import InputError
-from staffa.fields import linear_spaces, vertices
 from staffa.geometry.block import SIDES, cells_and_vertices, face_position
+from staffa.model.domain import Domain, block, cell_count
+from staffa.model.fields import linear_spaces, vertices
 
 # Extents that differ along each axis, so that no two sides can be taken for one another.
 BLOCKS = {

@@ -9,11 +9,11 @@ from dolfinx import fem
 
 from bodies import body, rates, rock
 from staffa.backend.jit import expression, form
-from staffa.energy import Energy
-from staffa.evolution.rock import Places
-from staffa.evolution.rock import rock as rock_on
+from staffa.evolution.coefficients import Places
+from staffa.evolution.coefficients import rock as rock_on
 from staffa.evolution.system import build
-from staffa.fields import linear_spaces, owned, vertices, zero_state
+from staffa.model.energy import Energy
+from staffa.model.fields import linear_spaces, owned, vertices, zero_state
 from staffa.physics.damage import AT1, AT2
 
 BODIES = {

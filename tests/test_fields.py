@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 import pyvista
 
-from staffa.domain import block
 from staffa.errors import InputError, StaffaError
-from staffa.fields import linear_spaces, owned, vertices, zero_state
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.run_directory import (
     FORMAT,
     MANIFEST,
@@ -24,6 +22,8 @@ from staffa.io.run_directory import (
     write_series,
 )
 from staffa.io.vtkhdf import read_vtkhdf
+from staffa.model.domain import block
+from staffa.model.fields import linear_spaces, owned, vertices, zero_state
 from test_report import SLAB, drawn_manifest, drawn_step
 
 BLOCKS = {

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from bodies import body, printed_on, rock
-from staffa.cut import FlatCrack
 from staffa.errors import LoadError, StoppedError
+from staffa.evolution.initial_equilibrium import come_to_rest
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
-from staffa.evolution.rest import come_to_rest
 from staffa.evolution.system import System, build
-from staffa.fields import owned
 from staffa.loads.forces import Forces, Traction
 from staffa.minimize.alternate import equilibrium, reactions
+from staffa.model.fields import owned
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.elasticity import Isotropic
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step, Stop
-from staffa.supports import SideSupport, at_rest
 
 E, NU = 2.0, 0.25
 FLOOR = SideSupport(side="bottom", components={1: at_rest})

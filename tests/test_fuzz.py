@@ -17,13 +17,13 @@ from hypothesis import strategies as st
 import meshes
 from bodies import needs_gmsh
 from staffa.cases import catalog
-from staffa.cases.field_file import read_field
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.survey import mesh_of
 from staffa.cases.writing import inline, to_toml
 from staffa.errors import InputError
 from staffa.geometry.simplices import outline
+from staffa.properties.mesh_field import read_field
 
 TEXTS = {name: catalog.text(name) for name in catalog.names()}
 RICH = """

@@ -21,12 +21,10 @@ from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.rules.names import regions_are_there
 from staffa.cases.survey import mesh_of
-from staffa.domain import Domain, body
 from staffa.errors import InputError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.fields import corners, linear_spaces, vertices
 from staffa.geometry.layer import broken_layer
 from staffa.geometry.msh import read_msh
 from staffa.geometry.places import some
@@ -36,8 +34,10 @@ from staffa.geometry.simplices import outline as found_outline
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
+from staffa.model.domain import Domain, body
+from staffa.model.fields import corners, linear_spaces, vertices
+from staffa.model.supports import build_supports, rigid_modes, rollers
 from staffa.report.pair_reading import read_pair
-from staffa.supports import build_supports, rigid_modes, rollers
 from test_run import launch
 
 LAYERS = (("shale", 0.3), ("sand", 0.2), ("shale", 0.25))

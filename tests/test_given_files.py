@@ -20,7 +20,7 @@ from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.writing import to_toml
 from staffa.errors import InputError
-from staffa.heat.body import Conduction
+from staffa.heat.thermal_body import Conduction
 from staffa.io.run_directory import CASE
 
 METERS = """

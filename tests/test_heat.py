@@ -9,7 +9,7 @@ from scipy.special import erfcx
 from bodies import RANKS, UNSTRUCTURED, printed_on, rates
 from heated import Heated, broken_layer, still, tensor, turned
 from staffa.errors import InputError, LoadError
-from staffa.heat.body import Bath, Conduction, Film, Held, Inflow, Insulating
+from staffa.heat.thermal_body import Bath, Conduction, Film, Held, Inflow, Insulating
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Slab
 
 BOTTOM = Face(axis=1, position=0.0, inward=1)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from staffa.cases.exchange import exchanges, strongest
-from staffa.cases.formula import formula
 from staffa.cases.heat import conduction
 from staffa.cases.numbers import numbers
 from staffa.cases.reading import parse_case
 from staffa.errors import InputError
-from staffa.heat.body import Bath, Film, Held, Inflow, Insulating
+from staffa.heat.thermal_body import Bath, Film, Held, Inflow, Insulating
 from staffa.physics.scales import time_of_tau
+from staffa.properties.formula import formula
 
 CASE = """
 [domain]

@@ -11,16 +11,16 @@ from staffa.errors import SolveError
 from staffa.evolution import backtrack
 from staffa.evolution import march as loop
 from staffa.evolution.advance import advance_to, agree, restore, snapshot
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
-from staffa.heat.body import Bath, Conduction, Held, Insulating
-from staffa.heat.march import HeatEquation
+from staffa.heat.thermal_body import Bath, Conduction, Held, Insulating
+from staffa.heat.transient import HeatEquation
 from staffa.loads.closed_form import Face, Slab
 from staffa.minimize.alternate import equilibrium
+from staffa.model.supports import rollers
 from staffa.records.step import Step, kept
-from staffa.supports import rollers
 from test_backtrack import front
 
 

@@ -11,7 +11,7 @@ from scipy.special import erfc
 
 from bodies import printed_on
 from heated import Heated, tensor
-from staffa.heat.body import Bath, Conduction, Conductor, Film, Held, Inflow, OfSurface
+from staffa.heat.thermal_body import Bath, Conduction, Conductor, Film, Held, Inflow, OfSurface
 from staffa.physics.temperature import ARRAYS, Table, Written
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from bodies import body, rock
 from staffa.io.vtkhdf import Grid
-from staffa.measure.body import Body
-from staffa.measure.room import room
+from staffa.measure.free_distance import room
+from staffa.measure.traced_body import Body
 from test_network import ELL, H, drawn, profile
 from test_report import drawn_manifest
 

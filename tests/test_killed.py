@@ -19,7 +19,7 @@ from staffa.cases.resume import resume
 from staffa.cli.stopping import Stopping
 from staffa.errors import StaffaError, StoppedError
 from staffa.io.lock import Lock
-from staffa.io.network import write_vtp
+from staffa.io.network_files import write_vtp
 from staffa.io.run_directory import STEPS, Run, read_run
 from staffa.plot.style import write_picture
 

@@ -27,12 +27,12 @@ from staffa.cases.resume import resume
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.fields import at_vertices, linear_spaces, spaces_on, vertices
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import read_manifest, read_run
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.minimize.alternate import equilibrium
+from staffa.model.fields import at_vertices, linear_spaces, spaces_on, vertices
 from staffa.physics.locking import too_stiff
 from test_opening import AT, LONG, NU, cooled, seen
 

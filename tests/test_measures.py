@@ -7,9 +7,9 @@ import pytest
 
 from bodies import BOTTOM, UNSTRUCTURED, body, rock
 from staffa.evolution.system import build
-from staffa.fields import vertices
 from staffa.measure.crack import Gauge, measures
 from staffa.measure.statistics import layer_depth, section, tips
+from staffa.model.fields import vertices
 from staffa.physics.damage import AT2
 
 # x position and depth of each drawn crack, each in the middle of a layer of cells.

@@ -5,9 +5,9 @@ import pytest
 
 from bodies import body, rock
 from staffa.evolution.system import build
-from staffa.fields import vertices
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
+from staffa.model.fields import vertices
 from staffa.physics.damage import AT2
 from staffa.records.step import Measures
 

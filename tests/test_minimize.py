@@ -11,18 +11,18 @@ import pytest
 from bodies import body, quench, rock
 from staffa.backend.petsc_options import DAMAGE
 from staffa.errors import SolveError
-from staffa.evolution.loading import change_loads
+from staffa.evolution.apply_loads import change_loads
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Irreversibility
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import System, build
-from staffa.fields import owned
 from staffa.loads.closed_form import Face, HalfSpace
 from staffa.minimize.alternate import alternate, equilibrium
 from staffa.minimize.bounded import BoundedEnergy, unbalanced
+from staffa.model.fields import owned
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import AT2, LAWS
 from staffa.records.step import Stop
-from staffa.supports import SideSupport, at_rest
 
 TIMES = (0.0025, 0.01, 0.0225)
 

@@ -12,22 +12,22 @@ import pytest
 import pyvista
 
 from bodies import UNSTRUCTURED, body, rock
-from staffa.cut import FlatCrack
-from staffa.domain import block
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import linear_spaces, vertices
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.run_directory import append_step, create, fields_name, read_run
 from staffa.io.vtkhdf import Grid, write_vtkhdf
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
+from staffa.model.domain import block
+from staffa.model.fields import linear_spaces, vertices
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.supports import SideSupport, clamped
 from staffa.physics.damage import AT1, AT2
 from staffa.report.network import networks, write_networks
-from staffa.supports import SideSupport, clamped
 from test_report import drawn_manifest, drawn_step
 
 H, ELL = 0.02, 0.06

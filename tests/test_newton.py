@@ -11,17 +11,17 @@ import pytest
 
 from bodies import body, quench, rock, run
 from staffa.errors import SolveError
-from staffa.evolution.loading import change_loads
+from staffa.evolution.apply_loads import change_loads
+from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers
-from staffa.evolution.settle import Loads, raise_bounds
 from staffa.evolution.system import System, build
-from staffa.fields import read_vector
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
+from staffa.model.fields import read_vector
+from staffa.model.supports import Section, SideSupport, at_rest
 from staffa.physics.damage import LAWS
 from staffa.records.step import Energies, Moment, Stop
-from staffa.supports import Section, SideSupport, at_rest
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
 

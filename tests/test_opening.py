@@ -10,19 +10,19 @@ import pytest
 
 from bodies import BOTTOM, body, rock
 from jumps import jumps
-from staffa.cut import FlatCrack
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.loads.closed_form import HalfSpace
 from staffa.loads.forces import Forces
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, normals
 from staffa.measure.tracing import network
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.supports import SideSupport
 from staffa.physics.split import SPLITS
-from staffa.supports import SideSupport
 
 LONG, SHORT, NU = 0.4, 0.2, 0.3
 AT = {LONG: 0.6, SHORT: 1.4}  # where on the cooled face

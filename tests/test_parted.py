@@ -9,14 +9,14 @@ from bodies import body, printed_on, rock
 from staffa.cases.experiment import run
 from staffa.cases.reading import parse_case
 from staffa.errors import PartedError
+from staffa.evolution.loose_parts import loose_piece, pieces
 from staffa.evolution.march import march
-from staffa.evolution.parted import loose_piece, pieces
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
-from staffa.supports import SideSupport, at_rest
 
 BAR = """
 title = "A bar pulled by a dead load beyond its strength"

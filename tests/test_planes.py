@@ -9,12 +9,12 @@ import pytest
 from scipy.spatial import cKDTree
 
 from bodies import RANKS, needs_gmsh, printed_on
-from staffa.domain import Domain, block, body
-from staffa.fields import State, linear_spaces, vertices, zero_state
 from staffa.geometry.shapes import Round, meshed
 from staffa.io.run_directory import Run, read_run
 from staffa.loads.closed_form import Face
-from staffa.measure.planes import Planes
+from staffa.measure.column_planes import Planes
+from staffa.model.domain import Domain, block, body
+from staffa.model.fields import State, linear_spaces, vertices, zero_state
 from staffa.records.step import CellSection, Energies, Measures, Step
 from test_run import CASES as READY
 from test_run import launch

@@ -91,7 +91,7 @@ def test_runs_where_the_wheels_bootstrap_is_absent() -> None:
         "importlib.util.find_spec = hide\n"
         "import staffa.cases.experiment\n"
         "assert 'dolfinx_solver' not in sys.modules\n"
-        "from staffa.domain import block\n"
+        "from staffa.model.domain import block\n"
         "from staffa.backend.stack import MPI\n"
         "print(block(MPI.COMM_WORLD, size=(1., 1.), h=.5, cells='triangle').identity)\n"
     )

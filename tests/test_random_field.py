@@ -8,16 +8,16 @@ import pytest
 import pyvista
 from scipy.stats import norm, weibull_min
 
-from staffa.cases.field_file import read_field
-from staffa.cases.random_field import (
+from staffa.cases.reading import parse_case
+from staffa.cases.rock import toughness_factor
+from staffa.errors import InputError
+from staffa.properties.mesh_field import read_field
+from staffa.properties.random_field import (
     DISTRIBUTIONS,
     marginal,
     random_factor,
     weibull_modulus,
 )
-from staffa.cases.reading import parse_case
-from staffa.cases.rock import toughness_factor
-from staffa.errors import InputError
 
 SEEDS = range(10)
 # Of 10 fields of 1000 waves each, whose strengths are random: the variance of the score is known to

@@ -11,17 +11,17 @@ import pytest
 
 from bodies import RANKS, body, printed_on, quench, rock
 from staffa.evolution.march import march
-from staffa.evolution.measuring import releasing
+from staffa.evolution.measures import releasing
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.run_directory import append_step, create, read_run
 from staffa.loads.forces import Forces
 from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
+from staffa.model.supports import SideSupport, at_rest
 from staffa.records.tip_release import Release
 from staffa.report.release import release_table, release_text
-from staffa.supports import SideSupport, at_rest
 from test_report import drawn_manifest, drawn_step
 from test_surfing import ride
 

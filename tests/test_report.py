@@ -23,12 +23,12 @@ from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
 from staffa.plot.curves import energies_figure, lengths_figure
+from staffa.plot.ensemble_curves import counts_figure
 from staffa.plot.frames import Frame, chosen, read_frames
-from staffa.plot.members import counts_figure
-from staffa.plot.network import network_figure
-from staffa.plot.pair import FAINT, Panel, curves_figure, fields_figure
-from staffa.plot.reactions import reactions_figure
+from staffa.plot.network_openings import network_figure
+from staffa.plot.pair_pictures import FAINT, Panel, curves_figure, fields_figure
 from staffa.plot.style import DPI
+from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import (
     Audit,
@@ -158,7 +158,7 @@ def assert_shows_something(picture: Path) -> None:
 
 
 def test_the_sides_are_those_of_the_mesh():
-    domain = pytest.importorskip("staffa.domain")
+    domain = pytest.importorskip("staffa.model.domain")
     assert domain.SIDES == SIDES
 
 

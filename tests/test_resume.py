@@ -373,7 +373,7 @@ import numpy as np
 from restarting import cut_run, small
 from staffa.cases.build import body_of
 from staffa.cases.resume import resume
-from staffa.fields import linear_spaces, vertices
+from staffa.model.fields import linear_spaces, vertices
 from staffa.io.numbering import Numbering
 comm, base = MPI.COMM_WORLD, Path({base!r})
 if {cuts}:

@@ -19,13 +19,13 @@ from staffa.cases.pieces import averages, pieces
 from staffa.cases.preview import preview
 from staffa.cases.reading import parse_case, read_case
 from staffa.cases.writing import to_toml
-from staffa.domain import block, middles
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
-from staffa.fields import linear_spaces, vertices
-from staffa.heat.body import Conduction, Conductor, Held
-from staffa.heat.march import HeatEquation
+from staffa.heat.thermal_body import Conduction, Conductor, Held
+from staffa.heat.transient import HeatEquation
 from staffa.io.run_directory import CASE
+from staffa.model.domain import block, middles
+from staffa.model.fields import linear_spaces, vertices
 from staffa.physics.elasticity import Full, Isotropic, Orthotropic, TransverselyIsotropic
 from staffa.report.differences import case_differences
 from staffa.report.pair_reading import read_pair
@@ -420,7 +420,7 @@ from staffa.backend.stack import MPI
 import numpy as np
 from staffa.cases.build import problem
 from staffa.cases.reading import read_case
-from staffa.domain import middles
+from staffa.model.domain import middles
 from staffa.backend.parallel import on_root
 
 def table(case, comm):

@@ -12,10 +12,10 @@ from staffa.errors import SolveError
 from staffa.evolution import saddle
 from staffa.evolution.advance import Advance
 from staffa.evolution.audit import _second_order
+from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
-from staffa.evolution.settle import Loads, raise_bounds
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
 from staffa.records.step import Curvature, Energies, Outcome, Step

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from bodies import UNSTRUCTURED, body, printed_on, rock
-from staffa.domain import block
 from staffa.errors import InputError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
-from staffa.fields import linear_spaces, vertices, zero_state
 from staffa.io.run_directory import append_step, create, read_run
 from staffa.measure.probes import Probes
+from staffa.model.domain import block
+from staffa.model.fields import linear_spaces, vertices, zero_state
+from staffa.model.supports import SideSupport, clamped, rollers
 from staffa.records.manifest import Probe
 from staffa.records.step import Step
 from staffa.report.series import probes_table, reactions_table
-from staffa.supports import SideSupport, clamped, rollers
 from test_report import drawn_manifest, drawn_step
 
 PULL = 0.01
@@ -134,12 +134,12 @@ def test_without_supports_and_probes_there_are_no_tables(tmp_path: Path) -> None
 ON_RANKS = """
 from staffa.backend.stack import MPI
 from bodies import body, rock
-from staffa.cut import FlatCrack
+from staffa.model.initial_cracks import FlatCrack
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.probes import Probes
-from staffa.supports import SideSupport
+from staffa.model.supports import SideSupport
 from test_series import LINE, SPOT
 crack = FlatCrack(center=(0.5, 0.0, 0.0), normal=(1.0, 0.0, 0.0), radius=0.25)
 pull = SideSupport(side="right", components={0: lambda x, t: 1.0 * t, 1: lambda x, t: 0.0})

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from bodies import RANKS, body, printed_on, quench, rock, run
-from staffa.domain import block
 from staffa.errors import InputError, SolveError, StaffaError, StoppedError
-from staffa.evolution import settle as module
-from staffa.evolution.loading import change_loads
+from staffa.evolution import equilibrate as module
+from staffa.evolution.apply_loads import change_loads
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers, coarser
 from staffa.evolution.system import build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import Transfer, linear_spaces, vertices
 from staffa.minimize.alternate import equilibrium
+from staffa.model.domain import block
+from staffa.model.fields import Transfer, linear_spaces, vertices
+from staffa.model.supports import SideSupport, at_rest, clamped
 from staffa.physics.damage import LAWS
 from staffa.records.step import Effort, Stop
-from staffa.supports import SideSupport, at_rest, clamped
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
 

@@ -16,8 +16,8 @@ import pytest
 
 import staffa
 from staffa.cases.reading import parse_case
-from staffa.fields import vertices
 from staffa.measure.tip import reach
+from staffa.model.fields import vertices
 from staffa.records.step import Step
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "verify"))

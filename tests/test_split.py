@@ -12,11 +12,13 @@ from scipy.optimize import minimize, minimize_scalar
 
 from bodies import body, rock
 from staffa.backend.jit import form
-from staffa.cut import FlatCrack
-from staffa.domain import block
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.minimize.alternate import reactions
+from staffa.model.domain import block
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.strain import principal_strains
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
 from staffa.physics.split import (
@@ -27,8 +29,6 @@ from staffa.physics.split import (
     of_principal,
 )
 from staffa.records.step import Stop
-from staffa.strain import principal_strains
-from staffa.supports import SideSupport, at_rest
 
 E, NU = 2.0, 0.3
 SIGNS = [np.array(s) for s in product([-1.0, -0.25, 0.4, 0.9], repeat=3)]

@@ -12,16 +12,16 @@ import scipy.linalg
 from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.errors import SolveError
 from staffa.evolution import second_order
+from staffa.evolution.equilibrate import raise_bounds
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.saddle import go_along
 from staffa.evolution.second_order import modes
-from staffa.evolution.settle import raise_bounds
 from staffa.evolution.system import System, build
 from staffa.minimize.alternate import equilibrium
 from staffa.minimize.stability import Mode, SecondVariation, _Factored
+from staffa.model.supports import Section, SideSupport, at_rest
 from staffa.records.step import Stability, Step
-from staffa.supports import Section, SideSupport, at_rest
 
 ELL = 0.1
 

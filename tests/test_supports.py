@@ -8,13 +8,13 @@ from dolfinx import fem
 
 from bodies import Unbreakable, body, quench, rock
 from staffa.errors import InputError
-from staffa.evolution.loading import change_loads
+from staffa.evolution.apply_loads import change_loads
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import build
-from staffa.fields import linear_spaces, owned, vertices
 from staffa.minimize.alternate import equilibrium, reactions
-from staffa.supports import build_supports, clamped, rigid_modes, rollers
+from staffa.model.fields import linear_spaces, owned, vertices
+from staffa.model.supports import build_supports, clamped, rigid_modes, rollers
 
 SIZES = {2: (1.0, 0.6), 3: (1.0, 0.6, 0.7)}
 

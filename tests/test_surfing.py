@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from bodies import body, rock
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import vertices
 from staffa.measure.tip import BEYOND, THRESHOLDS, reach
+from staffa.model.fields import vertices
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import LAWS
-from staffa.supports import SideSupport, at_rest
 
 NU = 0.2
 WARM_UP = 4  # cells that the tip moves before it is followed: the crack starts 3 ell behind

@@ -9,16 +9,16 @@ import pytest
 from scipy.special import erfc
 
 from bodies import body, needs_gmsh, rock
-from staffa.cut import FlatCrack, broken
+from staffa.evolution.coefficients import energy_of
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
 from staffa.evolution.problem import Material
-from staffa.evolution.rock import energy_of
 from staffa.evolution.system import bounded_energy, bounded_solver, build
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import linear_spaces, unit_bounds, vertices, zero_state
+from staffa.model.fields import linear_spaces, unit_bounds, vertices, zero_state
+from staffa.model.initial_cracks import FlatCrack, broken
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.damage import AT1, AT2
 from staffa.physics.elasticity import Elasticity
-from staffa.supports import SideSupport, at_rest
 
 CRACKED = 0.9
 

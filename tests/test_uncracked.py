@@ -10,7 +10,7 @@ from scipy.special import erfc
 from bodies import UNSTRUCTURED, Unbreakable, body, quench, rock
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.supports import Section, rollers
+from staffa.model.supports import Section, rollers
 
 NU, DT, TAU = 0.3, 2.0, 0.4
 TIME = TAU**2 / 4

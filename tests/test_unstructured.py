@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from bodies import RANKS, body, needs_gmsh, printed_on, quench, rock
-from staffa.domain import Domain, block, cell_count
 from staffa.errors import StaffaError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.fields import linear_spaces, vertices
 from staffa.geometry import block_simplices as unstructured
 from staffa.geometry.block import SIDES, cells_and_vertices
 from staffa.measure.crack import damaged_layer
+from staffa.model.domain import Domain, block, cell_count
+from staffa.model.fields import linear_spaces, vertices
 from test_domain import areas, corners
 from test_measures import gauge
 
@@ -237,7 +237,7 @@ def test_every_depth_of_a_layer_has_vertices_and_a_drawn_layer_is_found() -> Non
 
 ON_RANKS = """
 from test_unstructured import cooled
-from staffa.domain import cell_count
+from staffa.model.domain import cell_count
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 case = cooled("unstructured")
@@ -263,7 +263,7 @@ import sys
 from staffa.backend.stack import MPI
 if MPI.COMM_WORLD.rank == 0:
     sys.modules["gmsh"] = None
-from staffa.domain import block
+from staffa.model.domain import block
 from staffa.errors import InputError
 try:
     block(MPI.COMM_WORLD, size=(1.0, 1.0), h=0.1, cells="unstructured")

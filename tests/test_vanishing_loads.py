@@ -17,12 +17,12 @@ from staffa.cases.reading import parse_case
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.heat.body import Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Held, Insulating
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
+from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step
-from staffa.supports import SideSupport, at_rest
 
 BAR = """
 title = "An elastic bar, pulled and let go"

@@ -24,8 +24,8 @@ from skimage.segmentation import find_boundaries
 from staffa.cases.reading import parse_case
 from staffa.io.run_directory import Run
 from staffa.measure.cells import cells as cells_of
+from staffa.measure.column_planes import section
 from staffa.measure.patterns import Estimate, Pattern, pattern
-from staffa.measure.planes import section
 from staffa.physics.doubling import spacing_at
 from staffa.records.step import CellSection
 from staffa.report.drawing import draw

@@ -7,7 +7,7 @@ from figures import Figure, Found
 from runs import ROOT, ready_case
 from slit import END, HEIGHT, START, Slit, slit
 
-from staffa.heat.body import Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Held, Insulating
 
 sys.path.insert(0, str(ROOT / "tests"))
 CLOSED_FORM, MADE_UP = "closed form", "made-up solution"

@@ -11,7 +11,7 @@ from figures import Figure
 from runs import HERE
 
 from staffa import build, march, problem, read_case
-from staffa.fields import vertices
+from staffa.model.fields import vertices
 from staffa.records.step import Step
 
 # dT/dT_c: the least for which the theory speaks, and a severer one.

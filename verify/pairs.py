@@ -20,8 +20,8 @@ from sharp_pair import growth
 
 import staffa
 from staffa.cases.reading import parse_case
-from staffa.fields import vertices
 from staffa.measure.tip import reach
+from staffa.model.fields import vertices
 
 KEPT = HERE / "pairs.json"
 P, HEIGHT = 0.1285, 0.3

@@ -21,9 +21,9 @@ from runs import ROOT, keep
 
 import staffa
 from staffa.cases.reading import read_case
+from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
-from staffa.evolution.toughness import discrete_toughness
-from staffa.fields import vertices
+from staffa.model.fields import vertices
 from staffa.records.step import Step
 
 KEPT = Path(__file__).parent / "solid.json"

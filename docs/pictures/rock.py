@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from staffa.cases.build import problem
 from staffa.cases.reading import read_case
-from staffa.domain import middles
+from staffa.model.domain import middles
 from staffa.plot.style import new_figure, write_picture
 
 HERE = Path(__file__).parent

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from staffa.cases.directions import turned_by, with_axis, with_third
 from staffa.cases.rock_keys import MaterialKeys, RockKeys, is_isotropic
 from staffa.physics.elasticity import (
     Elasticity,
@@ -15,6 +14,7 @@ from staffa.physics.elasticity import (
     Property,
     TransverselyIsotropic,
 )
+from staffa.properties.axes import turned_by, with_axis, with_third
 
 
 def rock_axes(keys: RockKeys) -> np.ndarray:

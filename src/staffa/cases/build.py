@@ -23,7 +23,6 @@ from staffa.cases.rules import require_loaded
 from staffa.cases.split import for_any_load
 from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.survey import mesh_of
-from staffa.domain import Domain, block, body
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -35,13 +34,14 @@ from staffa.evolution.problem import (
 )
 from staffa.evolution.schedule import Schedule
 from staffa.geometry.shapes import Round, Shape, meshed
-from staffa.heat.body import Conduction
+from staffa.heat.thermal_body import Conduction
 from staffa.loads.closed_form import Load
+from staffa.model.domain import Domain, block, body
+from staffa.model.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
 from staffa.records.step import Stop
-from staffa.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
 
 CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
 COMM = "give a communicator of mpi4py, like MPI.COMM_WORLD"

@@ -9,8 +9,8 @@ from staffa.backend.parallel import any_over_ranks
 from staffa.cases.given_files import given_files, in_body
 from staffa.cases.model import Case
 from staffa.cases.writing import shown
-from staffa.domain import Domain
 from staffa.errors import InputError
+from staffa.model.domain import Domain
 
 
 def check_files(case: Case, domain: Domain) -> None:

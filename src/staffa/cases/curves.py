@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import BaseModel
 
 from staffa.cases.clock import times_in
-from staffa.cases.formula import formula, names
 from staffa.cases.heat_keys import InTime
 from staffa.cases.kinds import Formula
 from staffa.cases.knots import DEPART
 from staffa.cases.model import Case, History
 from staffa.cases.rules.times import times_given
 from staffa.cases.support_keys import DisplacementFile
+from staffa.properties.formula import formula, names
 
 SAMPLES = 1001  # times at which a formula is looked at, before what is steep between them
 MOST_SAMPLES = 10_000  # then nothing more is closed in on

@@ -20,7 +20,7 @@ from staffa.cases.property_keys import FieldFile
 from staffa.cases.rules.times import times_given
 from staffa.cases.rules.warmth import temperature_range
 from staffa.cases.temperature_keys import InTemperature
-from staffa.heat.body import OfSurface
+from staffa.heat.thermal_body import OfSurface
 from staffa.loads.closed_form import Convective, Face
 
 SAMPLES = 50  # times at which a formula is looked at

@@ -26,21 +26,21 @@ from staffa.cases.rules import is_scaled
 from staffa.cases.shown_units import reference, units
 from staffa.cases.split import for_any_load
 from staffa.cases.writing import to_toml
-from staffa.domain import cell_count
 from staffa.errors import StaffaError, StoppedError
+from staffa.evolution.effective_toughness import toughness_factor
 from staffa.evolution.march import Observers, march
-from staffa.evolution.measuring import measuring, releasing
+from staffa.evolution.measures import measuring, releasing
 from staffa.evolution.problem import Problem
-from staffa.evolution.standing import Standing
+from staffa.evolution.restart_state import Standing
 from staffa.evolution.system import System, build
-from staffa.evolution.toughness import toughness_factor
 from staffa.io import run_directory
-from staffa.io.fields import FieldWriter
+from staffa.io.field_output import FieldWriter
 from staffa.io.lock import Lock
 from staffa.loads.closed_form import Load
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
 from staffa.minimize.alternate import Sweep
+from staffa.model.domain import cell_count
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest, Own, Probe

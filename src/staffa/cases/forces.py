@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.force_keys import ForceKeys, Prestress, SideForce
-from staffa.cases.formula import formula
 from staffa.cases.heat import in_time
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
 from staffa.cases.properties import in_space
 from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
+from staffa.properties.formula import formula
 
 # In the order of `loads.forces.Forces.prestress`.
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")

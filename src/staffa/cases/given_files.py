@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from staffa.cases.field_file import MeshField
 from staffa.cases.model import Case
 from staffa.cases.property_keys import FieldFile
 from staffa.cases.support_keys import DisplacementFile, Prescribed
+from staffa.properties.mesh_field import MeshField
 
 START = ("initial", "stress_free")
 

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.boxes import product
-from staffa.cases.formula import formula, generic, known, names
 from staffa.cases.given_files import in_body
 from staffa.cases.heat_keys import FilmFormula, FilmInTemperature, HeatBand, HeatKeys, InTime
 from staffa.cases.kinds import ONE, Formula
@@ -14,7 +13,7 @@ from staffa.cases.pieces import Piece, conductivity, pieces
 from staffa.cases.properties import in_space, point_property, product_of
 from staffa.cases.property_keys import FieldFile
 from staffa.cases.temperature_keys import OF_T, law_of
-from staffa.heat.body import (
+from staffa.heat.thermal_body import (
     Bath,
     Conduction,
     Conductor,
@@ -30,6 +29,7 @@ from staffa.heat.body import (
 )
 from staffa.physics.elasticity import Property
 from staffa.physics.temperature import ARRAYS
+from staffa.properties.formula import formula, generic, known, names
 
 
 def conduction(case: Case) -> Conduction:

@@ -6,7 +6,6 @@ import numpy as np
 from pydantic import Discriminator, Field, InstanceOf, StringConstraints, Tag
 
 from staffa.cases.boxes import Box
-from staffa.cases.formula import LONGEST, uses
 from staffa.cases.kinds import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -26,6 +25,7 @@ from staffa.cases.property_keys import FieldFile
 from staffa.cases.temperature_keys import OF_T, InTemperature
 from staffa.cases.tolerances import Agreement
 from staffa.physics.elasticity import PointFunction
+from staffa.properties.formula import LONGEST, uses
 from staffa.units import Quantity
 
 

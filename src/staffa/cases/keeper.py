@@ -19,12 +19,12 @@ from staffa.backend.parallel import on_root
 from staffa.cases.checkpoint_keys import CheckpointKeys
 from staffa.cases.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
-from staffa.evolution.standing import FACES, Standing, standing
+from staffa.evolution.restart_state import FACES, Standing, standing
 from staffa.evolution.system import System
-from staffa.fields import owned
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
+from staffa.model.fields import owned
 from staffa.records.step import REJECTED, Step
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.

@@ -19,9 +19,9 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
-from staffa.cases.formula import LONGEST, formula, names
 from staffa.errors import InputError, nearest
 from staffa.physics.elasticity import PointFunction
+from staffa.properties.formula import LONGEST, formula, names
 from staffa.units import EXAMPLES, Quantity, parse, sensible
 
 LONGEST_NAME = 60

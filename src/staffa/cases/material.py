@@ -17,11 +17,11 @@ from staffa.cases.rock_keys import RATIOS, is_isotropic
 from staffa.cases.split import energy_split
 from staffa.cases.temperature_keys import law_of
 from staffa.cases.writing import shown
-from staffa.domain import Domain, Part, middles
 from staffa.errors import InputError
+from staffa.evolution.coefficients import LAWFUL
 from staffa.evolution.problem import Material, nowhere
-from staffa.evolution.rock import LAWFUL
 from staffa.geometry.places import in_box
+from staffa.model.domain import Domain, Part, middles
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
 from staffa.physics.temperature import Law

@@ -14,11 +14,11 @@ from staffa.arguments import told
 from staffa.backend.parallel import best_candidate, max_over_ranks
 from staffa.cases.model import Case
 from staffa.cases.pieces import averages, pieces
-from staffa.domain import Domain
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
-from staffa.heat.body import Conduction
+from staffa.heat.thermal_body import Conduction
 from staffa.loads.closed_form import Load
+from staffa.model.domain import Domain
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import EnergySplit, of_principal

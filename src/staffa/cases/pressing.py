@@ -24,7 +24,7 @@ from staffa.cases.pieces import averages, pieces
 from staffa.cases.properties import varies
 from staffa.cases.support_keys import DisplacementFile
 from staffa.cases.temperature_keys import depends_on_place
-from staffa.heat.body import OfSurface
+from staffa.heat.thermal_body import OfSurface
 
 # Times at which a formula is looked at: evenly, and as many that crowd at the start.
 SAMPLES = 100

@@ -20,8 +20,6 @@ from pydantic import (
     model_validator,
 )
 
-from staffa.cases.directions import turned_by, with_third
-from staffa.cases.field_file import Counting, MeshField, read_field
 from staffa.cases.kinds import (
     Angle,
     Conductivity,
@@ -40,9 +38,11 @@ from staffa.cases.kinds import (
     kind,
 )
 from staffa.cases.place import Place
-from staffa.cases.random_field import random_factor
 from staffa.errors import InputError
 from staffa.physics.elasticity import PointFunction
+from staffa.properties.axes import turned_by, with_third
+from staffa.properties.mesh_field import Counting, MeshField, read_field
+from staffa.properties.random_field import random_factor
 from staffa.units import parse
 
 PLACE = "place"  # of the case file, in the context of its validation

@@ -4,11 +4,11 @@ import numpy as np
 
 from staffa.cases.boxes import product
 from staffa.cases.model import Case, Disc, Named, Segment
-from staffa.cases.random_field import random_factor
-from staffa.cut import FlatCrack
 from staffa.evolution.problem import ones
 from staffa.geometry.places import SAME
+from staffa.model.initial_cracks import FlatCrack
 from staffa.physics.elasticity import PointFunction
+from staffa.properties.random_field import random_factor
 
 
 def toughness_factor(case: Case) -> PointFunction:

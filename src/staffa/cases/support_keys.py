@@ -5,9 +5,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from staffa.cases.field_file import Counting
 from staffa.cases.kinds import Instant, Number, Position, Section, SidesSection, kind
 from staffa.cases.property_keys import FieldFile
+from staffa.properties.mesh_field import Counting
 
 
 class History(Section):

@@ -20,7 +20,6 @@ from pydantic import (
     Tag,
 )
 
-from staffa.cases.formula import LONGEST, generic, names, uses
 from staffa.cases.kinds import (
     Conductivity,
     Density,
@@ -54,6 +53,7 @@ from staffa.cases.property_keys import (
 )
 from staffa.physics.elasticity import PointFunction, values
 from staffa.physics.temperature import ARRAYS, Law, Secant, Table, Written
+from staffa.properties.formula import LONGEST, generic, names, uses
 from staffa.units import Quantity
 
 LONGEST_TABLE = 100

@@ -6,15 +6,15 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
 from staffa.errors import LoadError, PartedError, SolveError
-from staffa.evolution.loading import Loading, change_loads, put_on
-from staffa.evolution.parted import loose_piece
+from staffa.evolution.apply_loads import Loading, change_loads, put_on
+from staffa.evolution.equilibrate import Loads, descend, raise_bounds, settle
+from staffa.evolution.loose_parts import loose_piece
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, descend, raise_bounds, settle
 from staffa.evolution.sliding import renew, rub
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector
-from staffa.heat.march import HeatEquation
+from staffa.heat.transient import HeatEquation
 from staffa.minimize.alternate import Watch, equilibrium
+from staffa.model.fields import owned, read_vector
 from staffa.records.step import CANCELED, Curvature, Effort, Heat, Outcome, Return
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess

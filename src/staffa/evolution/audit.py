@@ -9,12 +9,12 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
 from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, difference
+from staffa.evolution.equilibrate import irreversible
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import irreversible
 from staffa.evolution.system import System
-from staffa.fields import State, owned, read_vector
-from staffa.heat.march import HeatEquation
+from staffa.heat.transient import HeatEquation
 from staffa.minimize.bounded import unbalanced
+from staffa.model.fields import State, owned, read_vector
 from staffa.physics.split import NO_SPLIT
 from staffa.records.step import Audit, Curvature, Stability, Stop
 

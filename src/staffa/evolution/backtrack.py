@@ -23,11 +23,11 @@ import numpy as np
 
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, Origin, agree, restore, snapshot
+from staffa.evolution.equilibrate import Loads, settle
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
-from staffa.fields import State
 from staffa.minimize.alternate import Watch, equilibrium
+from staffa.model.fields import State
 from staffa.records.step import Heat, Return
 
 # Returns to a time where cracks change the flow of heat, so that nothing tells that they end.

@@ -6,11 +6,11 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
-from staffa.domain import Domain
-from staffa.fields import Spaces, vertices
-from staffa.heat.body import Conduction
-from staffa.heat.march import HeatEquation
+from staffa.heat.thermal_body import Conduction
+from staffa.heat.transient import HeatEquation
 from staffa.loads.closed_form import Load
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, vertices
 from staffa.records.step import Heat
 
 

@@ -14,16 +14,16 @@ from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.audit import audit
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
-from staffa.evolution.measuring import measuring
-from staffa.evolution.parted import require_whole
+from staffa.evolution.equilibrate import Loads
+from staffa.evolution.initial_equilibrium import come_to_rest
+from staffa.evolution.loose_parts import require_whole
+from staffa.evolution.measures import measuring
 from staffa.evolution.problem import Problem
-from staffa.evolution.rest import come_to_rest
+from staffa.evolution.restart_state import Loop, Standing
 from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
-from staffa.evolution.settle import Loads
-from staffa.evolution.standing import Loop, Standing
 from staffa.evolution.system import System
-from staffa.measure.advance import crack_advance
+from staffa.measure.growth import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep, Watch
 from staffa.records.step import (

@@ -7,20 +7,20 @@ from typing import Literal
 
 import numpy as np
 
-from staffa.cut import FlatCrack
-from staffa.domain import Domain
 from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
-from staffa.heat.body import Conduction
+from staffa.heat.thermal_body import Conduction
 from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.loads.forces import Forces
+from staffa.model.domain import Domain
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.supports import Section, SideSupport
 from staffa.physics.damage import DamageLaw, discrete_toughness_factor
 from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
 from staffa.physics.temperature import Law
 from staffa.records.step import Stop
-from staffa.supports import Section, SideSupport
 
 # A mesh that resolves the regularization length less than this guesses too badly to be of use.
 RESOLVED = 3.0

@@ -9,15 +9,15 @@ import numpy as np
 from staffa.backend.parallel import max_over_ranks
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, agree, copied, restore, snapshot
+from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
-from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector, vertices, write_vector
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.bounded import AT_BOUND
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 from staffa.minimize.lanczos import Softest, softest
 from staffa.minimize.newton import search
+from staffa.model.fields import owned, read_vector, vertices, write_vector
 from staffa.records.step import Curvature
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none; or one as small as those

@@ -7,13 +7,13 @@ import numpy as np
 
 from staffa.errors import SolveError
 from staffa.evolution.advance import Advance, agree, restore, snapshot
+from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.saddle import MOST, go_along, tested
-from staffa.evolution.settle import Loads, descend
 from staffa.evolution.system import System
-from staffa.fields import owned, read_vector
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.stability import Mode, SecondVariation
+from staffa.model.fields import owned, read_vector
 from staffa.records.step import Stability
 
 # A force on the damage this small, over Gc/(4 c_w ell), counts as none.

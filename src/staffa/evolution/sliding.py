@@ -10,11 +10,11 @@ from collections.abc import Callable
 import numpy as np
 
 from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
-from staffa.contact import CrackFaces
 from staffa.errors import SolveError
-from staffa.evolution.settle import Loads
+from staffa.evolution.equilibrate import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium
+from staffa.model.contact import CrackFaces
 
 # The friction agrees when the stress that faces bear changes by less than this fraction of the
 # largest one in the step; and so many minimizations are allowed.

@@ -7,13 +7,19 @@ from staffa.backend.stack import PETSc
 
 from staffa.arguments import require
 from staffa.backend.petsc_options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
-from staffa.cut import broken
-from staffa.energy import Energy
+from staffa.evolution.coefficients import energy_of
 from staffa.evolution.cooling import Cooling, cooling
-from staffa.evolution.pressed import PressedGrowth
+from staffa.evolution.pressed_growth import PressedGrowth
 from staffa.evolution.problem import Problem, coarser
-from staffa.evolution.rock import energy_of
-from staffa.fields import (
+from staffa.measure.hoop import Hoop
+from staffa.minimize.alternate import Alternation
+from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
+from staffa.minimize.convex import ConvexEnergy, Held
+from staffa.minimize.coupled import CoupledModel, Coupling
+from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
+from staffa.minimize.newton import CoupledNewton
+from staffa.model.energy import Energy
+from staffa.model.fields import (
     Bounds,
     Spaces,
     State,
@@ -25,14 +31,8 @@ from staffa.fields import (
     write_vector,
     zero_state,
 )
-from staffa.measure.hoop import Hoop
-from staffa.minimize.alternate import Alternation
-from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
-from staffa.minimize.convex import ConvexEnergy, Held
-from staffa.minimize.coupled import CoupledModel, Coupling
-from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
-from staffa.minimize.newton import CoupledNewton
-from staffa.supports import Supports, build_supports, rigid_modes
+from staffa.model.initial_cracks import broken
+from staffa.model.supports import Supports, build_supports, rigid_modes
 
 # The damage is minimized this much more tightly than the whole problem asks for.
 INNER = 1e-2

@@ -19,11 +19,11 @@ from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
 from staffa.errors import LoadError, SolveError
-from staffa.fields import owned
 from staffa.heat.operators import Exchange, HeatOperators
-from staffa.heat.step import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
+from staffa.heat.tr_bdf2 import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
+from staffa.model.fields import owned
+from staffa.model.temperature_properties import algebra, by_law, middle_of_cell
 from staffa.physics.temperature import Law
-from staffa.thermal import algebra, by_law, middle_of_cell
 
 # A stage is solved where the heat that is missing would change no vertex by more than this part of
 # the largest change; where round-off ends the descent earlier, this much is enough.

@@ -16,13 +16,10 @@ from dolfinx import fem, la
 from dolfinx import mesh as dmesh
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import axis
 from staffa.backend import jit
 from staffa.backend.parallel import any_over_ranks, max_over_ranks
-from staffa.domain import Domain
 from staffa.errors import InputError, LoadError
-from staffa.fields import Spaces, owned, vertices
-from staffa.heat.body import (
+from staffa.heat.thermal_body import (
     Bath,
     Conduction,
     Conductor,
@@ -34,8 +31,11 @@ from staffa.heat.body import (
     PointValues,
     Values,
 )
+from staffa.model import axis
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, owned, vertices
+from staffa.model.temperature_properties import distinct, share_of
 from staffa.physics.temperature import Law
-from staffa.thermal import distinct, share_of
 
 # Heat meets a crack where alpha^16 is: it rises from 0 to 1 within a cell or two of the crack,
 # while alpha itself is spread over 4 ell of rock that conducts. Over each of the crack's two faces

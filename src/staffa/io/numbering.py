@@ -7,7 +7,7 @@ import numpy as np
 from dolfinx import fem
 
 from staffa.backend.parallel import gather, scatter
-from staffa.fields import vertices
+from staffa.model.fields import vertices
 
 
 class Numbering:

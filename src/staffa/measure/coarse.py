@@ -8,7 +8,7 @@ import numpy as np
 from dolfinx import fem
 
 from staffa.backend.parallel import best_candidate, sum_over_ranks
-from staffa.domain import Domain, local_edges, middles
+from staffa.model.domain import Domain, local_edges, middles
 from staffa.records.step import Coarse
 
 RESOLVED = 3.0  # cells in ell that resolve a crack

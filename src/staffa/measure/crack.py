@@ -7,16 +7,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from staffa.backend.parallel import gather, on_root, sum_over_ranks
-from staffa.domain import Domain
-from staffa.energy import Energy
-from staffa.fields import State, owned, vertices
 from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Face
 from staffa.measure.coarse import Local, coarse, local_length
+from staffa.measure.column_planes import Planes
+from staffa.measure.free_distance import room
 from staffa.measure.opening import REACH
-from staffa.measure.planes import Planes
-from staffa.measure.room import room
 from staffa.measure.statistics import layer_depth, section, tips
+from staffa.model.domain import Domain
+from staffa.model.energy import Energy
+from staffa.model.fields import State, owned, vertices
 from staffa.records.step import Fluid, Measures, Section, Tip
 
 # A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).

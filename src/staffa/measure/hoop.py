@@ -6,11 +6,11 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from staffa import axis
 from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks, sum_over_ranks
-from staffa.domain import Domain
-from staffa.energy import Energy
+from staffa.model import axis
+from staffa.model.domain import Domain
+from staffa.model.energy import Energy
 
 # Growth of the damage in a step that is none yet.
 LEAST = 0.01

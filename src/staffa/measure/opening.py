@@ -1,6 +1,6 @@
 """Openings of cracks at each point of their network.
 
-The opening strain (see `staffa.openings`), integrated over the body, is the crack volume; each
+The opening strain (see `model.openings`), integrated over the body, is the crack volume; each
 piece of it belongs to the point of the network that is nearest.
 """
 

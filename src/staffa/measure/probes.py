@@ -8,9 +8,9 @@ import numpy as np
 from dolfinx import geometry
 
 from staffa.backend.parallel import sum_over_ranks
-from staffa.domain import Domain
 from staffa.errors import InputError
-from staffa.fields import State
+from staffa.model.domain import Domain
+from staffa.model.fields import State
 from staffa.records.manifest import Probe
 
 # A point on a side may lie outside of the mesh by round-off: by this fraction of a cell.

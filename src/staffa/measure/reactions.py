@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI
 import numpy as np
 
 from staffa.backend.parallel import sum_over_ranks
-from staffa.supports import Supports
+from staffa.model.supports import Supports
 
 
 def reactions(

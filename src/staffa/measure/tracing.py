@@ -6,12 +6,12 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
-from staffa.measure.body import Body
 from staffa.measure.ends import clipped, ended
 from staffa.measure.junctions import joined, largest, pruned
 from staffa.measure.network import Network, normals, selected
 from staffa.measure.opening import openings, pieces
 from staffa.measure.ridge import crest
+from staffa.measure.traced_body import Body
 
 # The Gaussian that takes the steps of a layer of cells out of a crack: fractions of ell.
 SMOOTHING = 0.5
@@ -40,7 +40,7 @@ def network(
     Parameters
     ----------
     points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha : at the points.
-        strains : of the cells, that of the opening and that of intact rock (see `staffa.openings`),
+        strains : of the cells, that of the opening and that of intact rock (see `model.openings`),
         shape (m, 2); None if they were not kept, and openings are nan. dim : 2 or 3. h, ell : cell
         edge, regularization length (m).
     crack : the damage that a crack reaches somewhere; tip : down to which it is followed.

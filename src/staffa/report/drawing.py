@@ -11,16 +11,16 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.own_files import make_folder, write_aside
 from staffa.io.run_directory import Run
-from staffa.plot.columns import sections_figure, size_figure
+from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
+from staffa.plot.ensemble_curves import counts_figure, growth_figure
 from staffa.plot.frames import read_frames, spread, with_fields
-from staffa.plot.heat import heat_figure
-from staffa.plot.members import counts_figure, growth_figure
+from staffa.plot.heat_balance import heat_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
-from staffa.plot.network import network_figure
-from staffa.plot.reactions import reactions_figure
+from staffa.plot.network_openings import network_figure
 from staffa.plot.style import write_picture
+from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
 from staffa.report.columns import by_depth
 from staffa.report.ensemble import write_results

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from staffa.display_units import NONE, Unit
-from staffa.io.network import write_table, write_vtp
+from staffa.io.network_files import write_table, write_vtp
 from staffa.io.own_files import make_folder
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import Grid, read_vtkhdf

@@ -9,7 +9,15 @@ from matplotlib.figure import Figure
 
 from staffa.plot.frames import Frame, read_frames, spread
 from staffa.plot.labels import TAU, add_tau, tau_label
-from staffa.plot.pair import FEW, LONG, Curve, Panel, curves_figure, fields_figure, volumes_figure
+from staffa.plot.pair_pictures import (
+    FEW,
+    LONG,
+    Curve,
+    Panel,
+    curves_figure,
+    fields_figure,
+    volumes_figure,
+)
 from staffa.records.manifest import Manifest
 from staffa.report.agreement import gap_between_steps
 from staffa.report.pair import Pair, Side

@@ -6,7 +6,7 @@ from staffa.geometry.block import SIDES, face_position, section_raster
 from staffa.io.vtkhdf import Grid
 from staffa.measure.cells import cells
 from staffa.physics.doubling import spacing_at
-from staffa.plot.columns import Curve, Plane
+from staffa.plot.cell_planes import Curve, Plane
 from staffa.plot.frames import Frame
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step

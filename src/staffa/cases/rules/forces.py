@@ -8,7 +8,6 @@ import numpy as np
 from staffa.cases.clock import times_in
 from staffa.cases.force_keys import ForceKeys, StressWithDepth
 from staffa.cases.forces import COMPONENTS
-from staffa.cases.formula import formula, names, trial
 from staffa.cases.heat_keys import InTime
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
@@ -19,6 +18,7 @@ from staffa.cases.split import default_split, is_anisotropic, presses
 from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.physics.split import SPLITS
+from staffa.properties.formula import formula, names, trial
 from staffa.units import Quantity, parse
 
 # What a formula of a component may depend on, besides places in the body.

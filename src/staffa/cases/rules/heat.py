@@ -7,7 +7,6 @@ import numpy as np
 
 from staffa.cases.amounts import is_scaled
 from staffa.cases.clock import times_in
-from staffa.cases.formula import formula, names, trial
 from staffa.cases.heat_keys import Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
 from staffa.cases.kinds import Formula
 from staffa.cases.model import Case
@@ -15,6 +14,7 @@ from staffa.cases.rock_keys import RockKeys
 from staffa.cases.rules.times import table_agrees, times_given
 from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
+from staffa.properties.formula import formula, names, trial
 from staffa.units import Quantity
 
 START = ("initial", "stress_free")

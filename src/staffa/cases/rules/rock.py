@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 
 from staffa.cases.anisotropy import elasticity
-from staffa.cases.formula import formula, names, trial
 from staffa.cases.kinds import Formula, is_name
 from staffa.cases.model import Case
 from staffa.cases.pieces import Piece, pieces
@@ -20,6 +19,7 @@ from staffa.cases.temperature_keys import of_temperature
 from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
 from staffa.physics.elasticity import checked
+from staffa.properties.formula import formula, names, trial
 
 # A normal field of a larger variation would reach zero at one place in a few million.
 NORMAL = 0.2

@@ -16,7 +16,7 @@ from staffa.cases.rules.warmth import temperature_range
 from staffa.cases.temperature_keys import InTemperature, PropertyFormula, of_temperature
 from staffa.cases.writing import inline, shown
 from staffa.errors import InputError
-from staffa.heat.body import OfSurface
+from staffa.heat.thermal_body import OfSurface
 
 # Properties that temperature may change.
 CHANGING = ("E", "nu", "Gc", "expansion", "k", "c")

@@ -8,9 +8,9 @@ from staffa.backend.parallel import max_over_ranks
 from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
-from staffa.fields import corners, owned, read_vector, write_vector
 from staffa.minimize.alternate import Watch, alternate, equilibrium
 from staffa.minimize.bounded import unbalanced
+from staffa.model.fields import corners, owned, read_vector, write_vector
 from staffa.records.step import Effort, Outcome
 
 # Damage in the middle of a cell that makes it one of a crack's. Through nucleation on the slab of

@@ -5,14 +5,14 @@ from staffa.backend.stack import MPI
 import numpy as np
 
 from staffa.backend.parallel import on_root
-from staffa.cut import FlatCrack, broken
-from staffa.domain import block
-from staffa.energy import Energy
+from staffa.evolution.coefficients import Places, rock
 from staffa.evolution.problem import Material, Problem
-from staffa.evolution.rock import Places, rock
 from staffa.evolution.system import bounded_energy, bounded_solver
-from staffa.fields import linear_spaces, unit_bounds, zero_state
 from staffa.geometry.block import UNSTRUCTURED, divisions
+from staffa.model.domain import block
+from staffa.model.energy import Energy
+from staffa.model.fields import linear_spaces, unit_bounds, zero_state
+from staffa.model.initial_cracks import FlatCrack, broken
 from staffa.physics.material import AXIAL, PLANE_STRAIN, SOLID
 from staffa.physics.trial import law_values
 

@@ -5,16 +5,16 @@ from collections.abc import Callable
 import numpy as np
 
 from staffa.backend.parallel import gather, on_root
+from staffa.evolution.effective_toughness import toughness_factor
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.evolution.toughness import toughness_factor
-from staffa.fields import owned
 from staffa.measure.coarse import local
 from staffa.measure.crack import Gauge, measures, planes
+from staffa.measure.energy_release import EnergyRelease, surface
 from staffa.measure.fronts import Front, fronts
-from staffa.measure.release import EnergyRelease, surface
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
+from staffa.model.fields import owned
 from staffa.records.step import Measures
 from staffa.records.tip_release import Release
 

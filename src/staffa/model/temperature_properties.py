@@ -10,7 +10,7 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
-from staffa.domain import middles
+from staffa.model.domain import middles
 from staffa.physics.temperature import Algebra, Law
 
 type Expression = ufl.core.expr.Expr

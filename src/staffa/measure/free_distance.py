@@ -6,7 +6,7 @@ import dolfinx.mesh as dmesh
 import numpy as np
 
 from staffa.backend.parallel import gather, on_root
-from staffa.domain import Domain
+from staffa.model.domain import Domain
 
 # A facet with less of its normal along the way is beside it.
 FACING = 0.2

@@ -12,9 +12,9 @@ from dolfinx.mesh import Mesh, compute_midpoints
 
 from staffa.backend import jit
 from staffa.backend.parallel import best_candidate, max_over_ranks, sum_over_ranks
-from staffa.energy import Energy
+from staffa.model.energy import Energy
+from staffa.model.strain import AnisotropicRock, IsotropicRock
 from staffa.physics.split import NO_SPLIT, SPLITS, EnergySplit, driven_density
-from staffa.strain import AnisotropicRock, IsotropicRock
 
 # The driving energy without a split may exceed that of a safe one by this part of the latter.
 EXCESS_ALLOWED = 0.05

@@ -8,8 +8,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 from dolfinx import fem
 
-from staffa.fields import corners, vertices
 from staffa.geometry.places import SAME
+from staffa.model.fields import corners, vertices
 
 
 @dataclass(frozen=True, kw_only=True)

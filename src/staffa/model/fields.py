@@ -9,8 +9,8 @@ import numpy as np
 from dolfinx import fem, la
 
 from staffa.backend.parallel import any_over_ranks
-from staffa.domain import Domain
 from staffa.errors import InputError, StaffaError
+from staffa.model.domain import Domain
 from staffa.physics.locking import LINEAR, QUADRATIC, REDUCED, cures
 
 # Vertices on a side may lie outside the other mesh by round-off: by this fraction of a cell.

@@ -13,16 +13,18 @@ import ufl
 from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 
-from staffa import axis
 from staffa.backend import jit
 from staffa.backend.parallel import sum_over_ranks
-from staffa.contact import CrackFaces
-from staffa.densities import Rock, crack_density, crack_measure, strain, swelling
-from staffa.domain import Domain
-from staffa.external import External, crack_volume
-from staffa.fields import Spaces, State, read_vector
 from staffa.loads.forces import Forces
-from staffa.openings import Openings, cell_integrals
+from staffa.model import axis
+from staffa.model.contact import CrackFaces
+from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
+from staffa.model.domain import Domain
+from staffa.model.external_loads import External, crack_volume
+from staffa.model.fields import Spaces, State, read_vector
+from staffa.model.openings import Openings, cell_integrals
+from staffa.model.quadrature import DEGREE, in_the_middle
+from staffa.model.temperature_properties import Spent
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
 from staffa.physics.split import (
@@ -31,9 +33,7 @@ from staffa.physics.split import (
     is_linear_in_g,
     is_quadratic_in_strain,
 )
-from staffa.quadrature import DEGREE, in_the_middle
 from staffa.records.step import Energies
-from staffa.thermal import Spent
 
 
 def _is_continuous(field: fem.Function) -> bool:

@@ -13,8 +13,8 @@ from staffa.backend.parallel import everywhere, max_over_ranks, sum_over_ranks
 from staffa.errors import PartedError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.fields import Spaces, vertices
-from staffa.supports import rigid_modes
+from staffa.model.fields import Spaces, vertices
+from staffa.model.supports import rigid_modes
 
 # Damage at all corners of a cell from which on it joins nothing.
 BROKEN = 0.95

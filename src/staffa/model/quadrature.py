@@ -5,8 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import ufl
 
-from staffa import axis
-from staffa.domain import Domain
+from staffa.model import axis
+from staffa.model.domain import Domain
 
 # Exact for the stiffness of linear simplices where they are damaged, and of quadratic ones where
 # they are not; the 2 x 2 (x 2) Gauss rule of quadrilaterals.

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from staffa.backend.parallel import gather, on_root
-from staffa.fields import State, vertices
+from staffa.model.fields import State, vertices
 
 
 def crack_advance(state: State, before: np.ndarray, *, threshold: float) -> float:

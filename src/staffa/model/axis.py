@@ -9,9 +9,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from staffa.domain import Domain
-from staffa.fields import Spaces, vertices
 from staffa.geometry.outline import on_axis
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, vertices
 
 # The factor r raises the degree of what is integrated.
 RAISED = 1

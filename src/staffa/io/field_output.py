@@ -9,8 +9,8 @@ import numpy as np
 from dolfinx import plot
 
 from staffa.backend.parallel import gather, on_root
-from staffa.fields import Spaces, State, at_vertices, owned
 from staffa.io.vtkhdf import VERTICES, Grid, write_vtkhdf
+from staffa.model.fields import Spaces, State, at_vertices, owned
 
 
 class FieldWriter:

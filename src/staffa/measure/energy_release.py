@@ -22,9 +22,9 @@ from dolfinx import fem, la
 
 from staffa.backend import jit
 from staffa.backend.parallel import gather, max_over_ranks, sum_over_ranks
-from staffa.domain import Domain
-from staffa.energy import Energy
 from staffa.measure.fronts import Front, Surface
+from staffa.model.domain import Domain
+from staffa.model.energy import Energy
 from staffa.records.tip_release import Release
 
 # Inner and outer radius of the rings, over the largest radius: the value, and one to judge it by.

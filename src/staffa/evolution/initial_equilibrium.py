@@ -7,13 +7,13 @@ import numpy as np
 from staffa.backend.parallel import best_candidate
 from staffa.errors import LoadError, SolveError
 from staffa.evolution.advance import snapshot
-from staffa.evolution.parted import require_whole
+from staffa.evolution.equilibrate import Loads, settle
+from staffa.evolution.loose_parts import require_whole
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads, settle
 from staffa.evolution.system import System
-from staffa.fields import vertices
-from staffa.measure.advance import crack_advance
+from staffa.measure.growth import crack_advance
 from staffa.minimize.alternate import Watch, equilibrium
+from staffa.model.fields import vertices
 from staffa.physics.damage import damage_at_strength
 
 # Half width in ell of the damage beside a crack, which forms as the cracks that are given settle.

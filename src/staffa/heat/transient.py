@@ -20,13 +20,13 @@ from dolfinx import fem
 
 from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import HEAT, apply, petsc_errors
-from staffa.domain import Domain
 from staffa.errors import SolveError
-from staffa.fields import Spaces, owned
-from staffa.heat.body import Conduction
 from staffa.heat.nonlinear import NonlinearSteps
 from staffa.heat.operators import Exchange, HeatOperators
-from staffa.heat.step import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
+from staffa.heat.thermal_body import Conduction
+from staffa.heat.tr_bdf2 import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, owned
 from staffa.records.step import Heat
 
 # A step is as long as its error allows, with some caution, and changes by these factors at most.

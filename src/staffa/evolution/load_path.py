@@ -9,8 +9,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 
 from staffa.backend.parallel import sum_over_ranks
-from staffa.energy import Energy
 from staffa.minimize.alternate import Alternation
+from staffa.model.energy import Energy
 
 # A part of the path is halved so often at most.
 HALVINGS = 10

@@ -9,11 +9,11 @@ import numpy as np
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
-from staffa.axis import held_by_axis
 from staffa.backend.parallel import best_candidate, on_root, sum_over_ranks
-from staffa.domain import Domain
 from staffa.errors import InputError
-from staffa.fields import Spaces, vertices
+from staffa.model.axis import held_by_axis
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, vertices
 
 # A displacement component (m): of points x, shape (3, n), and time t -> shape (n,), or one value.
 Displacement = Callable[[np.ndarray, float], np.ndarray | float]

@@ -16,10 +16,10 @@ import numpy as np
 from staffa.evolution.advance import restore, snapshot
 from staffa.evolution.audit import Before
 from staffa.evolution.backtrack import Better, History, Past
+from staffa.evolution.equilibrate import Loads
+from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
-from staffa.evolution.rest import unmoved
 from staffa.evolution.schedule import Walk
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.records.step import Energies, Heat, made
 

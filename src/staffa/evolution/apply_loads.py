@@ -6,9 +6,9 @@ import numpy as np
 
 from staffa.backend.parallel import any_over_ranks, sum_over_ranks
 from staffa.errors import LoadError
-from staffa.evolution.path import Path, power_of_loads
+from staffa.evolution.equilibrate import Loads
+from staffa.evolution.load_path import Path, power_of_loads
 from staffa.evolution.problem import Problem
-from staffa.evolution.settle import Loads
 from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium, reactions
 from staffa.records.step import CANCELED, Heat

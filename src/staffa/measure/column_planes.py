@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from staffa.backend.parallel import gather, on_root
-from staffa.domain import Domain
-from staffa.fields import State
 from staffa.geometry.block import section_raster
 from staffa.loads.closed_form import Face
 from staffa.measure.cells import cells, section
 from staffa.measure.probes import located
+from staffa.model.domain import Domain
+from staffa.model.fields import State
 from staffa.records.step import CellSection
 
 

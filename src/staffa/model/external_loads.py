@@ -9,11 +9,11 @@ import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
-from staffa import axis
-from staffa.domain import Domain
-from staffa.fields import Spaces, vertices
 from staffa.loads.forces import Forces, InSpaceAndTime
-from staffa.strain import Coefficient
+from staffa.model import axis
+from staffa.model.domain import Domain
+from staffa.model.fields import Spaces, vertices
+from staffa.model.strain import Coefficient
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from staffa.axis import hoop_strain
+from staffa.model.axis import hoop_strain
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID, lame
 from staffa.physics.split import Strained, in_order, isotropic_strain

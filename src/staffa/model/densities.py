@@ -7,12 +7,12 @@ from staffa.backend.stack import MPI  # noqa: F401
 import ufl
 from dolfinx import fem
 
-from staffa.cut import FlatCrack
+from staffa.model.initial_cracks import FlatCrack
+from staffa.model.strain import AnisotropicRock, Coefficient, IsotropicRock, elastic_strain
 from staffa.physics.damage import DamageLaw
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import NO_SPLIT, EnergySplit
-from staffa.strain import AnisotropicRock, Coefficient, IsotropicRock, elastic_strain
 
 # A gradient of the damage whose square is below this, in 1/ell^2, has no direction.
 FLAT = 1e-12

@@ -131,7 +131,9 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
     if not path.is_file():
         raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
     asked = [name, asdict(counting or Counting())]
-    return read_apart(MeshField, "staffa.cases.field_file:field_in", path, asked, where=str(path))
+    return read_apart(
+        MeshField, "staffa.properties.mesh_field:field_in", path, asked, where=str(path)
+    )
 
 
 def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:

@@ -8,19 +8,19 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 from dolfinx import fem
 
-from staffa.densities import Rock
-from staffa.domain import Domain, middles
-from staffa.energy import Energy
 from staffa.errors import InputError
 from staffa.evolution.problem import Material, Problem
-from staffa.external import External
-from staffa.fields import Spaces, State, vertices
 from staffa.loads.forces import Forces
+from staffa.model.densities import Rock
+from staffa.model.domain import Domain, middles
+from staffa.model.energy import Energy
+from staffa.model.external_loads import External
+from staffa.model.fields import Spaces, State, vertices
+from staffa.model.strain import AnisotropicRock, Coefficient, IsotropicRock, reduced
+from staffa.model.temperature_properties import Expression, algebra, by_law, middle_of_cell
 from staffa.physics.elasticity import Isotropic, Property, values
 from staffa.physics.material import AXIAL
 from staffa.physics.temperature import Algebra, Law
-from staffa.strain import AnisotropicRock, Coefficient, IsotropicRock, reduced
-from staffa.thermal import Expression, algebra, by_law, middle_of_cell
 
 Values = Callable[[Material, np.ndarray], np.ndarray]
 # Properties that temperature may change.

@@ -17,8 +17,8 @@ import numpy as np
 import ufl
 from dolfinx import fem, la
 
-from staffa.axis import Measure
 from staffa.backend import jit
+from staffa.model.axis import Measure
 
 # A damage whose gradient's square is below this, in 1/ell^2, has no direction: it is no crack.
 FLAT = 1e-2

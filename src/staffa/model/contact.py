@@ -17,9 +17,9 @@ from scipy.spatial import cKDTree
 
 from staffa.backend import jit
 from staffa.backend.parallel import gather, on_root, sum_over_ranks
-from staffa.cut import FlatCrack
-from staffa.domain import middles
 from staffa.errors import StaffaError
+from staffa.model.domain import middles
+from staffa.model.initial_cracks import FlatCrack
 from staffa.physics.split import Contact, Faces, Strained, negative, shear_modulus
 
 # Mean damage of a cell from which a crack runs through it.

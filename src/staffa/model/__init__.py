@@ -1,0 +1,1 @@
+"""Mesh, fields and the one energy functional of them."""

@@ -1,0 +1,1 @@
+"""Functions of position that a case may give: formulas, random fields, fields on meshes."""
