@@ -27,11 +27,11 @@ help:
 
 demo: $(READY)
 	rm -rf runs/demo
-	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/slab.toml --out runs/demo
+	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/slab.toml --out runs/demo
 
 demo3d: $(READY)
 	rm -rf runs/demo3d
-	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/cases/brick.toml --out runs/demo3d
+	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/brick.toml --out runs/demo3d
 
 # Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
 test: $(READY)

@@ -35,7 +35,7 @@ TIMEOUT = 1200
 
 def settings(columns: int, cells: str) -> list[str]:
     """What makes the ready case `brick` one of these runs."""
-    from staffa.cases.catalog import ready_case
+    from staffa.case.reading.ready_cases import ready_case
 
     keys = ready_case("brick").domain
     assert keys.size is not None and keys.h is not None
@@ -111,7 +111,7 @@ def launch(columns: int, cells: str, ranks: int) -> dict:
 
 def medium(folder: Path) -> dict:
     """What a finished run of a brick took: sweeps and seconds, rejected steps included."""
-    from staffa.cases.reading import parse_case
+    from staffa.case.reading.read import parse_case
     from staffa.io.run_directory import read_run
 
     run = read_run(folder)

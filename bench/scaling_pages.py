@@ -15,8 +15,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from cost import CONFIDENCE, Cost, Law, beside, held_out, law, predict
 
-from staffa.cases.numbers import numbers
-from staffa.cases.reading import read_case
+from staffa.case.reading.read import read_case
+from staffa.case.scales.case_scales import numbers
 from staffa.evolution.schedule import schedule
 from staffa.geometry.block import divisions
 

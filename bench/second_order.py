@@ -19,7 +19,7 @@ from cases import CASES
 from ours import problem
 
 import staffa
-from staffa.cases.catalog import ready_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.evolution import second_order
 
 HERE = Path(__file__).parent

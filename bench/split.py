@@ -15,7 +15,7 @@ from time import process_time
 from staffa.backend.stack import MPI  # noqa: F401
 
 import staffa
-from staffa.cases.catalog import ready_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.evolution.pressed_growth import PressedGrowth
 
 HERE = Path(__file__).parent

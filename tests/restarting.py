@@ -6,12 +6,12 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.model import Case
-from staffa.cases.reading import parse_case
-from staffa.cases.resume import resume
+from staffa.case.reading.read import parse_case
+from staffa.case.schema.case import Case
 from staffa.errors import StoppedError
 from staffa.io.run_directory import Run, read_run
+from staffa.runs.resume import resume
+from staffa.runs.run import Watcher, run
 
 BIN = Path(sys.executable).parent
 SMALL = """

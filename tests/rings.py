@@ -7,12 +7,12 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
-from staffa.cases.build import problem
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.minimize.alternate import equilibrium
 from staffa.model.fields import at_vertices, vertices
+from staffa.setup.build import problem
 
 INNER, OUTER = 0.1, 0.3
 WALL = OUTER - INNER

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from bodies import RANKS, body, printed_on, quench, rock, run
-from staffa.cases.build import problem as problem_of
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.evolution.coefficients import energy_of
 from staffa.evolution.march import march
 from staffa.evolution.problem import Material, Problem
@@ -29,6 +28,7 @@ from staffa.physics.elasticity import (
     TransverselyIsotropic,
 )
 from staffa.physics.split import SPLITS
+from staffa.setup.build import problem as problem_of
 from test_elasticity import SHALE, WOOD, rotation, some_stiffness, voigt
 from test_turning import roughness
 

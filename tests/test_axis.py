@@ -12,9 +12,8 @@ from scipy.special import j0, j1, jn_zeros
 
 from bodies import RANKS, body, needs_gmsh, rates, rock, run
 from heated import Heated, tensor
-from staffa.cases.build import problem as make_problem
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
 from staffa.errors import InputError
 from staffa.evolution.effective_toughness import toughness_factor
 from staffa.evolution.march import march
@@ -34,6 +33,7 @@ from staffa.records.step import Step
 from staffa.report.network import networks
 from staffa.report.radial import radial, radial_steps
 from staffa.report.summary import summary
+from staffa.setup.build import problem as make_problem
 from test_run import launch
 
 E, NU, EXPANSION = 2.0, 0.3, 0.01

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from staffa.cases import catalog
-from staffa.cases.bounds import LARGEST_FILE
-from staffa.cases.model import Case
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.rules import require_loaded
-from staffa.cases.writing import inline
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.reading.size_limits import LARGEST_FILE
+from staffa.case.rules import require_loaded
+from staffa.case.schema.case import Case
+from staffa.case.schema.toml_text import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
 

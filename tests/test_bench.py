@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from staffa.cases.preview import preview
-from staffa.cases.reading import read_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import read_case
 
 ROOT = Path(__file__).parent.parent
 BENCH = ROOT / "bench"

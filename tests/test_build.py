@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from staffa.cases.build import problem
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.evolution.problem import Problem
 from staffa.geometry.block import SIDES, face_position, opposite
 from staffa.loads.closed_form import Convective, Face, HalfSpace, NoLoad, Slab
 from staffa.model.supports import Section
 from staffa.physics.damage import AT2
 from staffa.records.step import Stop
+from staffa.setup.build import problem
 
 NOWHERE = np.zeros((3, 1))
 PLATE = """

@@ -6,14 +6,14 @@ import tomllib
 import pytest
 from pydantic import BaseModel
 
-from staffa.cases import catalog
-from staffa.cases.amounts import is_scaled, quantities
-from staffa.cases.force_keys import ForceKeys
-from staffa.cases.heat_keys import HeatKeys
-from staffa.cases.model import Case
-from staffa.cases.numbers import numbers
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.writing import OPTIONAL, to_toml
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.schema.case import Case
+from staffa.case.schema.force_keys import ForceKeys
+from staffa.case.schema.heat_keys import HeatKeys
+from staffa.case.schema.quantity_text import is_scaled, quantities
+from staffa.case.schema.toml_text import OPTIONAL, to_toml
 
 SCALED = """
 [domain]

@@ -4,10 +4,10 @@ from math import erfc, exp, pi, sqrt
 
 import pytest
 
-from staffa.cases import catalog
-from staffa.cases.amounts import amount, at_least, at_most
-from staffa.cases.preview import Preview, preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import Preview, preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case
+from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.errors import InputError
 
 SLAB = """

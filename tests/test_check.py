@@ -2,10 +2,11 @@
 
 import pytest
 
-from staffa.cases import catalog, mesh_cautions
-from staffa.cases.numbers import numbers
-from staffa.cases.preview import Preview, preview
-from staffa.cases.reading import parse_case
+from staffa.case.check import mesh_warnings as mesh_cautions
+from staffa.case.check.preview import Preview, preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case
+from staffa.case.scales.case_scales import numbers
 
 GOOD = """
 [domain]

@@ -5,9 +5,9 @@ from math import ceil, erfc, exp, pi, sqrt
 import numpy as np
 import pytest
 
-from staffa.cases.preview import Preview, preview
-from staffa.cases.reading import parse_case
-from staffa.cases.rules.at_rest import at_rest
+from staffa.case.check.preview import Preview, preview
+from staffa.case.reading.read import parse_case
+from staffa.case.rules.stress_at_rest import at_rest
 from staffa.errors import InputError
 
 E, NU, GC, EXPANSION, ELL = 65e9, 0.3, 61.5, 6e-6, 0.03

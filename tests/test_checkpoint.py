@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from restarting import assert_same, small, whole_run
-from staffa.cases.experiment import Watcher
-from staffa.cases.resume import resume, take
 from staffa.errors import InputError
 from staffa.io import checkpoint
 from staffa.io.checkpoint import DamagedError
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, read_run
+from staffa.runs.resume import resume, take
+from staffa.runs.run import Watcher
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from jumps import jumps
-from staffa.cases.experiment import run
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import read_run
 from staffa.measure.network import normals
 from staffa.report.network import networks
+from staffa.runs.run import run
 from test_check_forces import COLD_FACE
 
 ELL, WIDTH, HEIGHT = 0.03, 1.0, 0.5

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from staffa.cases.catalog import ready_case
-from staffa.cases.reading import parse_case
-from staffa.cases.writing import to_toml
+from staffa.case.reading.read import parse_case
+from staffa.case.reading.ready_cases import ready_case
+from staffa.case.schema.toml_text import to_toml
 from staffa.errors import StaffaError
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run

@@ -10,9 +10,8 @@ import pytest
 
 from bodies import RANKS, printed_on
 from restarting import assert_same, cut_run, finish, whole_run
-from staffa.cases.build import problem
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
@@ -20,6 +19,7 @@ from staffa.model.contact import normals_of
 from staffa.model.fields import vertices
 from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
 from staffa.records.step import Step
+from staffa.setup.build import problem
 
 NEEDS = Path(__file__).parent / "data" / "needs"
 E, NU = 2.0, 0.3

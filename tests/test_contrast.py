@@ -7,8 +7,7 @@ import pytest
 
 from bodies import body, printed_on, rock
 from restarting import launch
-from staffa.cases.experiment import run
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.evolution import audit
 from staffa.evolution.march import march
 from staffa.evolution.system import build
@@ -17,6 +16,7 @@ from staffa.loads.forces import Forces
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.report.summary import summary
+from staffa.runs.run import run
 
 LAYERS = """
 title = "Stiff and soft layers, pulled across"

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from staffa.cases import catalog
-from staffa.cases.cost import WITHIN, coarser_for, duration, memory, steps
-from staffa.cases.model import Case
-from staffa.cases.numbers import numbers
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.cost import WITHIN, coarser_for, duration, memory, steps
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.schema.case import Case
 
 ROOT = Path(__file__).parent.parent
 MEASURED = ("squeezed", "layers", "neighbors", "columns", "quench")

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from bodies import needs_gmsh, rock
-from staffa.cases.build import problem
-from staffa.cases.reading import parse_case
-from staffa.cases.rock import cracked
+from staffa.case.reading.read import parse_case
 from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.problem import Problem, nowhere
 from staffa.evolution.system import build
@@ -20,6 +18,8 @@ from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, vertices
 from staffa.model.initial_cracks import FlatCrack, broken
 from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.setup.build import problem
+from staffa.setup.toughness_and_cracks import cracked
 from test_bar import HEIGHT, STRAIN, bar, pull
 from test_bar import weaker_middle as weaker
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from staffa.cases.catalog import ready_case
-from staffa.cases.numbers import numbers
-from staffa.cases.reading import parse_case
-from staffa.cases.shown_units import reference, units
+from staffa.case.reading.read import parse_case
+from staffa.case.reading.ready_cases import ready_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.shown_units import reference, units
 from staffa.cli.live import Follower
 from staffa.display_units import Magnitudes, Unit, shown
 from staffa.io.run_directory import Run, read_run

@@ -11,10 +11,8 @@ from staffa.backend.stack import MPI
 
 import pytest
 
-from staffa.cases.build import problem
-from staffa.cases.ensemble import begun_members, member, run_ensemble, seeds_from
-from staffa.cases.reading import parse_case
-from staffa.cases.writing import to_toml
+from staffa.case.reading.read import parse_case
+from staffa.case.schema.toml_text import to_toml
 from staffa.display_units import Magnitudes, Unit, shown
 from staffa.errors import InputError, SolveError
 from staffa.geometry.block import face_axis
@@ -25,6 +23,8 @@ from staffa.measure.averages import Average, average, spread
 from staffa.measure.generations import arrests
 from staffa.report.drawing import draw_ensemble
 from staffa.report.ensemble import Sheet, facts, sheets
+from staffa.runs.ensemble import begun_members, member, run_ensemble, seeds_from
+from staffa.setup.build import problem
 from test_bad_input import check_sentence, files_in, sentence_of, staffa
 from test_report import BOX, SLAB, assert_shows_something, drawn_run, rewritten
 
@@ -389,10 +389,10 @@ def test_a_member_that_fails_loses_none_of_the_others(
     real: Path, tmp_path: Path, monkeypatch, capsys
 ) -> None:
     """The second of three runs out of sweeps."""
-    from staffa.cases import experiment
-    from staffa.cases.reading import read_case
+    from staffa.case.reading.read import read_case
     from staffa.cli.members import run_members_and_follow
     from staffa.records.step import Stop
+    from staffa.runs import run as experiment
 
     calls, march = [], experiment.march
 
@@ -427,7 +427,7 @@ def test_a_seed_whose_rock_cannot_be_stops_none_of_the_others(tmp_path: Path, mo
         problem(case, comm=MPI.COMM_SELF)
         ran.append(case.toughness.seed)
 
-    monkeypatch.setattr("staffa.cases.ensemble.run", run_member)
+    monkeypatch.setattr("staffa.runs.ensemble.run", run_member)
     failures = run_ensemble(case, range(5, 8), tmp_path)
     assert failures and ran and sorted([*failures, *ran]) == [5, 6, 7]
     assert all("in the middle of every cell" in said for said in failures.values())

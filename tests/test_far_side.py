@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from staffa.cases.experiment import run as run_case
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import Run, read_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
 from staffa.report.summary import summary
+from staffa.runs.run import run as run_case
 
 ELL, H, L = 0.04, 0.01, 1.0
 REACH = 0.035  # from the last damaged vertex to the sharp tip

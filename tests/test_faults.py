@@ -71,8 +71,8 @@ import shutil
 from pathlib import Path
 from staffa.backend.stack import MPI
 import numpy as np
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.reading import read_case
+from staffa.runs.run import Watcher, run
+from staffa.case.reading.read import read_case
 from staffa.cli import commands, live
 from staffa.loads.closed_form import Face, Slab
 comm, folder = MPI.COMM_WORLD, Path({folder!r})

@@ -12,12 +12,12 @@ import h5py
 import pytest
 
 from restarting import SMALL, launch, small
-from staffa.cases.experiment import Watcher, run
 from staffa.io.run_directory import STEPS, read_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 from staffa.report.drawing import draw
 from staffa.report.summary import summary
+from staffa.runs.run import Watcher, run
 
 PAGES = Path(__file__).parent.parent / "docs"
 PAGE = (PAGES / "files.md").read_text()

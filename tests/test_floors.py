@@ -17,7 +17,14 @@ FLOORS = [
     {"model"},
     {"minimize", "heat", "measure", "io"},
     {"evolution"},
-    {"cases"},
+    {"case.schema", "case.ready"},
+    {"case.values"},
+    {"case.rules"},
+    {"case.reading"},
+    {"case.scales"},
+    {"case.check"},
+    {"setup"},
+    {"runs"},
     {"report", "plot", "doctor"},
     {"cli"},
 ]
@@ -71,18 +78,18 @@ LIGHT = [
     "staffa.io.lock",
     "staffa.io.vtkhdf",
     "staffa.evolution.schedule",
-    "staffa.cases.catalog",
-    "staffa.cases.preview",
-    "staffa.cases.cautions",
+    "staffa.case.reading.ready_cases",
+    "staffa.case.check.preview",
+    "staffa.case.check.warnings",
     "staffa.properties.formula",
-    "staffa.cases.heat",
-    "staffa.cases.exchange",
-    "staffa.cases.pieces",
+    "staffa.case.values.heat_equation",
+    "staffa.case.scales.surface_cooling",
+    "staffa.case.values.subdomains",
     "staffa.properties.random_field",
     "staffa.properties.mesh_field",
-    "staffa.cases.reading",
-    "staffa.cases.rules",
-    "staffa.cases.writing",
+    "staffa.case.reading.read",
+    "staffa.case.rules",
+    "staffa.case.schema.toml_text",
     "staffa.plot",
     "staffa.report",
     "staffa.report.planes",
@@ -95,9 +102,13 @@ LIGHT = [
 ]
 
 
+def room(parts: list[str]) -> str:
+    """The room of the floors that a module belongs to, by its name's parts after `staffa`."""
+    return ".".join(parts[: 2 if parts[0] == "case" else 1])
+
+
 def place(path: Path) -> str:
-    """The package or module of the top level that a file belongs to."""
-    return path.relative_to(SOURCE).parts[0].removesuffix(".py")
+    return room(list(path.relative_to(SOURCE).with_suffix("").parts))
 
 
 def floor(name: str) -> int:
@@ -105,23 +116,25 @@ def floor(name: str) -> int:
 
 
 def imports(path: Path) -> set[str]:
-    """Top-level parts of staffa that a file imports, wherever in it the import stands."""
+    """Rooms of staffa that a file imports from, wherever in it the import stands."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: imports are written in full"
-            names = [node.module or ""]
-            if node.module == "staffa":
-                names = [f"staffa.{alias.name}" for alias in node.names]
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
         elif isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         else:
             continue
-        found |= {name.split(".")[1] for name in names if name.startswith("staffa.")}
+        found |= {room(name.split(".")[1:]) for name in names if name.startswith("staffa.")}
     return found
 
 
-FILES = sorted(path for path in SOURCE.rglob("*.py") if path != SOURCE / "__init__.py")
+FILES = sorted(
+    path
+    for path in SOURCE.rglob("*.py")
+    if path.parent != SOURCE / "case" and path != SOURCE / "__init__.py"
+)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from bodies import printed_on
-from staffa.cases.catalog import ready_case
-from staffa.cases.forces import forces
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
-from staffa.cases.writing import to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
+from staffa.case.reading.ready_cases import ready_case
+from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.applied_forces import forces
 
 CASE = """
 title = "squeezed"
@@ -120,8 +120,8 @@ ON_RANKS = """
 import sys, tempfile
 from pathlib import Path
 from staffa.backend.stack import MPI
-from staffa.cases.experiment import run
-from staffa.cases.reading import parse_case
+from staffa.runs.run import run
+from staffa.case.reading.read import parse_case
 from test_force_case import CASE
 folder = MPI.COMM_WORLD.bcast(tempfile.mkdtemp() if MPI.COMM_WORLD.rank == 0 else None)
 for step in run(parse_case(CASE), Path(folder) / "run"):

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 import meshes
 from bodies import needs_gmsh
-from staffa.cases import catalog
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.survey import mesh_of
-from staffa.cases.writing import inline, to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.inspect_mesh import mesh_of
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.schema.toml_text import inline, to_toml
 from staffa.errors import InputError
 from staffa.geometry.simplices import outline
 from staffa.properties.mesh_field import read_field

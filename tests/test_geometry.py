@@ -14,13 +14,11 @@ import pytest
 import meshes
 from bodies import RANKS, needs_gmsh, printed_on
 from staffa.backend.jit import form
-from staffa.cases import catalog
-from staffa.cases.build import body_of, problem, side_supports
-from staffa.cases.experiment import run
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.rules.names import regions_are_there
-from staffa.cases.survey import mesh_of
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.inspect_mesh import mesh_of
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.rules.name_rules import regions_are_there
 from staffa.errors import InputError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
@@ -38,6 +36,8 @@ from staffa.model.domain import Domain, body
 from staffa.model.fields import corners, linear_spaces, vertices
 from staffa.model.supports import build_supports, rigid_modes, rollers
 from staffa.report.pair_reading import read_pair
+from staffa.runs.run import run
+from staffa.setup.build import body_of, problem, side_supports
 from test_run import launch
 
 LAYERS = (("shale", 0.3), ("sand", 0.2), ("shale", 0.25))
@@ -294,8 +294,8 @@ from staffa.backend.stack import MPI
 from dolfinx import fem
 import numpy as np, ufl
 from test_geometry import PULLED, fields_of
-from staffa.cases.build import problem
-from staffa.cases.reading import read_case
+from staffa.setup.build import problem
+from staffa.case.reading.read import read_case
 from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 for path in {paths!r}:

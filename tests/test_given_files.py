@@ -11,17 +11,17 @@ import pyvista
 
 import meshes
 from bodies import RANKS, needs_gmsh, printed_on
-from staffa.cases.attached import attached
-from staffa.cases.build import problem
-from staffa.cases.exchange import exchanges
-from staffa.cases.experiment import run
-from staffa.cases.pieces import averages, pieces
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.writing import to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.scales.surface_cooling import exchanges
+from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import attached
+from staffa.case.values.subdomains import averages, pieces
 from staffa.errors import InputError
 from staffa.heat.thermal_body import Conduction
 from staffa.io.run_directory import CASE
+from staffa.runs.run import run
+from staffa.setup.build import problem
 
 METERS = """
 [domain]
@@ -234,7 +234,7 @@ def test_vertices_beside_the_mesh_of_a_round_file_have_the_nearest_value(tmp_pat
 
 
 def _as_grid(path: Path) -> pyvista.UnstructuredGrid:
-    from staffa.cases.survey import mesh_of
+    from staffa.case.reading.inspect_mesh import mesh_of
 
     mesh = mesh_of(path, 1.0, path.name)
     x = np.column_stack([mesh.x, np.zeros(len(mesh.x))])
@@ -311,8 +311,8 @@ def test_sides_that_meet_must_move_alike_there(tmp_path: Path) -> None:
 MANY = """
 from pathlib import Path
 from staffa.backend.stack import MPI
-from staffa.cases.reading import read_case
-from staffa.cases.experiment import run
+from staffa.case.reading.read import read_case
+from staffa.runs.run import run
 from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 case = on_root(comm, lambda: read_case(Path({path!r})))

@@ -5,10 +5,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from staffa.cases.exchange import exchanges, strongest
-from staffa.cases.heat import conduction
-from staffa.cases.numbers import numbers
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.values.heat_equation import conduction
 from staffa.errors import InputError
 from staffa.heat.thermal_body import Bath, Film, Held, Inflow, Insulating
 from staffa.physics.scales import time_of_tau

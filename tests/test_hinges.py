@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bodies import needs_gmsh
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
 from staffa.geometry.hinges import hinges
 from staffa.geometry.simplices import Simplices
 
@@ -95,7 +95,7 @@ def two_squares(path: Path, *, apart: float) -> Path:
 def test_check_tells_of_a_hinge_and_where_it_is(tmp_path: Path, apart: float, hinged: bool) -> None:
     (tmp_path / "my.toml").write_text(CASE)
     two_squares(tmp_path / "two.msh", apart=apart)
-    from staffa.cases.reading import read_case
+    from staffa.case.reading.read import read_case
 
     said = [text for text in preview(read_case(tmp_path / "my.toml")).warnings if "hinge" in text]
     assert bool(said) == hinged, said

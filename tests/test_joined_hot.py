@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import staffa
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 
 # A layer of glass on steel, joined at 120 °C and now at 20 °C.

@@ -14,14 +14,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from restarting import SMALL, assert_same, assert_steps, launch, small, started, whole_run
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.resume import resume
 from staffa.cli.stopping import Stopping
 from staffa.errors import StaffaError, StoppedError
 from staffa.io.lock import Lock
 from staffa.io.network_files import write_vtp
 from staffa.io.run_directory import STEPS, Run, read_run
 from staffa.plot.style import write_picture
+from staffa.runs.resume import resume
+from staffa.runs.run import Watcher, run
 
 # Energies after a kill: on one rank the same to the last bit, far more than 1e-8 asks for.
 EXACT = 0.0
@@ -150,8 +150,8 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
         "import os, signal\n"
         "from pathlib import Path\n"
         "from staffa.backend.stack import MPI\n"
-        "from staffa.cases.experiment import Watcher\n"
-        "from staffa.cases.resume import resume\n"
+        "from staffa.runs.run import Watcher\n"
+        "from staffa.runs.resume import resume\n"
         "def die(moment, sweep):\n"
         f"    if MPI.COMM_WORLD.rank == 1 and moment.index == {lines(directory) + 1}:\n"
         "        os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -183,7 +183,7 @@ def test_a_rank_that_fails_alone_in_the_middle_ends_all(tmp_path: Path, error, s
         "from staffa.backend.stack import MPI, PETSc\n"
         "from restarting import small\n"
         "from staffa import parallel\n"
-        "from staffa.cases.experiment import Watcher, run\n"
+        "from staffa.runs.run import Watcher, run\n"
         "from staffa.cli.live import ending_all_ranks\n"
         "from staffa.errors import StaffaError\n"
         "from staffa.backend.petsc_options import petsc_errors\n"

@@ -10,14 +10,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from staffa.cases.cost import steps
-from staffa.cases.curves import curves
-from staffa.cases.knots import DEPART, MOST, departure, knots
-from staffa.cases.model import Case
-from staffa.cases.numbers import numbers
-from staffa.cases.pace import plan
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.cost import steps
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.knots import DEPART, MOST, departure, knots
+from staffa.case.scales.pace import plan
+from staffa.case.scales.prescribed import curves
+from staffa.case.schema.case import Case
 from staffa.evolution.schedule import Walk
 
 # A bar that is pulled and let go (its peak lay between two steps).

@@ -7,16 +7,16 @@ import pytest
 
 import meshes
 from bodies import RANKS, needs_gmsh, printed_on
-from staffa.cases.build import problem
-from staffa.cases.experiment import run
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
 from staffa.errors import InputError
 from staffa.geometry.msh import read_msh
 from staffa.geometry.simplices import outline
 from staffa.io.run_directory import read_run
 from staffa.measure.coarse import local
 from staffa.report.summary import summary
+from staffa.runs.run import run
+from staffa.setup.build import problem
 
 # F4: the mesh has edges of about 0.05.
 ASKED = """
@@ -174,8 +174,8 @@ def test_a_length_counts_the_cells_that_it_is_in_not_the_mean_of_the_mesh(tmp_pa
 COARSE = """
 from pathlib import Path
 from staffa.backend.stack import MPI
-from staffa.cases.reading import read_case
-from staffa.cases.experiment import run
+from staffa.case.reading.read import read_case
+from staffa.runs.run import run
 from staffa.backend.parallel import on_root
 comm = MPI.COMM_WORLD
 case = on_root(comm, lambda: read_case(Path({path!r})))

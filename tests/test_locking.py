@@ -18,12 +18,10 @@ from bodies import needs_gmsh
 from meshes import written
 from restarting import assert_same, cut_run, finish, launch, whole_run
 from rings import INNER, OUTER, in_equilibrium, lame, quarter, widened
-from staffa.cases.build import problem
-from staffa.cases.elements import largest_nu
-from staffa.cases.model import Case
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.resume import resume
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.schema.case import Case
+from staffa.case.values.elements import largest_nu
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
@@ -34,6 +32,8 @@ from staffa.io.vtkhdf import read_vtkhdf
 from staffa.minimize.alternate import equilibrium
 from staffa.model.fields import at_vertices, linear_spaces, spaces_on, vertices
 from staffa.physics.locking import too_stiff
+from staffa.runs.resume import resume
+from staffa.setup.build import problem
 from test_opening import AT, LONG, NU, cooled, seen
 
 CELLS = ("quadrilateral", "triangle", "hexahedron", "tetrahedron")
@@ -357,8 +357,8 @@ sys.path.insert(0, {tests!r})
 from staffa.backend.stack import MPI
 from restarting import cut_run
 from test_locking import plate
-from staffa.cases.experiment import run
-from staffa.cases.resume import resume
+from staffa.runs.run import run
+from staffa.runs.resume import resume
 base, ranks = Path({base!r}), MPI.COMM_WORLD.size
 run(plate("triangle"), base / f"on-{{ranks}}")
 if ranks == 2:

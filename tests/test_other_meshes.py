@@ -10,9 +10,9 @@ import pytest
 
 import meshes
 from bodies import needs_gmsh
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
-from staffa.cases.survey import mesh_of
+from staffa.case.check.preview import preview
+from staffa.case.reading.inspect_mesh import mesh_of
+from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.geometry.simplices import Simplices, facets, keys
 from staffa.geometry.simplices import outline as found_outline

@@ -9,8 +9,6 @@ import pytest
 
 import staffa
 from bodies import RANKS, printed_on
-from staffa.cases.experiment import Watcher
-from staffa.cases.own import Given, identity, unrecorded
 from staffa.errors import InputError, StoppedError
 from staffa.io.run_directory import MANIFEST
 from staffa.physics.damage import AT1, LAWS
@@ -18,6 +16,8 @@ from staffa.physics.split import SPLITS, StarConvex
 from staffa.physics.trial import try_law, try_split
 from staffa.report.comparison import table
 from staffa.report.summary import summary
+from staffa.runs.run import Watcher
+from staffa.setup.user_objects import Given, identity, unrecorded
 
 SLAB = [
     *("domain.h=0.1", "domain.size=[1.0, 0.5]", "damage.ell=0.2", "time.tau=[0.3, 0.6]"),
@@ -357,7 +357,7 @@ from staffa.backend.stack import MPI
 from test_own import Cold, load, slab
 import numpy as np
 import staffa
-from staffa.cases.own import tried_load
+from staffa.setup.user_objects import tried_load
 domain = staffa.problem(slab(), temperature=Cold(1.0)).domain
 waves = load(lambda x, t: np.sin(3 * x[0]) * x[1] * t)
 found = tried_load(waves, domain, (0.1, 0.7))
@@ -394,7 +394,7 @@ def test_steps_from_python_have_measures_those_of_a_run(tmp_path: Path) -> None:
 
 
 def test_paths_are_texts_or_paths(tmp_path: Path) -> None:
-    from staffa.cases.catalog import text
+    from staffa.case.reading.ready_cases import text
 
     (tmp_path / "my.toml").write_text(text("slab"))
     path = str(tmp_path / "my.toml")

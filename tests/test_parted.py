@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bodies import body, printed_on, rock
-from staffa.cases.experiment import run
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.errors import PartedError
 from staffa.evolution.loose_parts import loose_piece, pieces
 from staffa.evolution.march import march
@@ -17,6 +16,7 @@ from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
+from staffa.runs.run import run
 
 BAR = """
 title = "A bar pulled by a dead load beyond its strength"

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from bodies import printed_on, run
-from staffa.cases.boxes import Box, product
-from staffa.cases.build import problem
-from staffa.cases.model import Case
-from staffa.cases.numbers import least_factor
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
+from staffa.case.scales.case_scales import least_factor
+from staffa.case.schema.boxes import Box, product
+from staffa.case.schema.case import Case
 from staffa.errors import InputError
 from staffa.geometry.places import in_box
+from staffa.setup.build import problem
 
 # Lower side of a band, and of a region's box, in the middle of a column of cells.
 BAND, REGION = 0.325, 0.725

@@ -9,9 +9,9 @@ import pytest
 import staffa
 from bodies import needs_gmsh, printed_on
 from meshes import written
-from staffa.cases.pressing import pressing
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.values.pressing_loads import pressing
 from staffa.physics.damage import LAWS, strength
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step

@@ -26,7 +26,7 @@ def test_the_readme_example_runs(tmp_path: Path) -> None:
 
 def small() -> "staffa.Case":
     quick = ["time.tau=[0.1, 0.2]", "output.at=[0.2]", "measures.depths=[]", "domain.h=0.02"]
-    from staffa.cases.catalog import text
+    from staffa.case.reading.ready_cases import text
 
     return staffa.parse_case(text("notched"), quick)
 
@@ -89,7 +89,7 @@ def test_runs_where_the_wheels_bootstrap_is_absent() -> None:
         "true = importlib.util.find_spec\n"
         "hide = lambda name, *rest: None if name == 'dolfinx_solver' else true(name, *rest)\n"
         "importlib.util.find_spec = hide\n"
-        "import staffa.cases.experiment\n"
+        "import staffa.runs.run\n"
         "assert 'dolfinx_solver' not in sys.modules\n"
         "from staffa.model.domain import block\n"
         "from staffa.backend.stack import MPI\n"

@@ -8,8 +8,7 @@ import pytest
 import pyvista
 from scipy.stats import norm, weibull_min
 
-from staffa.cases.reading import parse_case
-from staffa.cases.rock import toughness_factor
+from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.properties.mesh_field import read_field
 from staffa.properties.random_field import (
@@ -18,6 +17,7 @@ from staffa.properties.random_field import (
     random_factor,
     weibull_modulus,
 )
+from staffa.setup.toughness_and_cracks import toughness_factor
 
 SEEDS = range(10)
 # Of 10 fields of 1000 waves each, whose strengths are random: the variance of the score is known to

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import typer
 
-from staffa.cases import catalog
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import parse_case
 from staffa.cli.commands import app
 
 ROOT = Path(__file__).parent.parent

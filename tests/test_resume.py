@@ -19,14 +19,14 @@ from restarting import (
     stopped,
     whole_run,
 )
-from staffa.cases.catalog import ready_case
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.reading import parse_case
-from staffa.cases.resume import resume, take
+from staffa.case.reading.read import parse_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.errors import InputError, SolveError
 from staffa.evolution import march as loop
 from staffa.evolution.advance import Advance
 from staffa.io.run_directory import read_run
+from staffa.runs.resume import resume, take
+from staffa.runs.run import Watcher, run
 from test_force_case import CASE as FORCED
 from test_heat_run import settings as heat_settings
 
@@ -371,8 +371,8 @@ sys.path.insert(0, {tests!r})
 from staffa.backend.stack import MPI
 import numpy as np
 from restarting import cut_run, small
-from staffa.cases.build import body_of
-from staffa.cases.resume import resume
+from staffa.setup.build import body_of
+from staffa.runs.resume import resume
 from staffa.model.fields import linear_spaces, vertices
 from staffa.io.numbering import Numbering
 comm, base = MPI.COMM_WORLD, Path({base!r})

@@ -11,14 +11,12 @@ import pyvista
 
 from bodies import RANKS, needs_gmsh, printed_on, run
 from meshes import plate, written
-from staffa.cases.attached import attached
-from staffa.cases.build import problem
-from staffa.cases.experiment import run as write_run
-from staffa.cases.numbers import numbers
-from staffa.cases.pieces import averages, pieces
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case, read_case
-from staffa.cases.writing import to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case, read_case
+from staffa.case.scales.case_scales import numbers
+from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import attached
+from staffa.case.values.subdomains import averages, pieces
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.heat.thermal_body import Conduction, Conductor, Held
@@ -29,6 +27,8 @@ from staffa.model.fields import linear_spaces, vertices
 from staffa.physics.elasticity import Full, Isotropic, Orthotropic, TransverselyIsotropic
 from staffa.report.differences import case_differences
 from staffa.report.pair_reading import read_pair
+from staffa.runs.run import run as write_run
+from staffa.setup.build import problem
 
 PLATE = """
 [domain]
@@ -418,8 +418,8 @@ ON_RANKS = """
 from pathlib import Path
 from staffa.backend.stack import MPI
 import numpy as np
-from staffa.cases.build import problem
-from staffa.cases.reading import read_case
+from staffa.setup.build import problem
+from staffa.case.reading.read import read_case
 from staffa.model.domain import middles
 from staffa.backend.parallel import on_root
 
@@ -517,8 +517,8 @@ LAYERED = (
 CRACKED_ON_RANKS = f"""
 from staffa.backend.stack import MPI
 from bodies import run
-from staffa.cases.build import problem
-from staffa.cases.reading import parse_case
+from staffa.setup.build import problem
+from staffa.case.reading.read import parse_case
 for step in run(problem(parse_case({SLAB!r}, {LAYERED!r}))):
     if MPI.COMM_WORLD.rank == 0:
         print(step.energies.elastic, step.energies.surface)

@@ -3,7 +3,7 @@
 import pytest
 
 import staffa
-from staffa.cases import catalog
+from staffa.case.reading import ready_cases as catalog
 from staffa.io.run_directory import read_run
 from test_run import CASES, launch
 

@@ -15,7 +15,7 @@ from staffa.io.run_directory import read_run
 from staffa.io.vtkhdf import read_vtkhdf
 
 BIN = Path(sys.executable).parent
-CASES = Path(__file__).parent.parent / "src" / "staffa" / "cases"
+CASES = Path(__file__).parent.parent / "src" / "staffa" / "case" / "ready"
 
 
 def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
@@ -150,8 +150,8 @@ def test_a_rank_that_fails_alone_ends_all(tmp_path: Path) -> None:
     code = (
         "from pathlib import Path\n"
         "from staffa.backend.stack import MPI\n"
-        "from staffa.cases import experiment\n"
-        "from staffa.cases.reading import read_case\n"
+        "from staffa.runs import run as experiment\n"
+        "from staffa.case.reading.read import read_case\n"
         "from staffa.cli import live\n"
         "true_build = experiment.build\n"
         "def build(problem):\n"

@@ -7,7 +7,7 @@ import pytest
 
 import staffa
 from bodies import RANKS, printed_on, run
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.errors import SolveError
 from staffa.evolution import saddle
 from staffa.evolution.advance import Advance

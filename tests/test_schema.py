@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from staffa.cases.catalog import names, ready_case
-from staffa.cases.kinds import Section
-from staffa.cases.model import Case
-from staffa.cases.sentences import _models_in
+from staffa.case.reading.messages import _models_in
+from staffa.case.reading.ready_cases import names, ready_case
+from staffa.case.schema.case import Case
+from staffa.case.schema.field_types import Section
 
 KEYWORDS = {
     *("$defs", "$ref", "additionalProperties", "anyOf", "const", "default", "description", "enum"),

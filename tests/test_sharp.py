@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import staffa
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.measure.tip import reach
 from staffa.model.fields import vertices
 from staffa.records.step import Step
@@ -118,7 +118,9 @@ def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
 
 def test_nothing_but_the_two_cracks_breaks() -> None:
     """The walls of the ready case reach from the face to the far side, 3 ell from each crack."""
-    case = tomllib.loads((Path(staffa.__file__).parent / "cases" / "two-cracks.toml").read_text())
+    case = tomllib.loads(
+        (Path(staffa.__file__).parent / "case" / "ready" / "two-cracks.toml").read_text()
+    )
     quiet, wall = case["toughness"]["bands"][:2]
     ell, (width, height) = case["damage"]["ell"], case["domain"]["size"]
     assert quiet["upper"][0] == width and quiet["lower"] == [0.0, 0.0]

@@ -23,7 +23,7 @@ SMALL = [
 @pytest.mark.long
 @pytest.mark.parametrize("law", ["AT1", "AT2"])
 def test_slab_cracks_and_cracks_stop(law: str, tmp_path: Path) -> None:
-    from staffa.cases.catalog import text
+    from staffa.case.reading.ready_cases import text
 
     case = staffa.parse_case(text("slab"), [*SMALL, f"damage.law={law}"])
     steps = staffa.run(case, tmp_path / "run")

@@ -6,12 +6,12 @@ import pytest
 import staffa
 from bodies import printed_on
 from restarting import After, stopped
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
-from staffa.cases.resume import resume
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
+from staffa.runs.resume import resume
+from staffa.runs.run import Watcher, run
 
 # A plate between rollers that is heated evenly by a source, so that its temperature is known.
 EVEN = """

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 import pyvista
 
-from staffa.cases.elements import elements_of
-from staffa.cases.experiment import run
-from staffa.cases.model import Case
-from staffa.cases.pressing import pressing
-from staffa.cases.preview import preview
-from staffa.cases.reading import parse_case
-from staffa.cases.resume import _pressed
-from staffa.cases.writing import to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading.read import parse_case
+from staffa.case.schema.case import Case
+from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.elements import elements_of
+from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError
 from staffa.io.run_directory import read_run
+from staffa.runs.resume import _pressed
+from staffa.runs.run import run
 
 HEATED = """
 [domain]

@@ -12,8 +12,7 @@ import pytest
 from bodies import body, printed_on, rock
 from heated import still, tensor
 from restarting import cut_run, finish
-from staffa.cases.experiment import run
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
@@ -23,6 +22,7 @@ from staffa.loads.forces import Forces, Traction
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step
+from staffa.runs.run import run
 
 BAR = """
 title = "An elastic bar, pulled and let go"

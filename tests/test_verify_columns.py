@@ -82,7 +82,7 @@ def test_the_strip_is_cut_from_the_brick() -> None:
     root = Path(__file__).parent.parent
     brick, strip = (
         tomllib.loads((root / name).read_text())
-        for name in ("src/staffa/cases/brick.toml", "verify/strip.toml")
+        for name in ("src/staffa/case/ready/brick.toml", "verify/strip.toml")
     )
     for table in ("damage", "toughness", "temperature", "time"):
         assert strip[table] == brick[table], table

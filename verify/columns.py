@@ -21,7 +21,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import KDTree
 from skimage.segmentation import find_boundaries
 
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import Run
 from staffa.measure.cells import cells as cells_of
 from staffa.measure.column_planes import section
@@ -30,7 +30,7 @@ from staffa.physics.doubling import spacing_at
 from staffa.records.step import CellSection
 from staffa.report.drawing import draw
 
-CASE = "src/staffa/cases/brick.toml"
+CASE = "src/staffa/case/ready/brick.toml"
 KEPT = Path(__file__).parent / "columns.json"
 SIZES = {"single": (2.5, tuple(range(1, 9))), "doubled": (5.0, tuple(range(1, 7)))}  # width, seeds
 SHOWN = "doubled-1"  # the one that the README shows too

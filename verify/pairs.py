@@ -19,7 +19,7 @@ from runs import HERE, keep
 from sharp_pair import growth
 
 import staffa
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
 from staffa.measure.tip import reach
 from staffa.model.fields import vertices
 

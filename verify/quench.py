@@ -23,7 +23,7 @@ from staffa.plot.frames import read_frames
 from staffa.plot.style import write_picture
 
 KEPT = Path(__file__).parent / "quench.json"
-CASE = "src/staffa/cases/ceramic-strip.toml"
+CASE = "src/staffa/case/ready/ceramic-strip.toml"
 # Wide enough to count: of cracks 1 mm deep there is room for five.
 SETTINGS = ('domain.size=["6 mm","5 mm"]',)
 PICTURES = ROOT / "docs" / "pictures"

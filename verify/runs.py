@@ -56,7 +56,7 @@ def ready_case(name: str, folder: str, *settings: str) -> Run:
     """A ready case run afresh, in runs/verify."""
     where = ROOT / "runs" / "verify" / folder
     shutil.rmtree(where, ignore_errors=True)
-    staffa(ROOT / "src" / "staffa" / "cases" / f"{name}.toml", where, settings)
+    staffa(ROOT / "src" / "staffa" / "case" / "ready" / f"{name}.toml", where, settings)
     return read_run(where)
 
 

@@ -10,7 +10,7 @@ from figures import Figure, Found
 from runs import HERE
 
 import staffa
-from staffa.cases.catalog import ready_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.evolution import saddle
 from staffa.evolution.problem import Problem
 from staffa.minimize import lanczos

@@ -20,7 +20,7 @@ from injection import make_mesh
 from runs import ROOT, keep
 
 import staffa
-from staffa.cases.reading import read_case
+from staffa.case.reading.read import read_case
 from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import march
 from staffa.model.fields import vertices

@@ -7,10 +7,10 @@ from staffa.backend.stack import MPI
 import numpy as np
 from matplotlib.figure import Figure
 
-from staffa.cases.build import problem
-from staffa.cases.reading import read_case
+from staffa.case.reading.read import read_case
 from staffa.model.domain import middles
 from staffa.plot.style import new_figure, write_picture
+from staffa.setup.build import problem
 
 HERE = Path(__file__).parent
 

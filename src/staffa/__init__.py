@@ -5,13 +5,13 @@ from typing import Any
 
 # Loaded when first used, so that `import staffa` needs no finite-element stack.
 _WHERE = {
-    "Case": "staffa.cases.model",
-    "read_case": "staffa.cases.reading",
-    "parse_case": "staffa.cases.reading",
-    "ready_case": "staffa.cases.catalog",
-    "problem": "staffa.cases.build",
-    "run": "staffa.cases.experiment",
-    "resume": "staffa.cases.resume",
+    "Case": "staffa.case.schema.case",
+    "read_case": "staffa.case.reading.read",
+    "parse_case": "staffa.case.reading.read",
+    "ready_case": "staffa.case.reading.ready_cases",
+    "problem": "staffa.setup.build",
+    "run": "staffa.runs.run",
+    "resume": "staffa.runs.resume",
     "build": "staffa.evolution.system",
     "march": "staffa.evolution.march",
     "read_run": "staffa.io.run_directory",

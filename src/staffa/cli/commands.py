@@ -10,10 +10,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from staffa.cases import catalog
-from staffa.cases.preview import preview
-from staffa.cases.reading import read_case
-from staffa.cases.writing import to_toml
+from staffa.case.check.preview import preview
+from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading.read import read_case
+from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning

@@ -13,10 +13,8 @@ from staffa.backend.stack import MPI
 from rich.progress import BarColumn, Progress, TextColumn
 
 from staffa.backend.parallel import on_root, require_together
-from staffa.cases.experiment import Watcher, run
-from staffa.cases.model import Case
-from staffa.cases.preview import preview
-from staffa.cases.resume import resume
+from staffa.case.check.preview import preview
+from staffa.case.schema.case import Case
 from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
@@ -30,6 +28,8 @@ from staffa.report.network import networks
 from staffa.report.radial import radial
 from staffa.report.summary import violations
 from staffa.report.tables import write_tables
+from staffa.runs.resume import resume
+from staffa.runs.run import Watcher, run
 
 
 def run_and_follow(

@@ -7,10 +7,8 @@ from pathlib import Path
 from staffa.backend.stack import MPI
 
 from staffa.backend.parallel import on_root
-from staffa.cases.ensemble import run_ensemble, seeds_from
-from staffa.cases.experiment import Watcher
-from staffa.cases.model import Case
-from staffa.cases.preview import preview
+from staffa.case.check.preview import preview
+from staffa.case.schema.case import Case
 from staffa.cli.live import Follower, ending_all_ranks, require_sound
 from staffa.cli.results import print_ensemble, print_ensemble_pictures
 from staffa.cli.stopping import Stopping
@@ -19,6 +17,8 @@ from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
 from staffa.report.ensemble import write_results
 from staffa.report.tables import write_pooled
+from staffa.runs.ensemble import run_ensemble, seeds_from
+from staffa.runs.run import Watcher
 
 
 def run_members_and_follow(

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from staffa.backend import isolation
-from staffa.cases import catalog
+from staffa.case.reading import ready_cases as catalog
 from staffa.doctor.child import python, spoken
 from staffa.errors import StaffaError
 from staffa.io.run_directory import read_run

@@ -7,9 +7,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from staffa.cases.attached import attached
-from staffa.cases.model import Case
-from staffa.cases.writing import inline
+from staffa.case.schema.case import Case
+from staffa.case.schema.toml_text import inline
+from staffa.case.values.attached_files import attached
 from staffa.records.manifest import Manifest
 from staffa.report.comparison import ABSENT, Table
 from staffa.report.pair import Pair

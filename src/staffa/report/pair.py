@@ -6,7 +6,7 @@ from math import isclose, sqrt
 
 import numpy as np
 
-from staffa.cases.model import Case
+from staffa.case.schema.case import Case
 from staffa.display_units import Shown
 from staffa.io.run_directory import Run
 from staffa.plot.labels import has_tau

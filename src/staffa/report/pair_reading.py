@@ -3,9 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
-from staffa.cases.model import Case
-from staffa.cases.pieces import averages, pieces
-from staffa.cases.reading import parse_case
+from staffa.case.reading.read import parse_case
+from staffa.case.schema.case import Case
+from staffa.case.values.subdomains import averages, pieces
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free

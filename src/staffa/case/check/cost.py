@@ -1,0 +1,70 @@
+"""The cost of a run before it runs: steps, memory and time, from measured runs."""
+
+from dataclasses import dataclass
+
+from staffa.case.scales.case_scales import Numbers
+from staffa.case.scales.pace import plan
+from staffa.case.schema.case import Case
+from staffa.case.values.elements import displacement_unknowns
+from staffa.evolution.schedule import Walk
+
+# Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
+# brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
+# "time.tau=[0.1]" --set "output.at=[]"` says it, with --set domain.size or domain.h for the size:
+# largest resident memory = base + per unknown, in bytes.
+BASE = 3.2e8
+PER_UNKNOWN = {"direct": 2.1e3, "iterative": 4.1e3}
+
+# Seconds of a sweep per displacement unknown, and the power by which that grows beyond SMALL of
+# them: of the slabs of bench/results.json and verify/slabs (direct), of bench/scaling.json.
+A_SWEEP = {"direct": (8e-6, 0.3), "iterative": (40e-6, 0.08)}
+SMALL = 1e5
+MOST_STEPS = 20_000  # are counted
+LEAST = 0.006  # seconds of the smallest sweep: what does not depend on the size
+# Sweeps of a step, over a whole run: 2-D and 3-D.
+SWEEPS = {2: 20.0, 3: 10.0}
+# A split's displacement takes several factorizations.
+SPLIT = 4.0
+# The kept runs of bench/ and verify/ lie within this factor of what is said (`tests/test_cost.py`):
+# a step in which cracks run far takes ten times the sweeps of one in which they stand.
+WITHIN = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steps:
+    """number: of time steps; open: True if steps adapt, so that cracks make more of them."""
+
+    number: int
+    open: bool
+
+
+def steps(case: Case, derived: Numbers) -> Steps:
+    """The number of steps of a run; of steps that adapt, those that it takes without cracks."""
+    times = plan(case, derived)
+    walk, number = Walk(times), 0
+    while number < MOST_STEPS and (time := walk.next()) is not None:
+        walk.onward(time, 0.0)
+        number += 1
+    return Steps(number=number, open=times.pace is not None)
+
+
+def memory(case: Case) -> float:
+    """Estimate the memory of a run, over all its ranks (bytes)."""
+    coarser = case.dim == 2 and float(case.damage.ell) >= 6 * case.outline.h
+    levels = 4 / 3 if coarser else 1.0
+    return BASE + levels * PER_UNKNOWN[case.solver.displacement] * displacement_unknowns(case)
+
+
+def coarser_for(case: Case, available: float) -> float:
+    """The cell edge with which a run needs no more than this (bytes; m)."""
+    share = (memory(case) - BASE) / max(available - BASE, 0.1 * BASE)
+    return float(case.outline.h) * share ** (1 / case.dim)
+
+
+def duration(case: Case, number: int) -> float:
+    """Estimate the time of a number of steps on one core (s), within a factor of WITHIN."""
+    n = displacement_unknowns(case)
+    each, power = A_SWEEP[case.solver.displacement]
+    sweep = LEAST + each * n * max(1.0, n / SMALL) ** power
+    split = 1.0 if case.damage.split == "none" else SPLIT
+    return number * SWEEPS[case.dim] * sweep * split

@@ -1,0 +1,78 @@
+"""Cautions on cells that are too long for the cracks, in the whole body or in a part of it."""
+
+from collections.abc import Iterator
+
+from staffa.case.scales.surface_cooling import exchanges
+from staffa.case.schema.case import Case, Named
+from staffa.case.schema.quantity_text import amount, at_least, at_most
+from staffa.geometry.block import broken_layer
+from staffa.physics.damage import LAWS, discrete_toughness_factor
+
+RESOLVED = 3.0  # cells in ell that resolve a crack
+POOR = 2.0  # cells in ell below which its toughness is so far off that it is a warning
+SLACK = 1 + 1e-9  # "0.03 mm" and "30 um" differ in the last digit
+# By so much are the edges at a face, in nine tenths of it, longer than the mean of an even mesh.
+SCATTER = 1.2
+
+
+def long_edges(case: Case, h: float) -> Iterator[tuple[bool, str]]:
+    """Sentences on edges longer than ell/3, and whether they are longer than ell/2.
+
+    h: the edge of the cells where cracks run (m), as the case or its mesh has it.
+    """
+    ell = float(case.damage.ell)
+    finer = f"h <= ell/3 = {at_most(case, ell / RESOLVED, 'm')}"
+    larger = f"damage.ell >= {at_least(case, RESOLVED * h, 'm')}"
+    if ell / h < 1 / SLACK:
+        yield (
+            True,
+            f"ell/h = {ell / h:.2g}: the mesh steers the cracks and adds to the toughness "
+            f"({_tougher(case, h)}; damage.allow_coarse is set); take {finer}, or {larger}, to be "
+            f"free of it",
+        )
+    elif ell / h < RESOLVED / SLACK:
+        much = ell / h < POOR / SLACK
+        how = "is not resolved" if much else "is barely resolved"
+        yield (
+            much,
+            f"ell/h = {ell / h:.3g} < 3: a crack {how}: {_tougher(case, h)}; take {finer}, or "
+            f"{larger}",
+        )
+    for where, how, edge in _parts(case):
+        if edge > ell / RESOLVED * SLACK and edge > SCATTER * h:
+            yield (
+                edge > ell / POOR * SLACK,
+                f"{where}: the mesh's edges there are {how} {amount(case, edge, 'm')} long, "
+                f"{edge / ell:.2g} ell: {_tougher(case, edge)}; mesh it there with {finer}",
+            )
+
+
+def _tougher(case: Case, h: float) -> str:
+    """By how much cells of an edge h (m) change the toughness, in words."""
+    layer = h * broken_layer(case.dim, str(case.domain.cells))
+    law = LAWS[case.damage.law]
+    more = discrete_toughness_factor(law, h=layer, ell=float(case.damage.ell)) - 1
+    return f"cracks run as if Gc were about {100 * more:.2g} % larger"
+
+
+def _parts(case: Case) -> Iterator[tuple[str, str, float]]:
+    """Cooled faces, cracks that are there from the start, and regions, of a mesh: what is said of
+    their edges, and these (m)."""
+    edges = case.outline.edges
+    if edges is None:
+        return
+    for face in _cooled(case):
+        yield f"face '{face}', which is cooled", "up to", edges.faces[face]
+    for crack in case.cracks:
+        if isinstance(crack, Named):
+            yield f"crack '{crack.name}'", "up to", edges.cracks[crack.name]
+    for region, edge in edges.regions.items():
+        yield f"region '{region}'", "at least", edge
+
+
+def _cooled(case: Case) -> list[str]:
+    """The faces that get colder."""
+    faces = case.outline.faces
+    if case.heat is not None:
+        return [e.where for e in exchanges(case) if e.drop > 0 and e.where in faces]
+    return [case.temperature.face] if case.temperature.profile != "none" else []

@@ -1,0 +1,348 @@
+"""What a case will do and cost, said before anything runs; no finite elements."""
+
+from dataclasses import dataclass
+from math import sqrt
+
+from staffa.case.check.cooling_warnings import WAVELENGTH
+from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
+from staffa.case.check.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
+from staffa.case.check.element_notes import element_facts
+from staffa.case.check.mesh_warnings import cell_edge
+from staffa.case.check.support_warnings import holding, laterally_held
+from staffa.case.check.warnings import notes, warnings
+from staffa.case.rules import adaptive, require_loaded, unit
+from staffa.case.scales.case_scales import Numbers, least_factor, numbers
+from staffa.case.scales.pace import prescribed_knots
+from staffa.case.scales.prescribed import visited_times
+from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.schema.case import Case
+from staffa.case.schema.quantity_text import amount, as_duration, at_least
+from staffa.case.values.default_split import is_by_default
+from staffa.case.values.diffusion_time import conductivities
+from staffa.case.values.elements import displacement_unknowns
+from staffa.case.values.pressing_loads import pressing
+from staffa.case.values.subdomains import (
+    has_directions,
+    is_uneven,
+    piece_varies,
+    pieces,
+    temperature_changes,
+)
+from staffa.geometry.block import broken_layer, section_raster
+from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.physics.material import PLANE_STRESS
+from staffa.physics.scales import diffusion_length, tau_of_time
+
+Fact = tuple[str, str, str]
+SHOWN = 6  # times of a table that are listed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preview:
+    """facts: (name, value, what it means); warnings: a sentence on each thing that is off; notes:
+    one on each choice that may be another than is meant."""
+
+    facts: tuple[Fact, ...]
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def preview(case: Case) -> Preview:
+    """Say what the physics and the cost will be, and warn of what is off.
+
+    Raises
+    ------
+    InputError
+        Nothing loads the body.
+    """
+    require_loaded(case)
+    derived = numbers(case)
+    facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
+    facts += element_facts(case)
+    facts.append(("held", *holding(case)))
+    facts += split_facts(case, derived) + _friction_facts(case)
+    if derived.cooled:
+        facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
+        facts += _length_facts(case, derived)
+    return Preview(
+        facts=tuple([*facts, *_cost_facts(case, derived)]),
+        warnings=tuple(warnings(case, derived)),
+        notes=tuple(notes(case, derived)),
+    )
+
+
+def _body_facts(case: Case) -> list[Fact]:
+    """What a shape or a mesh is from outside, and the names that it knows."""
+    if case.domain.is_block:
+        return _axis_facts(case)
+    body, metre = case.outline, unit(case, "m")
+    size = " x ".join(f"{length:.4g}" for length in body.size)
+    begins = ", ".join(f"{c:.4g}" for c in body.lower)
+    flat = ", ".join(name for name, plane in body.faces.items() if plane) or "none"
+    finer = case.domain.mesh is not None and case.domain.h is not None
+    edge = "edge where cracks run, domain.h" if finer else "mean edge of the cells"
+    named = {
+        "faces": (
+            body.faces,
+            f"names for [supports], [heat], [forces], temperature.face; flat: {flat}",
+        ),
+        "regions": (body.regions, "parts of the body"),
+        "cracks": (body.cracks, "that are there from the start"),
+    }
+    return [
+        *_axis_facts(case),
+        ("body", f"{size}{metre}", f"the box around it, which begins at ({begins})"),
+        ("h", f"{body.h:.3g}{metre}", edge),
+        *((what, ", ".join(names), meaning) for what, (names, meaning) in named.items() if names),
+    ]
+
+
+def _axis_facts(case: Case) -> list[Fact]:
+    """The meaning of x and y in a body of revolution."""
+    if not case.axial:
+        return []
+    low, high = (f"{r:.4g}" for r in (case.outline.lower[0], case.outline.upper[0]))
+    meaning = "x is the distance r from the axis, y is z; energies and areas are of the whole body"
+    return [("body of revolution", f"r = {low} to {high}{unit(case, 'm')}", meaning)]
+
+
+def _mesh_facts(case: Case) -> list[Fact]:
+    ell, h = float(case.damage.ell), cell_edge(case)
+    layer = h * broken_layer(case.dim, str(case.domain.cells))
+    factor = discrete_toughness_factor(LAWS[case.damage.law], h=layer, ell=ell)
+    return [
+        ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
+        (
+            "discrete toughness",
+            f"about {factor:.3f} Gc",
+            "1 + h/(4 c_w ell): what the mesh adds; a run measures it",
+        ),
+    ]
+
+
+def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """Which numbers stand for a rock that is not one number, if it is not."""
+    body, *regions = pieces(case)
+    other = any(piece.keys != body.keys for piece in regions)
+    others = ["differs by region"] if other else []
+    if any(piece_varies(piece) for piece in pieces(case)):
+        others.append("varies from place to place")
+    changing = temperature_changes(case)
+    if changing:
+        others.append(f"changes with temperature ({', '.join(changing)})")
+    if any(has_directions(piece.keys) for piece in pieces(case)):
+        others.append("has directions")
+    if not others:
+        return []
+    m, one = derived.rock, "averages of [material]"
+    value = f"E {m.E:.4g}, nu {m.nu:.3g}, Gc {m.Gc:.4g}, expansion {m.expansion:.4g}"
+    return [("rock", value, f"{one}, from which these scales follow: the rock {', '.join(others)}")]
+
+
+def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
+    sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
+    facts = _rock_facts(case, derived)
+    facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
+    if not derived.cooled:
+        strain = derived.sigma_c / derived.rock.E
+        sooner = ["the given cracks may grow sooner"] if case.cracks else []
+        told = "; ".join(["sigma_c/E", *sooner, *forced(case)])
+        facts.append(("will it crack", f"at a strain of {strain:.3g}", told))
+    return facts
+
+
+def split_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """The energy split, by default or not, and the loads that may press rock."""
+    split, reasons = str(case.damage.split), pressing(case)
+    chosen = "by default, as" if is_by_default(case) else "asked for;"
+    if not reasons:
+        though = "asked for, though" if split != "none" else chosen
+        why = f"{though} cold alone acts, which pulls: cracks need no stiffness against pressure"
+        return [("energy split", split, why)]
+    though = "asked for, though" if split == "none" else chosen
+    why = f"{though} {' and '.join(reasons)} may press cracks shut"
+    if case.forces is not None:
+        told = "sigma_c and dT_c do" if derived.cooled and derived.dT_c else "sigma_c does"
+        why += f"; {told} not count {'them' if len(reasons) == 1 else 'the forces'}"
+    return [("energy split", split, why)]
+
+
+def _friction_facts(case: Case) -> list[Fact]:
+    """The fact on friction between the faces of cracks, where they may slide."""
+    if case.damage.split != "contact":
+        return []
+    if not case.damage.friction:
+        return [("friction", "0", "between the faces of closed cracks, which slide freely")]
+    told = "Coulomb's, between the faces of closed cracks; no second-order test, which it has not"
+    return [("friction", f"{case.damage.friction:g}", told)]
+
+
+def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
+    if case.heat is None:
+        return []
+    k, face = conductivities(case), case.temperature.face
+    along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
+    shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
+    facts = [
+        ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
+        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+    ]
+    for exchange in exchanges(case):
+        if exchange.where == face and exchange.film is not None:
+            biot = f"{exchange.film * derived.L:.3g}"
+            facts.append(("Biot number", biot, "h L/k: well above 1, the film hardly hinders"))
+    return facts
+
+
+def _what_drops(case: Case) -> str:
+    """Whose temperature drop dT is."""
+    if case.heat is None:
+        return "temperature drop of the face"
+    coldest = strongest(exchanges(case), case.temperature.face)
+    if coldest is None:
+        return "no side and no fluid is colder than the body was"
+    what = "temperature drop" if coldest.film is None else "how much colder the bath is"
+    return f"{what}, {coldest.where}"
+
+
+def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
+    assert derived.severity is not None
+    K = unit(case, "K")
+    facts = [
+        ("severity", f"{derived.severity:.4g}", "expansion dT sqrt(E L/Gc); 54 in the paper"),
+        ("dT", f"{derived.dT:.4g}{K}", _what_drops(case)),
+    ]
+    if derived.dT_c is None:
+        return [
+            *facts,
+            ("dT/dT_c", "none", f"{derived.law.name} has no threshold: any drop damages"),
+            ("will it crack", *verdict(case, derived)),
+        ]
+    relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
+    nothing = "cooling starts no crack" if other_causes(case) else "nothing is damaged"
+    below = f"below 1 {nothing}{', but for [forces]' if case.forces else ''}"
+    return [
+        *facts,
+        ("dT_c", f"{derived.dT_c:.4g}{K}", f"drop at which damage starts, {_where(case, derived)}"),
+        ("dT/dT_c", f"{derived.dT / derived.dT_c:.3g}", f"{below}{relaxed}"),
+        *_force_facts(case, derived),
+        ("will it crack", *verdict(case, derived)),
+    ]
+
+
+def _where(case: Case, derived: Numbers) -> str:
+    """For which strain and in which rock dT_c holds."""
+    blocked = "plane stress" if derived.state == PLANE_STRESS else "both lateral strains blocked"
+    factor = least_factor(case)
+    weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"
+    region = "" if derived.weakest == "material" else f", in {derived.weakest}"
+    noise = "; less where the random toughness is low" if case.toughness.amplitude else ""
+    varied = "; more or less where the rock differs" if is_uneven(case) else ""
+    return f"{blocked}{region}{weak}{noise}{varied}"
+
+
+def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """Facts on the squeeze of the cooled face, and on what cooling sets against it."""
+    squeezed = face_squeeze(case, derived)
+    if squeezed is None:
+        return []
+    free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
+    rest, thermal = amount(case, squeezed.along, "Pa"), amount(case, squeezed.thermal, "Pa")
+    net = amount(case, squeezed.along + squeezed.thermal, "Pa")
+    starts, there = "damage starts", amount(case, squeezed.starts, "Pa")
+    starts += f" across the plane, at {there} there" if squeezed.beyond else f" at {there}"
+    least = "along the face before cooling, where it is squeezed least; tension counts positive"
+    return [
+        ("stress at rest", rest, least),
+        ("thermal stress", thermal, f"E expansion dT{free}, dT the largest drop of the face"),
+        ("net tension", net, f"the sum of both; {starts}"),
+        (
+            "drop it takes",
+            at_least(case, squeezed.needed, "K", digits=4),
+            "of the face, for damage to start",
+        ),
+    ]
+
+
+def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
+    metre, kappa = unit(case, "m"), derived.kappa
+    ell, h = float(case.damage.ell), cell_edge(case)
+    facts, ell0 = [], derived.ell0
+    if ell0 is not None:
+        meaning = "Gc over thermal stress squared: unit of spacing"
+        facts.append(("ell0", f"{ell0:.3g}{metre}", meaning))
+    if ell0 is not None and derived.dT_c is not None:
+        mixed, apart = sqrt(ell0 * ell), f"cracks start about {WAVELENGTH:g} of these apart"
+        value = f"{mixed:.3g}{metre}"
+        facts.append(("sqrt(ell ell0)", value, f"{apart}, if dT/dT_c is 3 or more"))
+    for which, time in zip(("first", "last"), first_and_last(derived), strict=True):
+        length, tau = diffusion_length(kappa, time), tau_of_time(time, kappa=kappa, L=derived.L)
+        against = f"{length / h:.2g} h, {length / ell:.2g} ell (tau = {tau:.3g})"
+        facts.append((f"sqrt(kappa t), {which} step", f"{length:.3g}{metre}", against))
+    return facts
+
+
+def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
+    n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
+    planned = steps(case, derived)
+    unknowns = f"{displacement_unknowns(case):,} + {n_vertices:,}"
+    fields = "displacement and damage"
+    if case.heat is not None:
+        unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
+    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
+    more = " or more" if planned.open else ""
+    return [
+        ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
+        ("unknowns", about + unknowns, fields),
+        (
+            "steps",
+            f"{planned.number}{more}",
+            "each of tens to hundreds of sweeps where cracks move",
+        ),
+        *_knots(case),
+        *_planes(case),
+        ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
+        ("time", *_time(case, planned)),
+    ]
+
+
+def _knots(case: Case) -> list[Fact]:
+    """The times at which steps that adapt end because something prescribed turns there."""
+    if adaptive(case) is None:
+        return []
+    visited, facts = visited_times(case), []
+    for where, told in prescribed_knots(case).items():
+        times = [t for t in told.times.tolist() if t > 0 and t not in visited]
+        if times:
+            listed = ", ".join(amount(case, t, "s") for t in times[:SHOWN])
+            more = f" and {len(times) - SHOWN} more" if len(times) > SHOWN else ""
+            turns = f"jumps, extremes and kinks of {where}"
+            within = f", straight between them within {told.depart:.2g} of its range"
+            facts.append(("steps end at", listed + more, turns + (within if told.depart else "")))
+    return facts
+
+
+def _time(case: Case, planned: Steps) -> tuple[str, str]:
+    """The time of the run in words, and how well it is known."""
+    seconds = duration(case, planned.number)
+    low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
+    slower = {
+        "stability": case.solver.stability in ("report", "follow"),
+        "backtracking": case.solver.backtracking,
+    }
+    asked = [f"solver.{name}" for name, given in slower.items() if given]
+    beyond = [*(["each step that cracks make shorter"] if planned.open else []), *asked]
+    more = f"; more for {' and '.join(beyond)}" if beyond else ""
+    return f"about {as_duration(seconds)}", f"on one core: between {low} and {high}{more}"
+
+
+def _planes(case: Case) -> list[Fact]:
+    """Where the columns of a 3-D body are measured."""
+    depths = case.measures.depths
+    if case.dim == 2 or not depths:
+        return []
+    axis = case.outline.axis(case.temperature.face)
+    one, other = (length for k, length in enumerate(case.outline.size) if k != axis)
+    across, along = section_raster((one, other), cell_edge(case)).counts
+    counted = f"{len(depths)} of {across} x {along} pixels"
+    return [("sections", counted, "the cells that cracks cut out there, at every step")]

@@ -1,0 +1,1 @@
+"""Ready cases that come with staffa."""

@@ -1,0 +1,187 @@
+"""Rules on the table [forces], and on the energy split that goes with it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from staffa.case.rules.heat_rules import TRIED
+from staffa.case.rules.time_rules import table_agrees, times_given
+from staffa.case.schema.case import Case
+from staffa.case.schema.field_types import Formula
+from staffa.case.schema.force_keys import ForceKeys, StressWithDepth
+from staffa.case.schema.heat_keys import InTime
+from staffa.case.schema.toml_text import inline, shown
+from staffa.case.values.applied_forces import COMPONENTS
+from staffa.case.values.default_split import default_split, is_anisotropic, presses
+from staffa.case.values.diffusion_time import times_in
+from staffa.case.values.subdomains import averages, pieces
+from staffa.errors import InputError
+from staffa.physics.split import SPLITS
+from staffa.properties.formula import formula, names, trial
+from staffa.units import Quantity, parse
+
+# What a formula of a component may depend on, besides places in the body.
+IN_SPACE = ("prestress", "pore_pressure")
+
+
+def forces_say_something(case: Case) -> None:
+    """The table acts on the body, and what it needs is there."""
+    keys = case.forces
+    if keys is None:
+        return
+    if keys.prestress is not None and not keys.prestress.model_fields_set:
+        raise InputError(
+            f"forces.prestress says nothing; give {', '.join(COMPONENTS)} or some of them, or "
+            f"leave it out"
+        )
+    if not presses(case):
+        raise InputError(
+            "[forces] says nothing; give prestress, gravity, a side, pore_pressure, "
+            "crack_pressure or crack_volume, or leave it out"
+        )
+    if keys.crack_pressure is not None and keys.crack_volume is not None:
+        raise InputError(
+            "forces.crack_pressure and forces.crack_volume: the volume that a fluid takes up "
+            "determines its pressure; leave one of them out"
+        )
+    if keys.crack_volume is not None and not case.cracks:
+        raise InputError(
+            "forces.crack_volume: there is no crack for the fluid; give one in [[cracks]]"
+        )
+    exact = case.solver.stability in ("report", "follow")
+    if keys.crack_volume is not None and exact:
+        raise InputError(
+            f"solver.stability = {inline(case.solver.stability)} does not know of a volume that is "
+            f"held; leave it out, or take forces.crack_pressure"
+        )
+    if keys.biot is not None and keys.pore_pressure is None:
+        raise InputError(
+            f"forces.biot = {keys.biot:g} has no meaning without forces.pore_pressure; leave it out"
+        )
+
+
+def forces_fit_the_body(case: Case) -> None:
+    """Sides, components and gradients are those of the body and of its plane state."""
+    keys, dim = case.forces, case.dim
+    if keys is None:
+        return
+    for name, side in keys.by_side().items():
+        where = f"forces.{name}"
+        if not side.model_fields_set:
+            raise InputError(f"{where} says nothing; give pressure, x or y, or leave it out")
+        if dim == 2 and side.z is not None:
+            raise InputError(f"{where}.z: a 2-D body has no such axis; leave it out")
+    if keys.gravity is not None and len(keys.gravity) != dim:
+        raise InputError(
+            f"forces.gravity = {inline(keys.gravity)}: it needs {dim} numbers, as the body is "
+            f"{dim}-D"
+        )
+    _stress_fits(case, keys)
+    for where, value, _ in _values(keys):
+        if isinstance(value, StressWithDepth) and len(value.gradient) != dim:
+            raise InputError(
+                f"{where}.gradient = {inline(value.gradient)}: it needs {dim} numbers, as the body "
+                f"is {dim}-D"
+            )
+        if isinstance(value, InTime):
+            table_agrees(where, value.t, value.value, "value")
+    _volume_fits(case, keys)
+
+
+def _stress_fits(case: Case, keys: ForceKeys) -> None:
+    if keys.pore_pressure is not None and case.plane_stress:
+        raise InputError(
+            "forces.pore_pressure: in plane stress pores would press the plate apart; take "
+            'material.plane = "strain", or a 3-D body'
+        )
+    if keys.prestress is None or case.dim == 3:
+        return
+    for name in ("yz", "xz"):
+        if getattr(keys.prestress, name) is not None:
+            raise InputError(f"forces.prestress.{name}: a 2-D body has none; leave it out")
+    if keys.prestress.zz is not None and case.plane_stress:
+        raise InputError(
+            "forces.prestress.zz: plane stress has none across the plane; leave it out, or take "
+            'material.plane = "strain"'
+        )
+
+
+def _volume_fits(case: Case, keys: ForceKeys) -> None:
+    """In 2-D a volume is one per thickness."""
+    value = keys.crack_volume
+    for volume in value.value if isinstance(value, InTime) else (value,):
+        if isinstance(volume, Quantity) and volume.has_units:
+            try:
+                parse(volume.given, "volume per thickness" if case.extents == 2 else "volume")
+            except InputError as error:
+                raise InputError(f"forces.crack_volume = {shown(volume)}: {error}") from None
+
+
+def split_fits_the_rock(case: Case) -> None:
+    """Splits by principal strains are for isotropic rock with nu >= 0."""
+    name = case.damage.split
+    if case.damage.gamma is not None and name != "star-convex":
+        raise InputError(
+            f"damage.gamma = {case.damage.gamma:g} has no meaning but with damage.split = "
+            f'"star-convex"; leave it out'
+        )
+    name = name or default_split(case)
+    if name == "none":
+        return
+    if case.plane_stress and any(averages(p).nu >= 0.5 for p in pieces(case)):
+        raise InputError(
+            f'damage.split = "{name}"{_by_default(case)} needs a bulk modulus, and rock with nu = '
+            f"0.5 has none; take 0.49 or less"
+        )
+    if not SPLITS[name].isotropic:
+        return
+    if is_anisotropic(case):
+        raise InputError(
+            f'damage.split = "{name}" is for isotropic rock, and this one is not; take '
+            f'"volumetric-deviatoric"'
+        )
+    for piece in pieces(case):
+        if (nu := averages(piece).nu) < 0:
+            raise InputError(
+                f'damage.split = "{name}" is for nu >= 0, and {piece.where}.nu = {nu:g}; take '
+                f'"volumetric-deviatoric"'
+            )
+
+
+def _by_default(case: Case) -> str:
+    return "" if case.damage.split else ", the default where something may be pressed,"
+
+
+def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
+    """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
+    for name in COMPONENTS if keys.prestress is not None else ():
+        yield f"forces.prestress.{name}", getattr(keys.prestress, name), None
+    for side, table in keys.by_side().items():
+        for name in type(table).model_fields:
+            yield f"forces.{side}.{name}", getattr(table, name), side
+    for name in ("pore_pressure", "crack_pressure", "crack_volume"):
+        yield f"forces.{name}", getattr(keys, name), None
+
+
+def formulas_of_forces_give_numbers(case: Case) -> None:
+    """Every formula gives finite numbers where it is tried, see `formulas_give_numbers`."""
+    if case.forces is None:
+        return
+    visited = times_in(case, times_given(case)[[0, -1]])
+    times = sorted({*np.linspace(0.0, visited[-1], TRIED).tolist(), *visited})
+    for where, value, side in _values(case.forces):
+        if not isinstance(value, Formula):
+            continue
+        still = side is None and where.split(".")[1] in IN_SPACE
+        in_cracks = side is None and where.startswith("forces.crack_")
+        known = ("t",) if in_cracks else names(case.dim, time=not still)
+        try:
+            function = formula(value.formula, known)
+            there = case.outline.places.on(side)
+            for t in times:
+                found = trial(function, known, there, t)
+                if where == "forces.crack_volume" and found.min() < 0:
+                    raise InputError(f"it must not be negative, and is at t = {t:.4g}")
+        except InputError as error:
+            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None

@@ -1,0 +1,1 @@
+"""Keys of a case file as typed, frozen models, and their text."""

@@ -1,0 +1,133 @@
+"""The table [domain]: which body a case is about, as keys."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, PrivateAttr
+
+from staffa.case.schema.field_types import FilePath, Length, Section
+from staffa.case.schema.shape_keys import ShapeKeys
+from staffa.geometry import shapes
+from staffa.geometry.block import UNSTRUCTURED
+from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
+from staffa.units import Quantity
+
+BLOCKS = {2: "quadrilateral", 3: "hexahedron"}
+
+
+def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    if len(size) not in (2, 3):
+        raise ValueError("it needs two numbers (2-D) or three (3-D)")
+    return size
+
+
+class DomainKeys(Section):
+    """The body: a rectangle or a box with its lower corner at the origin (size), a shape, or a mesh
+    (mesh) whose names are its regions, faces and cracks."""
+
+    size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] | None = Field(
+        default=None,
+        description="extent along x, y (2-D) or x, y, z (3-D); the last is the height",
+        examples=[[5.0, 1.0]],
+    )
+    shape: ShapeKeys | None = Field(
+        default=None,
+        description="in place of size: a plate with hole, a wellbore, a disc, a cylinder, or "
+        "layers, with named faces and regions (docs/geometry.md; needs Gmsh)",
+        examples=[{"kind": "plate with hole", "size": [2.0, 2.0], "radius": 0.1}],
+    )
+    mesh: FilePath | None = Field(
+        default=None,
+        description="in place of size: a file of a mesh, .msh (Gmsh), .med, .unv, .inp, .vtu and "
+        "others (docs/geometry.md), as seen from the folder of this file",
+        examples=["rock.msh"],
+    )
+    unit: Length | None = Field(
+        default=None,
+        description="of a mesh: how long what it counts as 1 is; needed in a case with units",
+        examples=["1 mm"],
+    )
+    h: Length | None = Field(
+        default=None,
+        description="cell edge; at most damage.ell/3 resolves a crack; a mesh has its own, "
+        "and needs h only where it is finer there than in the mean",
+        examples=[0.01],
+    )
+    cells: (
+        Literal["quadrilateral", "triangle", "hexahedron", "tetrahedron", "unstructured"] | None
+    ) = Field(
+        default=None,
+        description="quadrilateral or triangle in 2-D, hexahedron or tetrahedron in 3-D; "
+        "triangles are four to a square, so that they favor no diagonal; unstructured: triangles "
+        "or tetrahedra of mean edge h that favor no direction at all (needs Gmsh)",
+        examples=["quadrilateral"],
+    )
+    symmetry: Literal["axis"] | None = Field(
+        default=None,
+        description="axis: a body of revolution, given by its section, x = r from the axis x = 0 "
+        "outward and y = z along it; energies, areas and forces are then of the whole body, and "
+        "only cracks that run around the axis exist (docs/geometry.md)",
+        examples=["axis"],
+    )
+    hole: Length | None = Field(
+        default=None,
+        description="with symmetry and size: radius of a hole along the axis, at which x begins",
+        examples=[0.1],
+    )
+    elements: Literal["linear", "quadratic", "reduced"] | None = Field(
+        default=None,
+        description="of the displacement: linear; quadratic (triangles and tetrahedra); reduced "
+        "(quadrilaterals and hexahedra: the volume change in the middle of each cell alone). "
+        "Default: linear, but quadratic or reduced where nu is 0.45 or more in plane strain, a "
+        "body of revolution or 3-D, where linear ones are too stiff "
+        "(docs/how-to-choose-a-solver.md)",
+        examples=["linear"],
+    )
+    _file: Path | None = PrivateAttr(default=None)
+    _outline: Outline | None = PrivateAttr(default=None)
+
+    @property
+    def file(self) -> Path | None:
+        """Where the mesh is, once it was found."""
+        return self._file
+
+    def with_mesh(self, file: Path, outline: Outline) -> "DomainKeys":
+        """The same with the mesh found, and what it is from outside; it goes by its file's name."""
+        keys = self.model_copy(update={"mesh": file.name})
+        keys._file, keys._outline = file, outline
+        return keys
+
+    @property
+    def outline(self) -> Outline:
+        """The body from outside; the axis of a body of revolution is no face of it."""
+        return without_axis(self._section) if self.symmetry else self._section
+
+    @property
+    def axis_faces(self) -> tuple[str, ...]:
+        """The names of what lies on the axis of a body of revolution."""
+        if not self.symmetry:
+            return ()
+        return tuple(name for name in self._section.faces if is_axis(self._section, name))
+
+    @property
+    def _section(self) -> Outline:
+        """The body from outside, with the axis."""
+        if self._outline is not None:
+            return self._outline
+        h = float(self.h or 0.0)
+        if self.shape is not None:
+            return shapes.outline(self.shape.shape(), h)
+        assert self.size is not None
+        size = tuple(float(s) for s in self.size)
+        lower = (float(self.hole or 0.0), *(0.0,) * (len(size) - 1))
+        return of_block(size, h, self.cells or BLOCKS[len(size)], lower)
+
+    @property
+    def is_block(self) -> bool:
+        """True for a rectangle or a box of `size`."""
+        return self.size is not None
+
+    @property
+    def has_simplices(self) -> bool:
+        """True for triangles or tetrahedra that lie anywhere."""
+        return not self.is_block or self.cells == UNSTRUCTURED

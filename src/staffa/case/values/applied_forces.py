@@ -1,0 +1,76 @@
+"""Case -> what acts on the body besides cold."""
+
+from typing import Any
+
+import numpy as np
+
+from staffa.case.schema.case import Case
+from staffa.case.schema.field_types import Formula
+from staffa.case.schema.force_keys import ForceKeys, Prestress, SideForce
+from staffa.case.values.heat_equation import in_time
+from staffa.case.values.property_functions import in_space
+from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
+from staffa.properties.formula import formula
+
+# In the order of `loads.forces.Forces.prestress`.
+COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
+
+
+def forces(case: Case) -> Forces:
+    """What the table [forces] says."""
+    keys, dim = case.forces, case.dim
+    if keys is None:
+        return Forces()
+    return Forces(
+        gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
+        sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
+        prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
+        pore_pressure=None if keys.pore_pressure is None else in_space(keys.pore_pressure, dim),
+        biot=1.0 if keys.biot is None else keys.biot,
+        crack_pressure=_of_time(keys, "crack_pressure"),
+        crack_volume=_of_time(keys, "crack_volume"),
+    )
+
+
+def _prestress(keys: Prestress, dim: int) -> InSpace:
+    given = [getattr(keys, name) for name in COMPONENTS]
+    parts = [None if value is None else in_space(value, dim) for value in given]
+
+    def stress(x: np.ndarray) -> np.ndarray:
+        return np.array([np.zeros(x.shape[1]) if part is None else part(x) for part in parts])
+
+    return stress
+
+
+def _traction(name: str, side: SideForce, dim: int) -> Traction:
+    components = [getattr(side, axis) for axis in "xyz"[:dim]]
+    parts = [None if value is None else in_time(value, dim) for value in components]
+
+    def force(x: np.ndarray, t: float) -> np.ndarray:
+        zero = np.zeros(x.shape[1])
+        return np.array([zero if part is None else zero + part(x, t) for part in parts])
+
+    pressed = None if side.pressure is None else in_time(side.pressure, dim)
+
+    def pressure(x: np.ndarray, t: float) -> np.ndarray:
+        assert pressed is not None
+        return np.zeros(x.shape[1]) + pressed(x, t)
+
+    return Traction(
+        side=name,
+        force=force if any(part is not None for part in parts) else None,
+        pressure=None if pressed is None else pressure,
+    )
+
+
+def _in_time(value: Any) -> InSpaceAndTime:
+    function = formula(value.formula, ("t",)) if isinstance(value, Formula) else in_time(value, 0)
+    return lambda x, t: np.full(x.shape[1], function(x, t))
+
+
+def _of_time(keys: ForceKeys, name: str) -> InTime | None:
+    value = getattr(keys, name)
+    if value is None:
+        return None
+    function, nowhere = _in_time(value), np.zeros((3, 1))
+    return lambda t: float(np.ravel(function(nowhere, t))[0])

@@ -1,0 +1,53 @@
+"""How fast heat diffuses in a case, and its times in seconds (or scaled).
+
+What a scaled case leaves out is 1. Of a rock that varies these are the averages in [material].
+"""
+
+import numpy as np
+
+from staffa.case.schema.case import Case
+from staffa.case.schema.field_types import ONE
+from staffa.case.values import subdomains as rock
+from staffa.physics.scales import time_of_tau
+
+
+def conductivities(case: Case) -> tuple[float, ...]:
+    """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
+    return tuple(np.diag(rock.conductivity(rock.pieces(case)[0])).tolist())
+
+
+def conductivity(case: Case, face: str) -> float:
+    """Conductivity across a face; the mean one if that is not flat across an axis (W/(m K))."""
+    along, axis = conductivities(case), case.outline.axis(face)
+    return sum(along) / len(along) if axis is None else along[axis]
+
+
+def heat_capacity(case: Case) -> float:
+    """rho c, of a case with profile "heat" (J/(m^3 K))."""
+    body = rock.pieces(case)[0]
+    return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
+
+
+def diffusivity(case: Case, side: str | None = None) -> float:
+    """kappa (m^2/s) across a side, by default the one from which depths are measured."""
+    if case.heat is None:
+        return float(case.material.kappa or ONE)
+    return conductivity(case, side or case.temperature.face) / heat_capacity(case)
+
+
+def depth(case: Case) -> float:
+    """L, the extent of the body below the cooled face, if that is one of its flat sides, else the
+    least of its extents; its height without cooling (m)."""
+    size, face = case.outline.size, case.temperature.face
+    if case.temperature.profile == "none":
+        return size[-1]
+    axis = case.outline.axis(face)
+    return min(size) if axis is None or case.outline.sides[face] is None else size[axis]
+
+
+def times_in(case: Case, given: np.ndarray) -> list[float]:
+    """Times (s), from tau or t as the case counts them."""
+    if case.time.tau is None:
+        return [float(t) for t in given]
+    scale = {"kappa": diffusivity(case), "L": depth(case)}
+    return [time_of_tau(float(tau), **scale) for tau in given]

@@ -1,0 +1,71 @@
+"""The elements that the displacement of a case takes, and why; no finite elements."""
+
+from typing import Any
+
+import numpy as np
+
+from staffa.case.schema.case import Case
+from staffa.case.schema.domain_keys import BLOCKS
+from staffa.case.schema.material_keys import is_isotropic
+from staffa.case.schema.temperature_keys import NumberInTemperature
+from staffa.case.values.property_functions import in_space, point_property
+from staffa.case.values.stiffness import elasticity
+from staffa.case.values.subdomains import Piece, pieces
+from staffa.geometry.block import UNSTRUCTURED
+from staffa.physics.elasticity import effective_nu
+from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
+
+
+def cells_of(case: Case) -> str:
+    """The shape of its cells, "unstructured" for triangles or tetrahedra of Gmsh."""
+    given = case.domain.cells
+    return given or (BLOCKS[case.dim] if case.domain.is_block else UNSTRUCTURED)
+
+
+def is_constrained(case: Case) -> bool:
+    """True if the volume can only change with the elements': not in plane stress, where the body
+    is free to grow thicker."""
+    return case.dim == 3 or case.axial or case.material.plane == "strain"
+
+
+def default_elements(case: Case) -> str:
+    """Linear ones, but of nearly incompressible rock those that do not lock."""
+    if not is_constrained(case) or case.damage.friction:  # see `rules.contact`
+        return LINEAR
+    largest, _ = largest_nu(case)
+    return LINEAR if largest < FROM else cures(cells_of(case))
+
+
+def elements_of(case: Case) -> str:
+    """Give the elements that are asked for, or the default."""
+    return case.domain.elements or default_elements(case)
+
+
+def displacement_unknowns(case: Case) -> int:
+    """About how many there are: of quadratic elements also in the middles of edges, of which there
+    are about as many as vertices and cells together (Euler)."""
+    body = case.outline
+    edges = body.n_vertices + body.n_cells if elements_of(case) == QUADRATIC else 0
+    return case.dim * (body.n_vertices + edges)
+
+
+def largest_nu(case: Case) -> tuple[float, Piece]:
+    """The largest Poisson's ratio of the rock where it is looked at, and the piece that has it."""
+    found = [(_largest(piece), piece) for piece in pieces(case)]
+    return max(found, key=lambda one: one[0])
+
+
+def _largest(piece: Piece) -> float:
+    """The largest; of rock with directions that of isotropic rock as stiff as it."""
+    keys = piece.keys
+    if is_isotropic(keys):
+        if isinstance(keys.nu, int | float):
+            return float(keys.nu)
+        if isinstance(keys.nu, NumberInTemperature):
+            return max(keys.nu.value)  # at the temperature at which it locks the most
+        return float(np.max(in_space(keys.nu, piece.dim)(piece.places().x)))
+
+    def read(value: Any) -> Any:
+        return point_property(value, piece.dim)
+
+    return float(np.max(effective_nu(elasticity(keys, read).stiffness(piece.places().x))))

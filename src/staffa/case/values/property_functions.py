@@ -1,0 +1,43 @@
+"""From the value of a property, as keys, to a number or a function of position."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from staffa.case.schema.field_types import Section
+from staffa.case.schema.property_keys import RandomField
+from staffa.geometry.places import Sample
+from staffa.physics.elasticity import PointFunction, Property, values
+
+
+def varies(value: Any) -> bool:
+    """Whether a property differs from place to place: whether it is a table."""
+    return isinstance(value, Section)
+
+
+def point_property(value: Any, dim: int) -> Property:
+    """What stands for a property, in SI or scaled as the case is."""
+    return value.at_points(dim) if varies(value) else float(value)
+
+
+def in_space(value: Any, dim: int) -> PointFunction:
+    """The same as a function of points, where it is one number too."""
+    return partial(values, point_property(value, dim))
+
+
+def average(value: Any, dim: int, places: Callable[[], Sample]) -> float:
+    """The one number that stands for a property: its mean, where that is not known over places."""
+    if isinstance(value, RandomField):
+        return float(value.mean)
+    found = point_property(value, dim)
+    if not callable(found):
+        return found
+    there = places()
+    return there.mean(found(there.x))
+
+
+def product_of(one: Property, other: Property) -> Property:
+    """The product of two properties."""
+    if not callable(one) and not callable(other):
+        return one * other
+    return lambda x: values(one, x) * values(other, x)

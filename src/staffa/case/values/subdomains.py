@@ -1,0 +1,182 @@
+"""The pieces of a body, each of one rock: the body itself and its regions; no finite elements."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from staffa.case.schema.case import Case
+from staffa.case.schema.field_types import ONE
+from staffa.case.schema.material_keys import (
+    MaterialKeys,
+    RegionKeys,
+    RockKeys,
+    is_isotropic,
+    rock_of,
+)
+from staffa.case.schema.temperature_keys import depends_on_place, of_temperature, with_reference
+from staffa.case.values.property_functions import average, in_space, varies
+from staffa.case.values.stiffness import elasticity, tensor
+from staffa.geometry.places import Bounds, Grid, Sample
+from staffa.physics.elasticity import isotropic_average
+
+
+@dataclass(frozen=True, kw_only=True)
+class Averages:
+    """The numbers that stand for a rock where scales are told, in SI or scaled as the case is.
+
+    Where a property varies, its mean; where it has a direction, the average over all directions,
+    but of the toughness the least; where temperature changes it, that of `reference_temperature`.
+    """
+
+    E: float
+    nu: float
+    Gc: float
+    expansion: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """The body or a region of it.
+
+    where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
+    the body's, properties of temperature with their reference; places: where its values are looked
+    at before there is a mesh.
+    """
+
+    where: str
+    keys: MaterialKeys
+    dim: int
+    places: Callable[[], Sample]
+
+    @property
+    def name(self) -> str:
+        """As a sentence calls it: "material", or "region 'clay'"."""
+        _, _, region = self.where.partition(".")
+        return f"region '{region}'" if region else self.where
+
+    def average(self, value: Any) -> float:
+        """The mean of one of its properties."""
+        return average(value, self.dim, self.places)
+
+    def properties(self) -> Iterator[tuple[str, str, Any]]:
+        """Every value of its rock that may vary: the name of its key, where it stands, itself."""
+        for name in RockKeys.model_fields:
+            value = getattr(self.keys, name)
+            if name in ("stiffness", "axis", "angle", "axes") or value is None:
+                continue
+            several = value if isinstance(value, tuple) else (value,)
+            for number, one in enumerate(several, start=1):
+                entry = f", entry {number}" if isinstance(value, tuple) else ""
+                yield name, f"{self.where}.{name}{entry}", one
+                factor = getattr(one, "factor", None)  # by place, of a table of temperature
+                if factor is not None:
+                    yield f"{name}.factor", f"{self.where}.{name}{entry}.factor", factor
+
+
+def pieces(case: Case) -> tuple[Piece, ...]:
+    """The body first, then its regions."""
+    places = case.outline.places
+    T = reference_temperature(case)
+
+    def known(keys: MaterialKeys) -> MaterialKeys:
+        return with_reference(keys, RockKeys.model_fields, T)
+
+    body = known(case.material)
+    found = [Piece(where="material", keys=body, dim=case.dim, places=places.within)]
+    for name, region in case.regions.items():
+        box = box_of(case, region)
+        where = partial(places.within, name)
+        if box is not None:
+            where = partial(Grid(boxes=((name, box),), flat={}).within, name)
+        keys = known(rock_of(case.material, region))
+        found.append(Piece(where=f"regions.{name}", keys=keys, dim=case.dim, places=where))
+    return tuple(found)
+
+
+def reference_temperature(case: Case) -> float:
+    """The mean temperature (K) at the start, at which scales are told; 0 where no temperature is
+    known, or none is needed."""
+    tables = (case.material, *case.regions.values())
+    names = RockKeys.model_fields
+    if case.heat is None or not any(of_temperature(getattr(t, n)) for t in tables for n in names):
+        return 0.0
+    there = case.outline.places.within()
+    return there.mean(in_space(case.heat.initial, case.dim)(there.x))
+
+
+def box_of(case: Case, region: RegionKeys) -> Bounds | None:
+    """Corners of the part of the body in the box of a region (m), None of one without a box."""
+    if region.lower is None or region.upper is None:
+        return None
+    body = case.outline
+    lower = tuple(max(a, float(b)) for a, b in zip(body.lower, region.lower, strict=True))
+    upper = tuple(min(a, float(b)) for a, b in zip(body.upper, region.upper, strict=True))
+    return lower, upper
+
+
+def averages(piece: Piece) -> Averages:
+    """The numbers that stand for its rock."""
+    keys = piece.keys
+    if is_isotropic(keys):
+        E, nu = piece.average(keys.E), piece.average(keys.nu)
+    else:
+        stiffness = elasticity(keys, piece.average).stiffness(np.zeros((3, 1)))
+        E, nu = isotropic_average(stiffness[0])
+    Gc = min(keys.Gc) if isinstance(keys.Gc, tuple) else piece.average(keys.Gc)
+    expansion = keys.expansion
+    if isinstance(expansion, tuple):
+        mean = float(np.trace(tensor(keys, expansion))) / 3
+    else:
+        mean = piece.average(expansion)
+    return Averages(E=E, nu=nu, Gc=float(Gc), expansion=mean)
+
+
+def conductivity(piece: Piece) -> np.ndarray:
+    """Its conductivity along x, y (and z), averaged over places; a tensor, shape (dim, dim)."""
+    k = piece.keys.k or ONE
+    if isinstance(k, tuple):
+        return tensor(piece.keys, k)[: piece.dim, : piece.dim]
+    return piece.average(k) * np.eye(piece.dim)
+
+
+def has_directions(keys: MaterialKeys) -> bool:
+    """Whether something about the rock is not the same in all directions."""
+    lists = any(isinstance(getattr(keys, name), tuple) for name in ("Gc", "expansion", "k"))
+    return lists or not is_isotropic(keys)
+
+
+def is_uneven(case: Case) -> bool:
+    """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
+    varies, has directions, or strains otherwise in a region than around it."""
+    body, *regions = (_strained_by(piece) for piece in pieces(case))
+    kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
+    others = any(region != body for region in regions)
+    return kinds or others or bool(temperature_changes(case))
+
+
+def _strained_by(piece: Piece) -> tuple[float, ...]:
+    rock = averages(piece)
+    return rock.E, rock.nu, rock.expansion
+
+
+def piece_varies(piece: Piece) -> bool:
+    """True if a property by which rock breaks differs from place to place."""
+    of_heat = ("k", "rho", "c")
+    return any(
+        varies(value) and depends_on_place(value) and name.partition(".")[0] not in of_heat
+        for name, _, value in piece.properties()
+    )
+
+
+def temperature_changes(case: Case) -> tuple[str, ...]:
+    """Names of the properties that temperature changes in some rock."""
+    found = {
+        name: None
+        for piece in pieces(case)
+        for name, _, value in piece.properties()
+        if of_temperature(value)
+    }
+    return tuple(found)

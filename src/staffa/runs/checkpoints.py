@@ -1,0 +1,230 @@
+"""Keeps where a run stands, whenever that is due."""
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from errno import ENOENT, ENOTDIR
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from staffa.backend.stack import MPI, PETSc
+
+import dolfinx
+import numpy as np
+from dolfinx import fem
+
+from staffa.backend.jit import chosen_flags
+from staffa.backend.parallel import on_root
+from staffa.case.schema.checkpoint_keys import CheckpointKeys
+from staffa.runs.provenance import version
+from staffa.errors import InputError, StaffaError, StoppedError
+from staffa.evolution.restart_state import FACES, Standing, standing
+from staffa.evolution.system import System
+from staffa.io import checkpoint
+from staffa.io.numbering import Numbering
+from staffa.io.run_directory import Journal
+from staffa.model.fields import owned
+from staffa.records.step import REJECTED, Step
+
+# Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
+SAME_PLACE = 1e-6
+FLAGS = "C compiler flags"  # they decide the last digits of what forms give
+
+
+def versions() -> dict[str, str]:
+    """What decides the numbers that come, besides staffa itself."""
+    petsc = ".".join(str(n) for n in PETSc.Sys.getVersion())
+    options = os.environ.get("PETSC_OPTIONS", "") or "none"
+    return {
+        **{"staffa": version(), "dolfinx": dolfinx.__version__, "petsc": petsc},
+        "PETSC_OPTIONS": options,
+        FLAGS: " ".join(chosen_flags()),
+    }
+
+
+@contextmanager
+def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
+    """Within it all ranks learn what rank 0 meets as it writes to a run directory.
+
+    begun: whether there is a run in it, to go on with.
+
+    Raises
+    ------
+    StoppedError
+        It cannot be written to any more: the disk is full, or it has become read-only.
+    StaffaError
+        It is gone, or nothing was begun.
+    """
+    try:
+        yield
+    except OSError as error:
+        why = f"{directory} cannot be written to ({error.strerror or error})"
+        if not begun:
+            raise StaffaError(f"{why}: nothing was begun; see to that and run again") from None
+        if error.errno in (ENOENT, ENOTDIR):
+            raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
+        raise StoppedError(why) from None
+
+
+class Keeper:
+    """Writes a run's steps, and checkpoints when they are due; reads these. Collective.
+
+    A checkpoint is due after so many steps or minutes, and never so soon that writing would take
+    more time than computing. All is gathered on rank 0, as fields for ParaView are.
+    """
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        directory: Path,
+        system: System,
+        h: float,
+        keys: CheckpointKeys,
+        journal: Journal,
+    ) -> None:
+        """h: cell edge (m). journal: the steps that are there."""
+        self.comm, self.directory, self.journal = comm, directory, journal
+        self._h = h
+        self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
+        self._numbering = Numbering(comm, system.spaces.alpha)
+        self._of_u = self._numbering
+        if system.spaces.quadratic:
+            self._of_u = Numbering(comm, system.spaces.nodes)
+        self._of_cells = [Numbering(comm, field.function_space) for field in system.energy.frozen]
+        self._names: dict[int, str] = {}  # of states of the history that are on disk
+        self._mesh: str | None = None
+        self._saved_at, self._steps = -1, 0  # how many lines there were, and the steps since
+        self._took, self._saved = 0.0, perf_counter()
+
+    def note(self, step: Step) -> None:
+        """Write a step's record."""
+        with on_disk(self.directory):
+            on_root(self.comm, lambda: self.journal.append(step))
+        self._steps += step.status != REJECTED
+
+    def keep(self, stands: Standing, now: bool) -> None:
+        """Write where the loop stands, if it is due or must be now."""
+        if on_root(self.comm, lambda: self._is_due(now)):
+            began = perf_counter()
+            self._keep(stands)
+            self._saved_at, self._steps = self.journal.lines, 0
+            self._saved = perf_counter()
+            self._took = self._saved - began
+
+    def _keep(self, stands: Standing) -> None:
+        if self._mesh is None:
+            self._mesh = self._write({"points": self._numbering.points})
+        numbers = stands.numbers()
+        whole = {k: self._of(k).whole(v) for k, v in stands.fields().items()}
+        faces = stands.faces()
+        for numbering, field in zip(self._of_cells, self._system.energy.frozen, strict=True):
+            assert faces is not None
+            width = field.function_space.dofmap.index_map_bs
+            whole[FACES] = numbering.whole(faces.reshape(-1, width))
+        state = self._write(whole)
+        known = {number: self._names.get(number) for number in stands.states}
+        for number, name in known.items():
+            known[number] = name or self._write(
+                {k: self._of(k).whole(v) for k, v in stands.past_fields(number).items()}
+            )
+        self._names = {number: str(name) for number, name in known.items()}
+        past = list(self._names.values())
+        page = {
+            **{"version": version(), "versions": versions(), "ranks": self.comm.size},
+            **{"lines": self.journal.lines, "steps": self.journal.sum},
+            **{"standing": numbers, "mesh": self._mesh, "state": state, "past": past},
+        }
+        parts = dict.fromkeys([str(self._mesh), state, *past])
+        with on_disk(self.directory):
+            on_root(
+                self.comm,
+                lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
+            )
+
+    def _is_due(self, now: bool) -> bool:
+        """On rank 0, which alone knows of lines and of time."""
+        if self.journal.lines == self._saved_at:
+            return False
+        if now:
+            return True
+        gone = perf_counter() - self._saved
+        enough = self._steps >= self._keys.steps or gone >= 60 * self._keys.minutes
+        return self._steps > 0 and enough and gone >= self._took
+
+    def _write(self, arrays: dict[str, np.ndarray | None]) -> str:
+        def write() -> str:
+            return checkpoint.write_part(
+                self._folder, {k: v for k, v in arrays.items() if v is not None}
+            )
+
+        # Only what rank 0 meets: where another rank's history is lost, that rank ends all of them.
+        with on_disk(self.directory):
+            return on_root(self.comm, write)
+
+    def take_up(self, page: Mapping[str, Any]) -> Standing:
+        """Where the loop stood at a checkpoint, on the ranks at hand.
+
+        Raises
+        ------
+        InputError
+            The mesh is another than it was.
+        """
+        if not on_root(self.comm, lambda: self._is_of_this_mesh(page["mesh"])):
+            raise InputError(
+                f"{self.directory}: the mesh that is made now is not that of the checkpoint; use "
+                f"the versions that made it, {_listed(page['versions'])}"
+            )
+        past = (self._shared(name) for name in page["past"])
+        found = standing(
+            page["standing"],
+            self._shared(page["state"]),
+            past if page["past"] else None,
+            self._system,
+        )
+        self._mesh, self._saved_at = page["mesh"], page["lines"]
+        self._names = dict(zip(found.states, page["past"], strict=True))
+        return found
+
+    def _is_of_this_mesh(self, name: str) -> bool:
+        """On rank 0, which has all points."""
+        points, kept = self._numbering.points, checkpoint.read_part(self._folder, name)["points"]
+        assert points is not None
+        if points.shape != kept.shape:
+            return False
+        return bool(np.abs(points - kept).max() <= SAME_PLACE * self._h)
+
+    def _shared(self, name: str) -> dict[str, np.ndarray]:
+        """The arrays of a part as this rank has them, ghosts included."""
+        arrays: dict[str, np.ndarray] = {}
+
+        def read() -> list[str]:
+            arrays.update(checkpoint.read_part(self._folder, name))
+            return sorted(arrays)
+
+        names = on_root(self.comm, read)
+        shared = {
+            field: self._with_ghosts(self._of(field).share(arrays.get(field)))
+            for field in names
+            if field != FACES
+        }
+        for numbering, frozen in zip(self._of_cells, self._system.energy.frozen, strict=True):
+            if FACES in names:
+                own = numbering.share(arrays.get(FACES))
+                shared[FACES] = self._with_ghosts(own, frozen.function_space)
+        return shared
+
+    def _of(self, field: str) -> Numbering:
+        """The order in which a field is kept."""
+        return self._of_u if field == "u" else self._numbering
+
+    def _with_ghosts(self, own: np.ndarray, space: fem.FunctionSpace | None = None) -> np.ndarray:
+        spaces = self._system.spaces
+        field = fem.Function(space or (spaces.u if own.ndim == 2 else spaces.alpha))
+        owned(field)[:] = own.ravel()
+        field.x.scatter_forward()
+        return field.x.array.copy()
+
+
+def _listed(versions: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in versions.items())

@@ -1,0 +1,180 @@
+"""Case and seeds -> ensemble directory: one run after another, each on all ranks."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import Any
+
+from staffa.backend.stack import MPI
+
+from staffa.arguments import path_of
+from staffa.backend.parallel import on_root
+from staffa.runs.run import Watcher, run
+from staffa.case.schema.case import Case
+from staffa.case.schema.property_keys import RandomField
+from staffa.case.reading.read import read_case
+from staffa.runs.resume import resume
+from staffa.case.schema.material_keys import RockKeys
+from staffa.case.schema.toml_text import to_toml
+from staffa.errors import InputError, SolveError, StaffaError
+from staffa.io import run_directory
+from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
+
+LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
+
+
+def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
+    """The seeds of an ensemble: `count` of them from `first`, by default the case's own.
+
+    Raises
+    ------
+    InputError
+        There would be no ensemble of them.
+    """
+    if not _is_random(case):
+        raise InputError(
+            "toughness.amplitude = 0: every seed would give the same rock; give an amplitude, "
+            "like --set toughness.amplitude=0.05, or run the case once with `staffa run`"
+        )
+    if count < 2:
+        raise InputError(
+            f"--seeds {count}: an error of the mean needs at least 2 members; take more seeds, or "
+            f"run the case once with `staffa run`"
+        )
+    begin = case.toughness.seed if first is None else first
+    if begin < 0:
+        raise InputError(f"--first {begin}: a seed must be at least 0; begin at 0 or later")
+    if begin + count - 1 > LARGEST_SEED:
+        raise InputError(
+            f"--seeds {count} from seed {begin} ends at seed {begin + count - 1}, and the largest "
+            f"is {LARGEST_SEED}; begin lower with --first, or take fewer"
+        )
+    return range(begin, begin + count)
+
+
+def member(case: Case, seed: int) -> Case:
+    """The case with another seed of [toughness]; the seeds of its random properties are as much
+    larger."""
+    shift = seed - case.toughness.seed
+    return case.model_copy(
+        update={
+            "toughness": case.toughness.model_copy(update={"seed": seed}),
+            "material": _reseeded(case.material, shift),
+            "regions": {name: _reseeded(keys, shift) for name, keys in case.regions.items()},
+        }
+    )
+
+
+def _is_random(case: Case) -> bool:
+    rocks = (case.material, *case.regions.values())
+    return case.toughness.amplitude > 0 or any(_reseeded(keys, 1) != keys for keys in rocks)
+
+
+def _reseeded(value: Any, shift: int) -> Any:
+    """The same with other seeds in every random field that it holds."""
+    if isinstance(value, RandomField):
+        return value.model_copy(update={"seed": (value.seed + shift) % (LARGEST_SEED + 1)})
+    if isinstance(value, tuple):
+        return tuple(_reseeded(item, shift) for item in value)
+    if isinstance(value, RockKeys):
+        keys = {name: _reseeded(getattr(value, name), shift) for name in value.model_fields_set}
+        return value.model_copy(update=keys)
+    return value
+
+
+def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
+    """The seeds whose runs are there, of this very case, and whether each is finished.
+
+    Raises
+    ------
+    InputError
+        What is at the place of a member cannot be one of this ensemble.
+    """
+    run_directory.require_free(directory, ours=is_of_ensemble)
+    begun = {}
+    for seed, place in members(directory).items():
+        if not (place / run_directory.CASE).is_file():
+            if seed in seeds:
+                run_directory.require_free(place)
+            continue
+        if not _is_of(member(case, seed), place):
+            raise InputError(
+                f"--out {directory} holds a run of another case, {place.name}; choose another "
+                f"folder, or move that run elsewhere"
+            )
+        if seed in seeds:
+            begun[seed] = _is_finished(place)
+    return begun
+
+
+def _is_of(case: Case, place: Path) -> bool:
+    """Whether a run is of this case but for what `staffa resume` may change in one member, and what
+    was not said in it as it is by default now."""
+    try:
+        if run_directory.read_case_text(place) == to_toml(case):
+            return True
+        found = read_case(place / run_directory.CASE)
+    except StaffaError:
+        return False
+    own = {name: getattr(case, name) for name in OWN}
+    return to_toml(found.model_copy(update=own)) == to_toml(case)
+
+
+def _is_finished(place: Path) -> bool:
+    if not (place / run_directory.MANIFEST).is_file():
+        raise InputError(
+            f"{place} holds a run that was cut before it began; remove it to have it run again, or "
+            f"choose seeds without it with --first"
+        )
+    return run_directory.read_run(place).finished
+
+
+def run_ensemble(
+    case: Case,
+    seeds: range,
+    directory: str | Path,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
+    taken: Callable[[int], None] = lambda seed: None,
+) -> dict[int, str]:
+    """Run the case with each seed, and give the errors of the members that failed. Collective.
+
+    A member that failed is no reason to stop the others. One that is there already is taken as it
+    is if it is finished; if not, it goes on.
+
+    Parameters
+    ----------
+    follow : seed -> what is entered while the member runs, and gives its watcher; on every rank.
+    taken : told the seed of a member that is finished already; on every rank.
+
+    Raises
+    ------
+    InputError
+        The directory cannot take these members, see `begun_members`, or none of them can be run;
+        nothing has been.
+    StoppedError
+        A watcher asked to stop; members that are finished stay so, and others go on next time.
+    """
+    directory = path_of(directory, "directory")
+    begun = on_root(comm, lambda: begun_members(case, seeds, directory))
+    failures: dict[int, str] = {}  # not the errors: they hold on to meshes
+    refused: list[InputError] = []
+    for seed in seeds:
+        if begun.get(seed):
+            taken(seed)
+            continue
+        place = member_path(directory, seed)
+        try:
+            with follow(seed) as watcher:
+                if seed in begun:
+                    resume(place, comm=comm, watcher=watcher)
+                else:
+                    run(member(case, seed), place, comm=comm, watcher=watcher)
+        except (SolveError, InputError) as error:
+            failures[seed] = str(error)
+            if isinstance(error, InputError):  # a seed whose rock cannot be
+                refused.append(error.with_traceback(None))
+    if len(refused) == len(seeds):
+        raise refused[0]
+    return failures

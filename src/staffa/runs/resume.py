@@ -1,0 +1,358 @@
+"""Goes on with a run that is not finished: what it takes up, and what of its case may change."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from staffa.backend.stack import MPI
+
+import numpy as np
+
+from staffa.arguments import path_of, require, settings_of
+from staffa.backend.parallel import on_root
+from staffa.case.values.attached_files import CHANGEABLE, attached, identity
+from staffa.setup.build import COMM, problem
+from staffa.runs.run import Watcher, built, march_on, probes, watching, writing
+from staffa.runs.checkpoints import Keeper, on_disk, versions
+from staffa.case.schema.case import Case
+from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
+from staffa.case.values.pressing_loads import pressing
+from staffa.case.reading.read import parse_case, setting_names
+from staffa.case.rules.time_rules import counts_in
+from staffa.case.schema.toml_text import to_toml
+from staffa.errors import InputError, StaffaError
+from staffa.evolution.problem import Problem
+from staffa.evolution.schedule import Schedule
+from staffa.io import checkpoint, own_files, run_directory
+from staffa.io.run_directory import Run
+from staffa.loads.closed_form import Load
+from staffa.measure.probes import Probes
+from staffa.physics.damage import DamageLaw
+from staffa.physics.split import EnergySplit
+from staffa.records.manifest import Manifest
+from staffa.records.step import Step, kept
+
+# Of the end of a run: times nearer to one another are the same.
+SAME_TIME = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taken:
+    """What of a run directory stands: the page of its checkpoint (None: the run begins anew), the
+    lines up to it, their steps; and sentences on what does not."""
+
+    page: dict[str, Any] | None
+    lines: tuple[str, ...]
+    steps: tuple[Step, ...]
+    said: tuple[str, ...]
+
+
+def resume(
+    directory: str | Path,
+    *,
+    settings: Sequence[str] = (),
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    watcher: Watcher | None = None,
+    damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
+    temperature: Load | None = None,
+) -> tuple[Step, ...]:
+    """Go on with a run from its last good checkpoint to its end, on any number of ranks; give the
+    steps that stand. Collective.
+
+    Parameters
+    ----------
+    settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
+    damage, split, temperature : those that `run` was given: by what they are and give, see
+        `cases.own.identity`.
+
+    Raises
+    ------
+    InputError
+        The directory holds no run, another process writes to it, or a setting, a law, a split or a
+        load changes what has been computed.
+    SolveError, StoppedError
+        See `run`.
+    """
+    directory, watcher = path_of(directory, "directory"), watching(watcher)
+    settings = settings_of(settings)
+    require(comm, MPI.Comm, "comm", COMM)
+    given = Given(damage=damage, split=split, temperature=temperature)
+    on_root(comm, lambda: _require_run(directory))
+    with writing(comm, directory) as said_by_lock:
+        old, case = on_root(comm, lambda: cases_of(directory, settings))
+        manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
+        steps = on_root(comm, lambda: _steps(directory))
+        finished = _is_finished(steps, manifest)
+        if finished and not settings and on_root(comm, lambda: _stands(directory, case)):
+            with on_disk(directory):
+                on_root(comm, lambda: own_files.remove_halves(directory))
+            return steps
+        require_given(given, manifest.own, str(directory))
+        taken = on_root(comm, lambda: take(directory))
+        if finished and settings:
+            _require_checkpoint(directory, taken, settings)
+        _may_change(case, manifest, taken)
+        on_root(comm, lambda: _is_unchanged(old, manifest, directory))
+        setup = problem(case, comm=comm, **vars(given))
+        _is_the_same(setup, manifest, directory)
+        require_same(given, manifest.own, setup, str(directory))
+        setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
+        manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
+        with built(setup) as system:
+            journal = run_directory.Journal(directory, taken.lines)
+            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            looks = Probes(setup.domain, manifest.probes)
+            standing = keeper.take_up(taken.page) if taken.page else None
+            if standing and settings:
+                standing = standing.anew()
+            with on_disk(directory):
+                on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
+            watcher.started(manifest)
+            said = (said_by_lock, *taken.said, unrecorded(manifest.own, given), _pressed(old, case))
+            for sentence in filter(None, said):
+                watcher.said(sentence)
+            watcher.resumed(taken.steps)
+            return march_on(
+                case, setup, system, manifest, watcher, keeper, looks, standing, taken.steps
+            )
+
+
+def _pressed(old: Case, case: Case) -> str | None:
+    """A sentence if a run without a split is made so long that its loads come to press rock."""
+    more = [load for load in pressing(case) if load not in pressing(old)]
+    if case.damage.split != "none" or not more:
+        return None
+    return (
+        f'the run began with damage.split = "none", and now {" and ".join(more)} may press its '
+        f"rock, which then breaks as if pulled; begin a new run of the whole time, whose default "
+        f"is safe"
+    )
+
+
+def _require_run(directory: Path) -> None:
+    """Before its lock is made in it."""
+    if not directory.is_dir():
+        raise InputError(f"there is no folder {directory}; name that of a run")
+    if not (directory / run_directory.MANIFEST).is_file():
+        raise InputError(
+            f"{directory} is no run directory: it has no {run_directory.MANIFEST}; name one or, if "
+            f"a run was cut in it before it began, remove it and run the case again"
+        )
+
+
+def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
+    """The case of a run as it is, and with these settings.
+
+    Raises
+    ------
+    InputError
+        A setting is none, or of a table that must stay.
+    """
+    text = run_directory.read_case_text(directory)
+    name = str(directory / run_directory.CASE)
+    for setting in settings:
+        table = setting_names(setting)[0]
+        if table not in CHANGEABLE:
+            raise InputError(
+                f"--set {setting}: a run goes on with the body, the rock and the loads it has, and "
+                f"only [time], [output] and [solver] may change; `staffa run {name} --set "
+                f"{setting} --out ANOTHER` begins a new one"
+            )
+    return (
+        parse_case(text, name=name, folder=directory),
+        parse_case(text, settings, name=name, folder=directory),
+    )
+
+
+def take(directory: Path) -> Taken:
+    """Find the last good checkpoint whose steps are there as they were.
+
+    Raises
+    ------
+    InputError
+        The latest has a format of the future.
+    """
+    folder = directory / checkpoint.FOLDER
+    lines, said = run_directory.journal_lines(directory), []
+    for number in checkpoint.numbers(folder):
+        try:
+            page = checkpoint.read_page(folder, number)
+            if run_directory.Journal(directory, lines[: page["lines"]]).sum != page["steps"]:
+                raise checkpoint.DamagedError(
+                    f"{run_directory.STEPS} is not what it was when it was written"
+                )
+            for name in page["parts"]:
+                checkpoint.read_part(folder, name)
+        except checkpoint.DamagedError as error:
+            said.append(f"the checkpoint after {number} lines of steps cannot be used: {error}")
+            continue
+        known = tuple(lines[: page["lines"]])
+        steps = kept(run_directory.steps_in(known, directory / run_directory.STEPS))
+        other = {
+            f"{name} {page['versions'][name]} and now {now}"
+            for name, now in versions().items()
+            if page["versions"].get(name, now) != now
+        }
+        if other:
+            said.append(f"numbers may differ a little: before {', '.join(sorted(other))}")
+        return Taken(page=page, lines=known, steps=steps, said=tuple(said))
+    if lines:
+        said.append(
+            f"no checkpoint can be used: the run begins again with its first step; "
+            f"{run_directory.STEPS} as it was is put beside it, with a number"
+        )
+    return Taken(page=None, lines=(), steps=(), said=tuple(said))
+
+
+def _steps(directory: Path) -> tuple[Step, ...]:
+    """Those of a run, whatever became of its checkpoints: one that is finished needs none."""
+    with suppress(StaffaError):
+        return run_directory.read_run(directory).steps
+    return ()
+
+
+def _stands(directory: Path, case: Case) -> bool:
+    """Whether a run that is at its last time was also looked back from, if it is to be; without a
+    checkpoint that is not known, and it stays as it is."""
+    taken = take(directory) if case.solver.backtracking else None
+    if taken is None or taken.page is None:
+        return True
+    standing, lines = taken.page["standing"], run_directory.journal_lines(directory)
+    ended = standing["better"] is None and not standing.get("due")
+    return bool(taken.page["lines"] == len(lines) and ended)
+
+
+def _require_checkpoint(directory: Path, taken: Taken, settings: Sequence[str]) -> None:
+    """What is finished is not lost to a longer run that would have to begin again."""
+    if taken.page is None:
+        asked = " ".join(f"--set {setting}" for setting in settings)
+        raise InputError(
+            f"{directory} is finished, and has no checkpoint to go on from; `staffa run "
+            f"{directory / run_directory.CASE} {asked} --out ANOTHER` begins a new one"
+        )
+
+
+def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
+    return bool(steps) and Run(path=Path(), case="", manifest=manifest, steps=tuple(steps)).finished
+
+
+def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
+    """Make the directory what it was at the checkpoint, with the case that is gone on with."""
+    text = to_toml(case)
+    manifest = replace(manifest, identity=identity(text, attached(case)))
+    run_directory.write_case(directory, text, manifest)
+    if taken.page is None and run_directory.journal_lines(directory):
+        run_directory.put_aside(directory)
+    number = taken.page["lines"] if taken.page else -1
+    checkpoint.remove_after(directory / checkpoint.FOLDER, number)
+    run_directory.cut_back(directory, taken.lines, taken.steps)
+
+
+def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
+    """Whether what has been computed stands with the case as it is now."""
+    if taken.steps and probes(case) != manifest.probes:
+        raise InputError(
+            "output.probes: they are read off at every step, and steps are finished; leave them as "
+            "they are, or begin a new run"
+        )
+    if taken.page and taken.steps and case.solver.backtracking and not taken.page["past"]:
+        raise InputError(
+            "solver.backtracking = true: the run has kept no earlier state to go back to; begin a "
+            "new run with it"
+        )
+
+
+def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
+    """Whether the case is the one that the run began with."""
+    now = identity(run_directory.read_case_text(directory), attached(case))
+    if manifest.identity not in (None, now):
+        raise InputError(
+            f"{directory / run_directory.CASE}, or a file that it names, was changed after the run "
+            f"began; take that back, or run it as another one with `staffa run "
+            f"{directory / run_directory.CASE} --out ANOTHER`"
+        )
+
+
+def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
+    """Whether the run is of this mesh and these laws."""
+    law, split = setup.material.law.name, setup.material.split.name
+    if (law, split) != (manifest.law, manifest.split):
+        raise InputError(
+            f"{directory} was run with the law {manifest.law} and the split {manifest.split}, not "
+            f"{law} and {split}; go on with the same ones"
+        )
+    if setup.elements != manifest.elements:
+        raise InputError(
+            f"{directory} was run with {manifest.elements} elements, where this staffa takes "
+            f"{setup.elements} ones; go on with the staffa that began it, "
+            f"{manifest.version}, or run the case again"
+        )
+    if setup.domain.identity != manifest.mesh:
+        raise InputError(
+            f"{directory}: the mesh that is made now is not that of the run; use the versions that "
+            f"made it, {_listed(manifest.versions)}"
+        )
+
+
+def _listed(found: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in found.items())
+
+
+def schedule_ahead(
+    case: Case, setup: Problem, manifest: Manifest, steps: Sequence[Step]
+) -> Schedule:
+    """The times that were asked for up to the last step, and those of the case from there on.
+
+    Raises
+    ------
+    InputError
+        The case would have had other times up to here.
+    """
+    plan = setup.schedule
+    if not steps:
+        return plan
+    now, near = steps[-1].time, SAME_TIME * steps[-1].time
+    name, clock = f"time.{counts_in(case)}", _clock(steps[-1])
+    if (plan.pace is not None) != manifest.adaptive:
+        raise InputError(
+            f"{name}: steps that adapt and steps that are given cannot follow one another; leave "
+            f"them as they are, or begin a new run"
+        )
+    behind = [(t, r) for t, r in zip(manifest.times, manifest.requested, strict=True) if t <= now]
+    asked = [t for t in plan.times if t <= now + near]
+    visited = [step.time for step in steps]
+    stand = set(_matched(asked, visited, near)) == {True}
+    if manifest.adaptive:
+        stand = stand and plan.times[-1] >= now - near
+    else:
+        stand = stand and len(asked) == len(visited)
+    if not stand:
+        raise InputError(
+            f"{name} and output.at: the run has gone to {clock}, and the times up to there cannot "
+            f"change; change later ones only"
+        )
+    ahead = [(t, r) for t, r in zip(plan.times, plan.requested, strict=True) if t > now + near]
+    times, requested = zip(*behind, *ahead, strict=True) if behind or ahead else ((), ())
+    return Schedule(times=tuple(times), requested=tuple(requested), pace=plan.pace)
+
+
+def _matched(times: Sequence[float], among: Sequence[float], near: float) -> list[bool]:
+    found = np.array(among)
+    return [bool(np.any(np.abs(found - time) <= near)) for time in times]
+
+
+def _clock(step: Step) -> str:
+    return f"t = {step.time:.6g}" if step.tau is None else f"tau = {step.tau:.6g}"
+
+
+def _with_times(manifest: Manifest, setup: Problem) -> Manifest:
+    plan, tau_of = setup.schedule, setup.tau_of
+    return replace(
+        manifest,
+        times=plan.times,
+        taus=tuple(None if tau_of is None else tau_of(t) for t in plan.times),
+        requested=plan.requested,
+    )

@@ -1,0 +1,214 @@
+"""Case -> Problem: the objects that a case file stands for."""
+
+from collections.abc import Callable
+from functools import partial
+
+from staffa.backend.stack import MPI
+
+import numpy as np
+
+from staffa.arguments import require
+from staffa.case.reading.inspect_mesh import mesh_of
+from staffa.case.rules import require_loaded
+from staffa.case.scales.case_scales import Numbers, load, numbers
+from staffa.case.scales.pace import plan
+from staffa.case.schema.case import Case, History, Prescribed
+from staffa.case.schema.support_keys import DisplacementFile
+from staffa.case.values.applied_forces import forces
+from staffa.case.values.default_split import for_any_load
+from staffa.case.values.elements import elements_of
+from staffa.case.values.given_files import factors, in_body
+from staffa.case.values.heat_equation import conduction
+from staffa.case.values.property_functions import in_space
+from staffa.evolution.problem import (
+    Backtracking,
+    Irreversibility,
+    Measuring,
+    Problem,
+    SecondOrder,
+    Solvers,
+    Temperatures,
+)
+from staffa.evolution.schedule import Schedule
+from staffa.geometry.shapes import Round, Shape, meshed
+from staffa.heat.thermal_body import Conduction
+from staffa.loads.closed_form import Load
+from staffa.model.domain import Domain, block, body
+from staffa.model.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
+from staffa.physics.damage import DamageLaw
+from staffa.physics.scales import tau_of_time
+from staffa.physics.split import EnergySplit
+from staffa.records.step import Stop
+from staffa.setup.field_coverage import check_files
+from staffa.setup.rock import check_rock, materials, parts
+from staffa.setup.user_objects import Given, tried_load, try_given
+
+CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
+COMM = "give a communicator of mpi4py, like MPI.COMM_WORLD"
+
+
+def problem(
+    case: Case,
+    *,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    damage: DamageLaw | None = None,
+    split: EnergySplit | None = None,
+    temperature: Load | None = None,
+) -> Problem:
+    """Build the mesh and everything else that a case describes. Collective.
+
+    Parameters
+    ----------
+    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
+        They are tried at samples; with a load of your own the case need not load the body itself,
+        and takes the split that is safe whatever the load does, unless the case gives one.
+
+    Raises
+    ------
+    InputError
+        One of them is not what the theory needs, or nothing loads the body.
+    """
+    require(case, Case, "case", CASE)
+    require(comm, MPI.Comm, "comm", COMM)
+    if temperature is None:
+        require_loaded(case)
+    else:
+        case = for_any_load(case)
+    try_given(Given(damage=damage, split=split), case)
+    derived = numbers(case, law=damage, split=split, own_load=temperature is not None)
+    keys = case.solver
+    domain = body_of(case, comm)
+    material, regions = materials(case, derived, domain.h, split)
+    check_rock(case, domain)
+    check_files(case, domain)
+    times = plan(case, derived)
+    return Problem(
+        domain=domain,
+        elements=elements_of(case),
+        material=material,
+        regions=regions,
+        load=_load(case, derived, temperature, domain, times),
+        temperatures=_temperatures(case),
+        forces=forces(case),
+        schedule=times,
+        sides=side_supports(case, domain),
+        section=_section(case),
+        anchor=case.outline.across(case.temperature.face) if derived.cooled else None,
+        face=derived.face,
+        tau_of=_tau(case, derived),
+        irreversibility=Irreversibility(
+            crack_set_only=case.damage.irreversibility == "crack set",
+            threshold=case.damage.crack_set_threshold,
+        ),
+        solvers=Solvers(
+            displacement=keys.displacement,
+            damage=keys.damage,
+            acceleration=keys.acceleration,
+            guess=keys.guess,
+            stop=Stop(change=keys.change, residual=keys.residual, sweeps=keys.sweeps),
+        ),
+        backtracking=(
+            Backtracking(tolerance=keys.backtracking_tolerance) if keys.backtracking else None
+        ),
+        second_order=None if keys.stability == "none" else SecondOrder(kind=keys.stability),
+        measuring=Measuring(
+            depths=tuple(float(d) for d in case.measures.depths),
+            threshold=case.measures.threshold,
+        ),
+    )
+
+
+def _load(
+    case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
+) -> Load | Conduction:
+    """The source of the temperature; one of a script's own is tried. Collective."""
+    if own is None:
+        return conduction(case) if case.heat else load(case, derived)
+    if not isinstance(own, Conduction):
+        tried_load(own, domain, (plan.times[0], plan.times[-1]))
+    return own
+
+
+def _temperatures(case: Case) -> Temperatures | None:
+    """The temperatures from which the body changes, where the case knows them."""
+    keys = case.heat
+    if keys is None:
+        return None
+    initial = in_space(keys.initial, case.dim)
+    given = keys.stress_free
+    return Temperatures(
+        initial=initial, stress_free=initial if given is None else in_space(given, case.dim)
+    )
+
+
+def body_of(case: Case, comm: MPI.Comm) -> Domain:
+    """The body of a case, from its block, its shape or its mesh. Collective."""
+    keys = case.domain
+    if keys.file is not None:
+        h = None if keys.h is None else float(keys.h)
+        make = partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh))
+        return body(comm, make, h=h, graded=True, axial=case.axial)
+    assert keys.h is not None
+    if keys.shape is not None:
+        return _shaped(comm, keys.shape.shape(), float(keys.h), case.axial)
+    assert keys.size is not None
+    size = tuple(float(s) for s in keys.size)
+    return block(
+        comm,
+        size=size,
+        h=float(keys.h),
+        cells=str(keys.cells),
+        parts=parts(case),
+        axial=case.axial,
+        hole=float(keys.hole or 0.0),
+    )
+
+
+def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool) -> Domain:
+    """A shape with cells of mean edge h. Points on the surface of a round one lie outside of its
+    coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
+    coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h, axial)
+    return body(comm, partial(meshed, shape, h, "domain.shape"), coarser, axial=axial)
+
+
+def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
+    if derived.face is None:
+        return None
+    return lambda t: tau_of_time(t, kappa=derived.kappa, L=derived.L)
+
+
+def _section(case: Case) -> Section | None:
+    if case.supports.section in ("stretch", "free"):
+        return Section(bending=case.supports.section == "free")
+    return None
+
+
+def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
+    """The supports of a case, side by side; a section's rollers included."""
+    held_by_section = {"none": (), "fixed": ("left", "right")}.get(case.supports.section, ("left",))
+    found = []
+    for side in domain.boundaries:
+        support = case.supports.on(side)
+        if side in held_by_section or support == "rollers":
+            found.append(rollers(domain, side))
+        elif support == "clamped":
+            found.append(clamped(domain, side))
+        elif isinstance(support, Prescribed):
+            found.append(SideSupport(side=side, components=_components(case, support)))
+    return tuple(found)
+
+
+def _components(case: Case, support: Prescribed) -> dict[int, Displacement]:
+    given = {axis: getattr(support, name) for axis, name in enumerate("xyz")}
+    return {axis: _in_time(case, value) for axis, value in given.items() if value is not None}
+
+
+def _in_time(case: Case, value: float | History | DisplacementFile) -> Displacement:
+    if isinstance(value, DisplacementFile):
+        (t, u), field = factors(value), in_body(case, value)
+        return lambda x, time: float(np.interp(time, t, u)) * field(x)
+    if isinstance(value, History):
+        t, u = np.array(value.t, dtype=float), np.array(value.u, dtype=float)
+        return lambda x, time: float(np.interp(time, t, u))
+    constant = float(value)
+    return (lambda x, time: constant) if constant else at_rest

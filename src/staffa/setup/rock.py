@@ -1,0 +1,154 @@
+"""Case -> the rock of the body and of its regions, as objects; what they hold is checked."""
+
+from functools import partial
+
+from staffa.backend.stack import MPI  # noqa: F401
+
+import numpy as np
+
+from staffa.backend.parallel import any_over_ranks
+from staffa.case.scales.case_scales import Numbers
+from staffa.case.schema.case import Case
+from staffa.case.schema.material_keys import RATIOS, is_isotropic
+from staffa.case.schema.temperature_keys import law_of
+from staffa.case.schema.toml_text import shown
+from staffa.case.values.default_split import energy_split
+from staffa.case.values.property_functions import point_property, varies
+from staffa.case.values.stiffness import elasticity, roughness, tensor
+from staffa.case.values.subdomains import Piece, averages, pieces
+from staffa.errors import InputError
+from staffa.evolution.coefficients import LAWFUL
+from staffa.evolution.problem import Material, nowhere
+from staffa.geometry.places import in_box
+from staffa.model.domain import Domain, Part, middles
+from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
+from staffa.physics.split import EnergySplit
+from staffa.physics.temperature import Law
+from staffa.setup.toughness_and_cracks import cracked, flat_cracks, toughness_factor
+
+
+def materials(
+    case: Case,
+    derived: Numbers,
+    h: float,
+    split: EnergySplit | None = None,
+) -> tuple[Material, dict[str, Material]]:
+    """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
+    blocks = not case.domain.has_simplices
+    body, *regions = pieces(case)
+    common = partial(
+        Material,
+        ell=float(case.damage.ell),
+        law=derived.law,
+        state=derived.state,
+        split=split or energy_split(case),
+        residual_stiffness=case.damage.residual_stiffness,
+        cracked=cracked(case, h) if blocks else nowhere,
+        cracks=() if blocks else flat_cracks(case),
+        given=flat_cracks(case) if blocks else (),
+    )
+    factor = toughness_factor(case)
+    names = zip(case.regions, regions, strict=True)
+    return _material(body, factor, common), {n: _material(p, factor, common) for n, p in names}
+
+
+def _material(piece: Piece, factor: PointFunction, common: partial[Material]) -> Material:
+    keys, mean = piece.keys, averages(piece)
+    elastic = elasticity(keys, partial(point_property, dim=piece.dim))
+    simple = isinstance(elastic, Isotropic)
+    return common(
+        E=elastic.E if isinstance(elastic, Isotropic) else mean.E,
+        nu=elastic.nu if isinstance(elastic, Isotropic) else mean.nu,
+        elasticity=None if simple else elastic,
+        Gc=mean.Gc,
+        toughness=_toughness(piece, mean.Gc, factor),
+        roughness=roughness(keys),
+        expansion=_expansion(piece),
+        rho=0.0 if keys.rho is None else point_property(keys.rho, piece.dim),
+        laws=_laws(piece),
+    )
+
+
+def _laws(piece: Piece) -> dict[str, Law]:
+    """The laws by which temperature changes its mechanical properties."""
+    found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
+    return {name: law for name, law in found.items() if law is not None}
+
+
+def _expansion(piece: Piece) -> Property | np.ndarray:
+    given = piece.keys.expansion
+    if isinstance(given, tuple):
+        return tensor(piece.keys, given)
+    return point_property(given, piece.dim)
+
+
+def _toughness(piece: Piece, mean: float, factor: PointFunction) -> PointFunction:
+    """What stands in [toughness], times the toughness over its mean where it varies."""
+    given = piece.keys.Gc
+    own = 1.0 if isinstance(given, tuple) else point_property(given, piece.dim)
+    if not callable(own):
+        return factor
+    return lambda x: own(x) / mean * factor(x)
+
+
+def parts(case: Case) -> dict[str, Part]:
+    """Where the regions are that have boxes, for the mesh of a block."""
+    boxes = {name: (keys.lower, keys.upper) for name, keys in case.regions.items()}
+    return {
+        name: partial(in_box, lower, upper, h=case.outline.h)
+        for name, (lower, upper) in boxes.items()
+        if lower is not None and upper is not None
+    }
+
+
+def check_rock(case: Case, domain: Domain) -> None:
+    """Hold every property that varies against what a rock can have, in the middles of its cells.
+    Collective.
+
+    Raises
+    ------
+    InputError
+        A region is not one of the mesh, or a property has a value that no rock has.
+    """
+    x = middles(domain.mesh)
+    body, *regions = pieces(case)
+    rest = np.ones(x.shape[1], dtype=bool)
+    for name, piece in zip(case.regions, regions, strict=True):
+        cells = domain.cells(name)
+        rest[cells] = False
+        _check(domain, piece, x[:, cells])
+    _check(domain, body, x[:, rest])
+
+
+def _check(domain: Domain, piece: Piece, x: np.ndarray) -> None:
+    varying = [item for item in piece.properties() if varies(item[-1])]
+    for name, where, value in varying:
+        found = values(point_property(value, piece.dim), x)
+        least, most, rule = _range(name, piece)
+        if any_over_ranks(domain.comm, not np.all((found > least) & (found < most))):
+            raise InputError(
+                f"{where} = {shown(value)}: it must be {rule} in the middle of every cell, and is "
+                f"not; mend it, take a smaller variation, or a file whose mesh covers the body"
+            )
+    if varying and not is_isotropic(piece.keys):
+        _check_stiffness(domain, piece, x)
+
+
+def _range(name: str, piece: Piece) -> tuple[float, float, str]:
+    """What the values of a property lie between, and how to say it."""
+    if name not in RATIOS:
+        return 0.0, np.inf, "finite and larger than zero"
+    if is_isotropic(piece.keys):
+        return -1.0, 0.5, "between -1 and 0.5"
+    return -np.inf, np.inf, "finite"  # the stiffness tells
+
+
+def _check_stiffness(domain: Domain, piece: Piece, x: np.ndarray) -> None:
+    said = ""
+    try:
+        checked(elasticity(piece.keys, partial(point_property, dim=piece.dim)).stiffness(x))
+    except InputError as error:
+        said = str(error)
+    if any_over_ranks(domain.comm, bool(said)):
+        there = [text for text in domain.comm.allgather(said) if text]
+        raise InputError(f"{piece.where}: {there[0]}")

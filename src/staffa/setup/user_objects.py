@@ -1,0 +1,276 @@
+"""A law, a split and a load that a script gives in place of a case's: tried, and known again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from hashlib import sha256
+from typing import Any
+
+from staffa.backend.stack import MPI  # noqa: F401
+
+import numpy as np
+import ufl
+
+from staffa.arguments import told
+from staffa.backend.parallel import best_candidate, max_over_ranks
+from staffa.case.schema.case import Case
+from staffa.case.values.subdomains import averages, pieces
+from staffa.errors import InputError
+from staffa.evolution.problem import Problem
+from staffa.heat.thermal_body import Conduction
+from staffa.loads.closed_form import Load
+from staffa.model.domain import Domain
+from staffa.physics.damage import DamageLaw
+from staffa.physics.material import PLANE_STRESS
+from staffa.physics.split import EnergySplit, of_principal
+from staffa.physics.trial import has_members, law_values, split_values, try_law, try_split
+from staffa.records.manifest import Own
+
+# How the arguments are called in sentences.
+WORDS = {"damage": "law", "split": "split", "temperature": "load"}
+# Two that give values nearer than this part of the largest one are the same.
+SAME = 1e-9
+# Functions of place by which a load is known, and the turns that each makes along x, y and z.
+WAVES, TURNS = 6, np.array([1.0, 2**0.5, 3**0.5]) / 2
+LONGEST, DEEPEST = 300, 4  # characters of an identity; records within records
+
+
+@dataclass(frozen=True, kw_only=True)
+class Given:
+    """Objects that a script gives in place of a case's; None for nothing."""
+
+    damage: DamageLaw | None = None
+    split: EnergySplit | None = None
+    temperature: Load | None = None
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The arguments that are given."""
+        return frozenset(name for name, value in vars(self).items() if value is not None)
+
+
+def try_given(given: Given, case: Case) -> None:
+    """Try a law and a split at samples, in numbers and in UFL; see `physics.trial`.
+
+    Raises
+    ------
+    InputError
+        One of them breaks a rule.
+    """
+    law, split = given.damage, given.split
+    if law is not None:
+        try_law(law, residual=case.damage.residual_stiffness)
+        for name in ("a", "w"):
+            function = getattr(law, name)
+            _in_ufl(f"the damage law '{law.name}': {name}(alpha)", function, ufl.as_ufl(0.5))
+    if split is not None:
+        plane_stress = case.plane_stress
+        for nu in {averages(piece).nu for piece in pieces(case)}:
+            try_split(split, plane_stress=plane_stress, nu=nu)
+        strains = (0.1, -0.1) if plane_stress else (0.1, 0.0, -0.1)
+        e = of_principal(tuple(map(ufl.as_ufl, strains)), E=ufl.as_ufl(1.0), nu=ufl.as_ufl(0.2))
+        _in_ufl(
+            f"the energy split '{split.name}': density(e, g)", split.density, e, ufl.as_ufl(0.5)
+        )
+
+
+def _in_ufl(what: str, function: Callable[..., Any], *values: Any) -> None:
+    try:
+        ufl.as_ufl(function(*values))
+    except Exception as error:  # whatever a user's function raises
+        raise InputError(
+            f"{what} cannot be written in UFL ({type(error).__name__}: {error}); use arithmetic "
+            f"alone, which floats, NumPy and UFL have in common"
+        ) from error
+
+
+def tried_load(load: Load, domain: Domain, at: tuple[float, ...]) -> tuple[float, ...]:
+    """Numbers by which a load is known, at these times (s), whatever the partition. Collective.
+
+    Its largest value, and those of its products with some waves over the body.
+
+    Raises
+    ------
+    InputError
+        It is no load, or gives what is no temperature at the vertices.
+    """
+    has_members("temperature", load, ("temperature",), methods=("temperature",))
+    x = np.array(domain.mesh.geometry.x.T)
+    lower, size = np.zeros((3, 1)), np.ones((3, 1))
+    lower[: domain.dim, 0], size[: domain.dim, 0] = domain.lower, domain.size
+    places = 2 * np.pi * TURNS @ ((x - lower) / size)
+    waves = np.cos(np.arange(WAVES)[:, None] * places)
+    found = []
+    for t in at:
+        T, said = _temperature(load, x, t)
+        first = best_candidate(domain.comm, (said,) if said else None)
+        if first:
+            raise InputError(f"the load {type(load).__name__}: {first[0]}")
+        found += [max_over_ranks(domain.comm, wave * T) for wave in waves]
+    return tuple(found)
+
+
+def _temperature(load: Load, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
+    """The temperatures at points, shape (3, n) -> (n,), and what is wrong with them."""
+    n, when = x.shape[1], f"at t = {t:.6g}"
+    none = np.zeros(n)
+    try:
+        T, again = (np.asarray(load.temperature(x.copy(), t)) for _ in range(2))
+    except Exception as error:  # whatever a user's function raises
+        return none, f"temperature(x, t) fails {when} ({type(error).__name__}: {error}); fix it"
+    if T.shape != (n,) or T.dtype.kind not in "fiu":
+        kind = f"an array of shape {T.shape} and type {T.dtype}" if T.shape else told(T.item())
+        return none, (
+            f"temperature(x, t) gives {kind} for points of shape (3, {n}); give one number a "
+            f"point, shape ({n},), like np.full(x.shape[1], -1.0)"
+        )
+    if not np.all(np.isfinite(T)):
+        where = ", ".join(f"{c:.6g}" for c in x[:, np.flatnonzero(~np.isfinite(T))[0]])
+        return none, f"the temperature is not finite {when}, at x = ({where}); fix it"
+    if not np.array_equal(T, again):
+        return none, (
+            f"it gives another temperature when it is asked again {when}, and must depend on place "
+            f"and time alone; fix it"
+        )
+    return T, ""
+
+
+def recorded(given: Given, setup: Problem) -> dict[str, Own]:
+    """Describe what is given, for the manifest. Collective."""
+    times = setup.schedule.times
+    return _known(given, setup, (times[0], times[-1]))
+
+
+def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own]:
+    found = {}
+    if given.damage is not None:
+        found["damage"] = Own(identity=identity(given.damage), values=law_values(given.damage))
+    if given.split is not None:
+        plane_stress = setup.material.state == PLANE_STRESS
+        values = split_values(given.split, plane_stress=plane_stress)
+        found["split"] = Own(identity=identity(given.split), values=values)
+    load = given.temperature
+    if load is not None:
+        known = () if isinstance(load, Conduction) else tried_load(load, setup.domain, at)
+        found["temperature"] = Own(identity=identity(load), values=known, at=at)
+    return found
+
+
+def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
+    """Require that a run that goes on is given what a script gave it at the start.
+
+    own: from its manifest. run: its directory.
+
+    Raises
+    ------
+    InputError
+        Something is missing, or too much.
+    """
+    if own is None:
+        return
+    for name in sorted(own.keys() - given.names):
+        raise InputError(
+            f"{run} was run with the {WORDS[name]} {own[name].identity} of a script, in place of "
+            f"the case's; go on from Python, with staffa.resume({run!r}, {name}=...)"
+        )
+    for name in sorted(given.names - own.keys()):
+        raise InputError(
+            f"{run} was run with the case's own {WORDS[name]}; leave {name}=... out, or begin a "
+            f"new run with it"
+        )
+
+
+def unrecorded(own: dict[str, Own] | None, given: Given) -> str | None:
+    """A sentence on a run whose manifest does not say what a script gave it.
+
+    Parameters
+    ----------
+    own : from the manifest, None if it was written before that was recorded.
+    given : by who goes on with the run.
+    """
+    if own is not None or given.names:
+        return None
+    return (
+        "an earlier version wrote this run and did not record whether a script gave it a law, a "
+        "split or a load of its own: it goes on with the case's; if a script did, stop it and go "
+        "on from Python with the same object"
+    )
+
+
+def require_same(given: Given, own: dict[str, Own] | None, setup: Problem, run: str) -> None:
+    """Require that what is given is what the run began with. Collective.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if not own:
+        return
+    at = own["temperature"].at if "temperature" in own else ()
+    for name, now in _known(given, setup, at).items():
+        then = own[name]
+        if now.identity != then.identity:
+            raise InputError(
+                f"{run} was run with the {WORDS[name]} {then.identity}, not {now.identity}; go on "
+                f"with the same one"
+            )
+        if not _alike(now.values, then.values):
+            raise InputError(
+                f"{run} was run with another {WORDS[name]} of the same name, {now.identity}, which "
+                f"gave other values; go on with the same one"
+            )
+
+
+def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    if len(one) != len(other):
+        return False
+    a, b = np.array(one), np.array(other)
+    return bool(np.all(np.abs(a - b) <= SAME * max(1e-300, *np.abs(a), *np.abs(b))))
+
+
+def identity(thing: Any) -> str:
+    """The name and the parameters of an object: its text `identity`, or its class with its fields.
+
+    The fields are those of a dataclass, else the attributes whose names do not begin with "_".
+    """
+    text = _identity(thing, DEEPEST)
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST - 20]}... {sha256(text.encode()).hexdigest()[:16]}"
+
+
+def _identity(thing: Any, deepest: int) -> str:
+    said = getattr(thing, "identity", None)
+    if isinstance(said, str):
+        return said
+    name = type(thing).__qualname__.rpartition("<locals>.")[2]
+    if is_dataclass(thing):
+        own = {field.name: getattr(thing, field.name) for field in fields(thing)}
+    else:
+        known = getattr(thing, "__dict__", {})
+        own = {key: known[key] for key in sorted(known) if not key.startswith("_")}
+    listed = (f"{key}={_parameter(value, deepest)}" for key, value in own.items())
+    return f"{name}({', '.join(listed)})"
+
+
+def _parameter(value: Any, deepest: int) -> str:
+    """A parameter as text, the same in any process."""
+    if value is None or isinstance(value, bool | int | str | bytes | complex):
+        return repr(value)
+    if isinstance(value, float):
+        return repr(float(value))
+    if isinstance(value, np.generic):
+        return repr(value.item())
+    if isinstance(value, np.ndarray):
+        content = sha256(np.ascontiguousarray(value).tobytes()).hexdigest()[:16]
+        return f"array({value.shape}, {value.dtype}, {content})"
+    if deepest == 0:
+        return "..."
+    if isinstance(value, list | tuple):
+        return f"({', '.join(_parameter(item, deepest - 1) for item in value)})"
+    if isinstance(value, dict):
+        items = (f"{key!r}: {_parameter(item, deepest - 1)}" for key, item in value.items())
+        return f"{{{', '.join(items)}}}"
+    if isinstance(value, type) or not hasattr(type(value), "__dict__") or callable(value):
+        return str(getattr(value, "__qualname__", type(value).__qualname__))
+    return _identity(value, deepest - 1)
