@@ -24,8 +24,8 @@ from staffa.backend.isolation import elsewhere, python
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
-from staffa.report.pieces import POLICY
-from staffa.report.series import csv_text
+from staffa.report.html import POLICY
+from staffa.results.series import csv_text
 
 STAFFA = Path(sys.executable).with_name("staffa")
 BAR = ["--set", "domain.h=0.05", "--set", "time.t=[0.1,0.2]", "--set", "output.at=[]"]

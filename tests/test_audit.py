@@ -9,9 +9,7 @@ import pytest
 
 from bodies import BOTTOM, Unbreakable, body, printed_on, quench, rock
 from heated import still, tensor
-from staffa.evolution import advance
-from staffa.evolution import apply_loads as loading
-from staffa.evolution import equilibrate as settle
+from staffa.evolution import advance, apply_loads, equilibrate
 from staffa.evolution.load_path import integral
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Irreversibility, Problem
@@ -117,7 +115,7 @@ def test_bounds_that_are_not_raised_are_named(monkeypatch, crack_set_only: bool)
     """Damage is judged by that of the step before, not by the bound that was put on."""
     rule = Irreversibility(crack_set_only=crack_set_only, threshold=0.8)
     assert all(step.audit.violations == () for step in ran(reheated(irreversibility=rule)))
-    monkeypatch.setattr(settle, "raise_bounds", lambda rule, system: None)
+    monkeypatch.setattr(equilibrate, "raise_bounds", lambda rule, system: None)
     assert said(ran(reheated(irreversibility=rule)), "damage healed by") == [1]
 
 
@@ -125,7 +123,7 @@ def test_bounds_that_are_not_raised_are_named(monkeypatch, crack_set_only: bool)
 @pytest.mark.parametrize("what", ["displacement", "power"])
 def test_work_that_is_not_that_of_the_loads_is_named(monkeypatch, split, what: str) -> None:
     """A displacement out of equilibrium, and a power of heat that is wrong, by 1 in 1000."""
-    solved, power = loading.equilibrium, Energy.thermal_power
+    solved, power = apply_loads.equilibrium, Energy.thermal_power
 
     def out_of_equilibrium(parts, values) -> None:
         solved(parts, values)
@@ -133,7 +131,7 @@ def test_work_that_is_not_that_of_the_loads_is_named(monkeypatch, split, what: s
         parts.keep_u(parts.u)
 
     if what == "displacement":
-        monkeypatch.setattr(loading, "equilibrium", out_of_equilibrium)
+        monkeypatch.setattr(apply_loads, "equilibrium", out_of_equilibrium)
     else:
         monkeypatch.setattr(Energy, "thermal_power", lambda self: 1.001 * power(self))
     assert said(ran(cooled(split=split)), "the energy balance is off by") == [0, 1]

@@ -30,9 +30,9 @@ from staffa.model.fields import owned, vertices
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records.step import Step
-from staffa.report.network import networks
-from staffa.report.radial import radial, radial_steps
-from staffa.report.summary import summary
+from staffa.results.crack_network import networks
+from staffa.results.radial import radial, radial_steps
+from staffa.results.summary import summary
 from staffa.setup.build import problem as make_problem
 from test_run import launch
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.reading.size_limits import LARGEST_FILE
 from staffa.case.rules import require_loaded
@@ -1144,7 +1144,7 @@ def test_a_file_from_windows_is_read(tmp_path):
 
 
 def test_an_unknown_ready_case_is_named_with_the_nearest():
-    check_sentence(sentence_of(lambda: catalog.text("slap")), "'slap'", "Did you mean 'slab'?")
+    check_sentence(sentence_of(lambda: ready_cases.text("slap")), "'slap'", "Did you mean 'slab'?")
 
 
 @pytest.mark.parametrize("kind", ["a run", "a file", "below a file"])

@@ -6,7 +6,7 @@ import tomllib
 import pytest
 from pydantic import BaseModel
 
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.scales.case_scales import numbers
 from staffa.case.schema.case import Case
@@ -130,7 +130,7 @@ cracks = { h = "50 W/(m^2 K)", T = "0 °C" }
 [time]
 t = { start = "1 s", stop = "10 min", steps = 30 }
 """
-CASES = {name: catalog.text(name) for name in catalog.names()} | {
+CASES = {name: ready_cases.text(name) for name in ready_cases.names()} | {
     "scaled": SCALED,
     "in units": IN_UNITS,
     "pulled in units": PULLED_IN_UNITS,

@@ -5,7 +5,7 @@ from math import erfc, exp, pi, sqrt
 import pytest
 
 from staffa.case.check.preview import Preview, preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.errors import InputError
@@ -273,7 +273,7 @@ def test_amounts_are_rounded_to_the_safe_side_and_in_units_that_are_read_easily(
 def test_no_ell_is_told_that_another_sentence_would_speak_against(name):
     """h^2/ell0 is .292 for `slab`, 124 times what keeps its face from being damaged all over, and
     1.17 for `slab-paper`, more than the body is deep."""
-    (note,) = (n for n in preview(catalog.ready_case(name)).notes if "nucleation" in n)
+    (note,) = (n for n in preview(ready_cases.ready_case(name)).notes if "nucleation" in n)
     assert "damage.ell >=" not in note and "take h <= " in note
 
 
@@ -301,7 +301,7 @@ def test_of_a_bar_pulled_along_its_length_the_width_does_not_bound_ell():
     ):
         (warning,) = thin("domain.size=[1.0, 0.12]", other)
         assert "is 2 ell" in warning, other
-    assert not [w for w in preview(catalog.ready_case("bar")).warnings if "extent" in w]
+    assert not [w for w in preview(ready_cases.ready_case("bar")).warnings if "extent" in w]
 
 
 @pytest.mark.parametrize("held", [(), ROLLERS])
@@ -320,5 +320,5 @@ def test_a_time_and_a_depth_in_an_error_have_their_unit():
         ('measures.depths=["1.2 m"]', "lies outside the body, which is 1 m deep;"),
     ):
         with pytest.raises(InputError) as error:
-            catalog.ready_case("squeezed", [setting])
+            ready_cases.ready_case("squeezed", [setting])
         assert words in str(error.value)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from staffa.case.check import mesh_warnings as mesh_cautions
+from staffa.case.check import mesh_warnings
 from staffa.case.check.preview import Preview, preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.scales.case_scales import numbers
 
@@ -182,7 +182,7 @@ def test_a_warning_comes_alone(settings, warning):
 
 
 def test_more_memory_than_the_machine_has_is_a_warning(monkeypatch):
-    monkeypatch.setattr(mesh_cautions.os, "sysconf", lambda name: 10_000)  # 100 MB
+    monkeypatch.setattr(mesh_warnings.os, "sysconf", lambda name: 10_000)  # 100 MB
     (warning,) = said().warnings
     assert "this machine has 0.1 GB" in warning
 
@@ -248,7 +248,7 @@ def test_unstructured_cells_are_counted_about_and_their_layer_is_uneven():
 
 
 def test_a_missing_gmsh_is_a_warning(monkeypatch):
-    monkeypatch.setattr(mesh_cautions, "find_spec", lambda name: None)
+    monkeypatch.setattr(mesh_warnings, "find_spec", lambda name: None)
     (warning,) = said("domain.cells=unstructured").warnings
     assert "needs Gmsh, which is not installed" in warning and said().warnings == ()
 
@@ -500,13 +500,13 @@ def test_a_pulled_body_with_a_crack_is_said_to_break_sooner_perhaps():
 
 
 def test_a_case_in_units_says_its_units():
-    known = preview(catalog.ready_case("ceramic-strip"))
+    known = preview(ready_cases.ready_case("ceramic-strip"))
     assert fact(known, "sigma_c").endswith(" Pa") and fact(known, "dT_c").endswith(" K")
     assert fact(known, "ell0") == "1.35e-05 m" and fact(known, "dT/dT_c") == "3.01"
 
 
 def test_a_pulled_bar_is_said_to_fail_at_its_strain():
-    known = preview(catalog.ready_case("bar"))
+    known = preview(ready_cases.ready_case("bar"))
     assert fact(known, "will it crack") == "at a strain of 0.194"
     assert not [name for name, _, _ in known.facts if "dT" in name]
 
@@ -555,12 +555,12 @@ NOTED = {
 }
 
 
-@pytest.mark.parametrize("name", catalog.names())
+@pytest.mark.parametrize("name", ready_cases.names())
 def test_a_ready_case_is_warned_and_told_of_what_is_known_and_no_more(name, monkeypatch):
     monkeypatch.setattr(
-        mesh_cautions, "find_spec", lambda package: package
+        mesh_warnings, "find_spec", lambda package: package
     )  # as if Gmsh were there
-    known = preview(catalog.ready_case(name))
+    known = preview(ready_cases.ready_case(name))
     for found, all_of_them in ((known.warnings, EXPECTED), (known.notes, NOTED)):
         expected = all_of_them.get(name, [])
         assert len(found) == len(expected), f"{found}"
@@ -580,16 +580,16 @@ def test_cells_of_up_to_half_ell_are_noted_with_the_toughness_that_they_make() -
 def test_no_warning_is_one_that_most_ready_cases_get():
     given = [part for parts in EXPECTED.values() for part in parts]
     counts = [given.count(part) for part in given]
-    assert max(counts) < len(catalog.names()) / 3
+    assert max(counts) < len(ready_cases.names()) / 3
 
 
 # Says itself that it is for hours on many ranks.
 LARGE = ("ceramic-quench",)
 
 
-@pytest.mark.parametrize("name", catalog.names())
+@pytest.mark.parametrize("name", ready_cases.names())
 def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
-    case = catalog.ready_case(name)
+    case = ready_cases.ready_case(name)
     cells, unknowns = (
         numbers(case),
         fact(preview(case), "unknowns").removeprefix("about ").split(" ")[0],

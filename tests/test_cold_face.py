@@ -9,7 +9,7 @@ from jumps import jumps
 from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import read_run
 from staffa.measure.network import normals
-from staffa.report.network import networks
+from staffa.results.crack_network import networks
 from staffa.runs.run import run
 from test_check_forces import COLD_FACE
 

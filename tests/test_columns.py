@@ -26,8 +26,8 @@ from staffa.plot.cell_planes import (
 from staffa.plot.frames import read_frames
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.records.step import CellSection
-from staffa.report import planes
 from staffa.report.drawing import draw
+from staffa.results import sections
 from test_report import drawn_manifest, drawn_mesh, drawn_run, drawn_step
 
 SIZE, ELL, N = (1.0, 1.0, 0.5), 0.04, 24  # N cells of the mesh along the first axis
@@ -70,7 +70,7 @@ def one_section(depth: float) -> CellSection:
 
 def planes_of(run: Run) -> list[Plane]:
     (frame,), _ = read_frames(run)
-    return planes.planes_of(run.manifest, frame)
+    return sections.planes_of(run.manifest, frame)
 
 
 def test_planes_are_cut_where_the_run_looked_for_cells(tmp_path):
@@ -87,9 +87,9 @@ def test_planes_are_even_down_to_the_deepest_crack_where_no_depths_were_asked_fo
     (step,) = run.steps
     assert step.measures is not None
     bare = replace(step, measures=replace(step.measures, cells=()))
-    found = planes.depths_of(run.manifest, bare)
+    found = sections.depths_of(run.manifest, bare)
     assert found == pytest.approx([0.5 / 12 * k for k in (1, 3, 5, 7, 9, 11)])
-    assert planes.depths_of(replace(run.manifest, face=None), bare) == []
+    assert sections.depths_of(replace(run.manifest, face=None), bare) == []
 
 
 def test_a_cell_has_the_color_of_the_number_of_its_neighbors(tmp_path):
@@ -142,10 +142,10 @@ def test_sizes_are_drawn_with_their_errors_beside_theory():
 
 def test_theory_takes_the_ell0_of_the_case():
     manifest = drawn_manifest(SIZE, scales={"ell0": 0.01})
-    once, twice = planes.doubling(manifest, 0.178)
+    once, twice = sections.doubling(manifest, 0.178)
     assert once.lengths[-1] == pytest.approx(0.32), "the table has 32 at 17.8 ell0"
     assert twice.lengths[-1] == pytest.approx(0.64)
-    assert planes.doubling(replace(manifest, scales={}), 0.2) == []
+    assert sections.doubling(replace(manifest, scales={}), 0.2) == []
 
 
 @pytest.mark.slow

@@ -13,22 +13,21 @@ import pytest
 from staffa.case.reading.read import parse_case
 from staffa.case.reading.ready_cases import ready_case
 from staffa.case.schema.toml_text import to_toml
+from staffa.compare.agreement import agreement, gap_between_steps
+from staffa.compare.differences import case_differences, manifest_differences
+from staffa.compare.figures import pair_figures
+from staffa.compare.open_pair import place_of, read_pair
+from staffa.compare.pair import Pair, caveats
+from staffa.compare.side_by_side import common_times, difference, results
 from staffa.errors import StaffaError
-from staffa.io.own_files import write_aside
+from staffa.io.own_files import GENERATOR, write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run
 from staffa.io.vtkhdf import Grid
 from staffa.plot.frames import Frame, read_frames
 from staffa.plot.pair_pictures import difference as damage_difference
 from staffa.records.step import Energies, Step
-from staffa.report.agreement import agreement, gap_between_steps
-from staffa.report.comparison import ABSENT, Table
-from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.drawing import draw_pair
-from staffa.report.pair import Pair, caveats
-from staffa.report.pair_figures import pair_figures
-from staffa.report.pair_reading import place_of, read_pair
-from staffa.report.pieces import GENERATOR
-from staffa.report.results import common_times, difference, results
+from staffa.results.slab_table import ABSENT, Table
 from test_bad_input import check_sentence, files_in, sentence_of, staffa
 from test_report import (
     BOX,

@@ -15,7 +15,7 @@ from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
-from staffa.report.summary import summary
+from staffa.results.summary import summary
 from staffa.runs.run import run
 
 LAYERS = """

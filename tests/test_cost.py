@@ -9,7 +9,7 @@ import pytest
 
 from staffa.case.check.cost import WITHIN, coarser_for, duration, memory, steps
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.scales.case_scales import numbers
 from staffa.case.schema.case import Case
@@ -56,12 +56,12 @@ def test_the_kept_runs_took_as_long_as_is_said() -> None:
 
 def test_so_did_the_slabs_and_the_brick_of_the_bench() -> None:
     runs = json.loads((ROOT / "bench/results.json").read_text())["runs"]
-    slab, brick = catalog.ready_case("slab"), catalog.ready_case("brick")
+    slab, brick = ready_cases.ready_case("slab"), ready_cases.ready_case("brick")
     for name in ("A30k:1", "A120k:1", "B30k:1", "B480k:1", "D300k:1"):
         edge = {"A30k": 122, "A120k": 244, "B30k": 122, "B480k": 489, "D300k": 45}[name[:-2]]
         like = slab if name[0] in "AB" else brick
         size = "[1.0,1.0]" if like is slab else "[1.0,1.0,1.0]"
-        case = catalog.ready_case(
+        case = ready_cases.ready_case(
             "slab" if like is slab else "brick",
             [
                 f"domain={{size={size}, h={1 / edge}}}",
@@ -75,8 +75,8 @@ def test_so_did_the_slabs_and_the_brick_of_the_bench() -> None:
 
 
 def test_a_split_and_more_cells_take_longer() -> None:
-    cold, squeezed = catalog.ready_case("granite-face"), catalog.ready_case("squeezed")
-    finer = catalog.ready_case("granite-face", ["domain.h=5 mm"])
+    cold, squeezed = ready_cases.ready_case("granite-face"), ready_cases.ready_case("squeezed")
+    finer = ready_cases.ready_case("granite-face", ["domain.h=5 mm"])
     one = estimated(cold)
     assert estimated(squeezed) > 2 * one
     assert 4 <= estimated(finer) / one < 8, "four times the cells"
@@ -85,7 +85,7 @@ def test_a_split_and_more_cells_take_longer() -> None:
 def test_adaptive_steps_are_counted_as_the_cold_alone_makes_them() -> None:
     """tau grows by a quarter a step from .01: .01 * 1.25^n = .08 at n = 9.3, then by .02."""
     text = "time={tau={start=0.01,stop=0.4,shortest=0.0005,longest=0.02}}"
-    case = catalog.ready_case("slab", [text, "output.at=[]"])
+    case = ready_cases.ready_case("slab", [text, "output.at=[]"])
     found = steps(case, numbers(case))
     grown = next(n for n in range(99) if 0.01 * 1.25**n >= 0.08)
     rest = (0.4 - 0.01 * 1.25**grown) / 0.02
@@ -101,13 +101,13 @@ def test_what_is_said_of_the_time_names_its_range_and_what_it_leaves_out() -> No
 
 
 def backtracked() -> Case:
-    return catalog.ready_case("slab", ["solver.backtracking=true"])
+    return ready_cases.ready_case("slab", ["solver.backtracking=true"])
 
 
 def test_the_cell_edge_that_fits_the_memory_is_told() -> None:
-    case = catalog.ready_case("ceramic-quench")
+    case = ready_cases.ready_case("ceramic-quench")
     half = (memory(case) + 3.2e8) / 2
     edge = coarser_for(case, half)
-    fitting = catalog.ready_case("ceramic-quench", [f"domain.h={edge} m"])
+    fitting = ready_cases.ready_case("ceramic-quench", [f"domain.h={edge} m"])
     assert memory(fitting) == pytest.approx(half, rel=0.05)
     assert edge == pytest.approx(15.3e-6 * 2**0.5, rel=0.01)

@@ -25,14 +25,14 @@ from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Probe
 from staffa.records.step import Energies, Fluid, Heat
 from staffa.report.captions import caption
-from staffa.report.columns import cells_table
-from staffa.report.comparison import definitions
 from staffa.report.drawing import draw
-from staffa.report.network import Drawing, lines_of, write_networks
-from staffa.report.series import probes_table, reactions_table
-from staffa.report.spacing import TITLE, round_depths, spacing
-from staffa.report.summary import summary
-from staffa.report.tips import tips_table
+from staffa.results.columns import cells_table
+from staffa.results.crack_network import Drawing, lines_of, write_networks
+from staffa.results.series import probes_table, reactions_table
+from staffa.results.slab_table import definitions
+from staffa.results.spacing import TITLE, round_depths, spacing
+from staffa.results.summary import summary
+from staffa.results.tips import tips_table
 from test_report import BOX, SLAB, cut_into_columns, drawn_manifest, drawn_run, rewritten
 
 NAMES = ("length", "crack", "opening", "volume", "time", "temperature", "stress", "energy", "force")

@@ -22,7 +22,7 @@ from staffa.io.run_directory import CASE, STEPS, read_run
 from staffa.measure.averages import Average, average, spread
 from staffa.measure.generations import arrests
 from staffa.report.drawing import draw_ensemble
-from staffa.report.ensemble import Sheet, facts, sheets
+from staffa.results.ensemble_means import Sheet, facts, sheets
 from staffa.runs.ensemble import begun_members, member, run_ensemble, seeds_from
 from staffa.setup.build import problem
 from test_bad_input import check_sentence, files_in, sentence_of, staffa

@@ -11,7 +11,7 @@ from staffa.io.run_directory import Run, read_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
-from staffa.report.summary import summary
+from staffa.results.summary import summary
 from staffa.runs.run import run as run_case
 
 ELL, H, L = 0.04, 0.01, 1.0

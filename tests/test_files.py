@@ -16,7 +16,7 @@ from staffa.io.run_directory import STEPS, read_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 from staffa.report.drawing import draw
-from staffa.report.summary import summary
+from staffa.results.summary import summary
 from staffa.runs.run import Watcher, run
 
 PAGES = Path(__file__).parent.parent / "docs"

@@ -25,7 +25,10 @@ FLOORS = [
     {"case.check"},
     {"setup"},
     {"runs"},
-    {"report", "plot", "doctor"},
+    {"plot", "doctor"},
+    {"results"},
+    {"compare"},
+    {"report"},
     {"cli"},
 ]
 # Modules of one floor that serve others of it.
@@ -35,7 +38,6 @@ WITHIN = {
     "records": ["display_units"],
     "backend": ["errors"],
     "geometry": ["errors"],
-    "report": ["plot"],
 }
 LIGHT = [
     "staffa",
@@ -92,11 +94,11 @@ LIGHT = [
     "staffa.case.schema.toml_text",
     "staffa.plot",
     "staffa.report",
-    "staffa.report.planes",
-    "staffa.report.ensemble",
-    "staffa.report.spacing",
-    "staffa.report.pair_reading",
-    "staffa.report.results",
+    "staffa.results.sections",
+    "staffa.results.ensemble_means",
+    "staffa.results.spacing",
+    "staffa.compare.open_pair",
+    "staffa.compare.side_by_side",
     "staffa.doctor",
     "staffa.cli",
 ]

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import meshes
 from bodies import needs_gmsh
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.schema.toml_text import inline, to_toml
@@ -25,7 +25,7 @@ from staffa.errors import InputError
 from staffa.geometry.simplices import outline
 from staffa.properties.mesh_field import read_field
 
-TEXTS = {name: catalog.text(name) for name in catalog.names()}
+TEXTS = {name: ready_cases.text(name) for name in ready_cases.names()}
 RICH = """
 [domain]
 size = [1.0, 0.5]

@@ -15,10 +15,11 @@ import meshes
 from bodies import RANKS, needs_gmsh, printed_on
 from staffa.backend.jit import form
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.rules.name_rules import regions_are_there
+from staffa.compare.open_pair import read_pair
 from staffa.errors import InputError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
@@ -35,7 +36,6 @@ from staffa.minimize.alternate import equilibrium
 from staffa.model.domain import Domain, body
 from staffa.model.fields import corners, linear_spaces, vertices
 from staffa.model.supports import build_supports, rigid_modes, rollers
-from staffa.report.pair_reading import read_pair
 from staffa.runs.run import run
 from staffa.setup.build import body_of, problem, side_supports
 from test_run import launch
@@ -849,7 +849,7 @@ def test_check_tells_what_a_mesh_is_and_which_names_it_has(folder: Path) -> None
 @needs_gmsh
 def test_a_borehole_has_no_depth_and_is_pinned_away_from_its_wall() -> None:
     coarse = ("domain.h=60 mm", "damage.ell=60 mm")
-    made = problem(parse_case(catalog.text("wellbore"), coarse))
+    made = problem(parse_case(ready_cases.text("wellbore"), coarse))
     assert made.face is None and made.tau_of is None and made.anchor == "left"
     assert made.domain.coarser is not None and made.domain.coarser().boundaries.keys() == {
         *("left", "right", "bottom", "top", "hole")

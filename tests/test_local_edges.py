@@ -14,7 +14,7 @@ from staffa.geometry.msh import read_msh
 from staffa.geometry.simplices import outline
 from staffa.io.run_directory import read_run
 from staffa.measure.coarse import local
-from staffa.report.summary import summary
+from staffa.results.summary import summary
 from staffa.runs.run import run
 from staffa.setup.build import problem
 

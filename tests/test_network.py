@@ -27,7 +27,7 @@ from staffa.model.fields import linear_spaces, vertices
 from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, clamped
 from staffa.physics.damage import AT1, AT2
-from staffa.report.network import networks, write_networks
+from staffa.results.crack_network import networks, write_networks
 from test_report import drawn_manifest, drawn_step
 
 H, ELL = 0.02, 0.06

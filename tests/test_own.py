@@ -14,8 +14,8 @@ from staffa.io.run_directory import MANIFEST
 from staffa.physics.damage import AT1, LAWS
 from staffa.physics.split import SPLITS, StarConvex
 from staffa.physics.trial import try_law, try_split
-from staffa.report.comparison import table
-from staffa.report.summary import summary
+from staffa.results.slab_table import table
+from staffa.results.summary import summary
 from staffa.runs.run import Watcher
 from staffa.setup.user_objects import Given, identity, unrecorded
 

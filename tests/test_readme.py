@@ -7,7 +7,7 @@ import pytest
 import typer
 
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.cli.commands import app
 
@@ -116,7 +116,7 @@ def test_every_case_that_the_readme_names_is_a_ready_one() -> None:
     named = [words[1] for words in commands() if words[0] == "new"]
     named += re.findall(r'ready_case\("([^"]+)"\)', text)
     named += re.findall(r"src/staffa/cases/(\w[\w-]*)\.toml", text)
-    assert named and set(named) <= set(catalog.names()), f"{named}"
+    assert named and set(named) <= set(ready_cases.names()), f"{named}"
 
 
 def test_every_target_of_make_that_the_readme_names_exists() -> None:

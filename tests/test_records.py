@@ -9,12 +9,12 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import pytest
 
-from staffa.records.step import Effort, Energies, Fluid, Measures, Step, made, manifest
-from staffa.records.step import step as records
+from staffa.records import manifest, step
+from staffa.records.step import Effort, Energies, Fluid, Measures, Step, made
 
 KINDS = [
     kind
-    for module in (records, manifest)
+    for module in (step, manifest)
     for kind in vars(module).values()
     if is_dataclass(kind) and isinstance(kind, type) and kind.__module__ == module.__name__
 ]

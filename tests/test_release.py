@@ -21,7 +21,7 @@ from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
 from staffa.model.supports import SideSupport, at_rest
 from staffa.records.tip_release import Release
-from staffa.report.release import release_table, release_text
+from staffa.results.release_table import release_table, release_text
 from test_report import drawn_manifest, drawn_step
 from test_surfing import ride
 

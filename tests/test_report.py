@@ -42,11 +42,11 @@ from staffa.records.step import (
     Step,
     Tip,
 )
-from staffa.report.columns import cells_table, columns, pooled_table
-from staffa.report.comparison import ABSENT, table
 from staffa.report.drawing import draw
-from staffa.report.spacing import spacing
-from staffa.report.summary import summary
+from staffa.results.columns import cells_table, columns, pooled_table
+from staffa.results.slab_table import ABSENT, table
+from staffa.results.spacing import spacing
+from staffa.results.summary import summary
 
 ELL, HEIGHTS, N = 0.04, (0.1, 0.2, 0.4), 16
 TAUS = np.linspace(0.02, 0.5, 25)

@@ -17,6 +17,8 @@ from staffa.case.scales.case_scales import numbers
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached
 from staffa.case.values.subdomains import averages, pieces
+from staffa.compare.differences import case_differences
+from staffa.compare.open_pair import read_pair
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.heat.thermal_body import Conduction, Conductor, Held
@@ -25,8 +27,6 @@ from staffa.io.run_directory import CASE
 from staffa.model.domain import block, middles
 from staffa.model.fields import linear_spaces, vertices
 from staffa.physics.elasticity import Full, Isotropic, Orthotropic, TransverselyIsotropic
-from staffa.report.differences import case_differences
-from staffa.report.pair_reading import read_pair
 from staffa.runs.run import run as write_run
 from staffa.setup.build import problem
 

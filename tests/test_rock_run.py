@@ -3,7 +3,7 @@
 import pytest
 
 import staffa
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.io.run_directory import read_run
 from test_run import CASES, launch
 
@@ -39,7 +39,7 @@ def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
 @pytest.mark.long
 def test_no_energy_rises_while_many_cracks_open_and_close(tmp_path) -> None:
     case = staffa.parse_case(
-        catalog.text("slab"),
+        ready_cases.text("slab"),
         [
             "domain.size=[0.6,0.6]", "domain.h=0.03", "damage.ell=0.09", "damage.split=no-tension",
             "temperature.profile=slab", "supports.left=rollers", "supports.right=rollers",

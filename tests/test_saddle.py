@@ -19,7 +19,7 @@ from staffa.evolution.second_order import modes
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
 from staffa.records.step import Curvature, Energies, Outcome, Step
-from staffa.report.summary import _curvature
+from staffa.results.summary import _curvature
 from test_stability import ELL, perfect_bar, uniform
 
 # Uniform rock cooled from one face, without a seed: alternate minimization lands on the state that

@@ -21,7 +21,7 @@ from staffa.model.fields import linear_spaces, vertices, zero_state
 from staffa.model.supports import SideSupport, clamped, rollers
 from staffa.records.manifest import Probe
 from staffa.records.step import Step
-from staffa.report.series import probes_table, reactions_table
+from staffa.results.series import probes_table, reactions_table
 from test_report import drawn_manifest, drawn_step
 
 PULL = 0.01

@@ -9,7 +9,7 @@ import pytest
 
 from bodies import RANKS, body, printed_on, quench, rock, run
 from staffa.errors import InputError, SolveError, StaffaError, StoppedError
-from staffa.evolution import equilibrate as module
+from staffa.evolution import equilibrate
 from staffa.evolution.apply_loads import change_loads
 from staffa.evolution.effective_toughness import discrete_toughness
 from staffa.evolution.march import Observers, march
@@ -107,7 +107,7 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
     list(march(problem, system))
     below = system.coarser
     state = system.state
-    module._coarse_gain(below, state.alpha.x.array.copy(), state.T.x.array, 0.3)
+    equilibrate._coarse_gain(below, state.alpha.x.array.copy(), state.T.x.array, 0.3)
     alpha = below.system.state.alpha.x.array
     cells = alpha[below.system.spaces.alpha.dofmap.list].min(axis=1) > 0.99
     assert cells.sum() == pytest.approx(0.25 / 0.025, abs=1)
@@ -117,13 +117,13 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
 
 
 def test_a_guess_heals_nothing(monkeypatch) -> None:
-    real = module._coarse_gain
+    real = equilibrate._coarse_gain
 
     def healing(coarser, alpha, *loads):
         gain, effort = real(coarser, alpha, *loads)
         return gain - 2.0 * alpha, effort
 
-    monkeypatch.setattr(module, "_coarse_gain", healing)
+    monkeypatch.setattr(equilibrate, "_coarse_gain", healing)
     steps = run(notched())
     assert steps[-1].effort.guesses == 1
     assert all(step.audit.healing <= 1e-12 for step in steps)
@@ -132,7 +132,7 @@ def test_a_guess_heals_nothing(monkeypatch) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("acceleration", ["newton", "none"])
 def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monkeypatch) -> None:
-    guessed, real = [], module.descend
+    guessed, real = [], equilibrate.descend
 
     def fails_after_a_guess(problem, system, *rest):
         if guessed and system.coarser:
@@ -145,9 +145,9 @@ def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monke
         guessed.append(found)
         return found
 
-    first = module._first_guess
-    monkeypatch.setattr(module, "_first_guess", noting)
-    monkeypatch.setattr(module, "descend", fails_after_a_guess)
+    first = equilibrate._first_guess
+    monkeypatch.setattr(equilibrate, "_first_guess", noting)
+    monkeypatch.setattr(equilibrate, "descend", fails_after_a_guess)
     (step,) = run(plate(dT=9.0, h=0.016, acceleration=acceleration))
     assert step.effort.plain == 1 and step.effort.guesses == 0 and step.effort.halvings == 0
 
@@ -156,10 +156,10 @@ def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
     system = build(plate())
     below, alpha = system.coarser, system.state.alpha.x.array.copy()
     T, _ = system.cooling.advance(system.state.T.x.array, alpha, 0.0, 0.002)
-    expected, _ = module._coarse_gain(below, alpha, T, 0.002)
+    expected, _ = equilibrate._coarse_gain(below, alpha, T, 0.002)
     for vector in (below.system.alternation.u, below.system.state.u.x.petsc_vec):
         vector.set(np.inf)
-    found, _ = module._coarse_gain(below, alpha, T, 0.002)
+    found, _ = equilibrate._coarse_gain(below, alpha, T, 0.002)
     assert np.abs(expected).max() > 0.1 and found == pytest.approx(expected, abs=1e-4)
     system.destroy()
 
@@ -190,13 +190,13 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     def half(coarser, alpha, *loads):
         return np.where(x[:, 1] > 0.2, 1.0, 0.0), Effort(coarse_sweeps=3)
 
-    monkeypatch.setattr(module, "_coarse_gain", half)
-    start = module.Loads(time=0.0, values=system.supports.values(0.0))
+    monkeypatch.setattr(equilibrate, "_coarse_gain", half)
+    start = equilibrate.Loads(time=0.0, values=system.supports.values(0.0))
     equilibrium(system.alternation, start.values)
-    change_loads(problem, system, start, module.Loads(time=0.002, values=start.values))
+    change_loads(problem, system, start, equilibrate.Loads(time=0.002, values=start.values))
     fields = (system.state.u, system.state.alpha)
     before = [field.x.array.copy() for field in fields]
-    effort = module._first_guess(system, system.coarser, replace(start, time=0.002))
+    effort = equilibrate._first_guess(system, system.coarser, replace(start, time=0.002))
     assert effort == Effort(refused=1, coarse_sweeps=3)
     for field, vector, values in zip(
         fields, (system.alternation.u, system.alternation.alpha), before, strict=True
@@ -216,7 +216,7 @@ def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) ->
         return gain, Effort(coarse_sweeps=3)
 
     (expected,) = run(plate("none", dT=9.0))
-    monkeypatch.setattr(module, "_coarse_gain", bad)
+    monkeypatch.setattr(equilibrate, "_coarse_gain", bad)
     (step,) = run(plate(dT=9.0))
     assert step.effort.guesses == 0
     assert step.effort.refused == expected.effort.refused + 1

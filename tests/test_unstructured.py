@@ -14,7 +14,7 @@ from staffa.errors import StaffaError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.geometry import block_simplices as unstructured
+from staffa.geometry import block_simplices
 from staffa.geometry.block import SIDES, cells_and_vertices
 from staffa.measure.crack import damaged_layer
 from staffa.model.domain import Domain, block, cell_count
@@ -155,7 +155,7 @@ def test_what_gmsh_cannot_mesh_is_an_error_that_names_the_key(monkeypatch) -> No
     def fail(gmsh, size):
         raise Exception("PLC Error")
 
-    monkeypatch.setattr(unstructured, "_meshed", fail)
+    monkeypatch.setattr(block_simplices, "_meshed", fail)
     with pytest.raises(StaffaError, match=r'domain.cells = "unstructured".*h = 0.05 .PLC Error'):
         made(2)
 

@@ -24,7 +24,7 @@ from sharp import SHARP, first_doubling, half_space_spacing, length_at
 from staffa.io.run_directory import Run, read_run
 from staffa.measure.generations import arrests, tracks
 from staffa.measure.tip import reach
-from staffa.report.published import BAHR, PAPER
+from staffa.results.published import BAHR, PAPER
 
 PICTURE = ROOT / "docs" / "pictures" / "verify-growth.png"
 KEPT = Path(__file__).parent / "slabs"

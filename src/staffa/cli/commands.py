@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.case.reading.read import read_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
@@ -53,8 +53,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no
 def cases() -> None:
     """List the ready cases."""
     table = Table(box=None, show_header=False)
-    for name in catalog.names():
-        table.add_row(f"[bold]{name}[/bold]", escape(catalog.ready_case(name).title))
+    for name in ready_cases.names():
+        table.add_row(f"[bold]{name}[/bold]", escape(ready_cases.ready_case(name).title))
     out.print(table)
 
 
@@ -63,7 +63,7 @@ def new(
     case: Annotated[str, typer.Argument(help="name of a ready case", show_default=False)],
 ) -> None:
     """Write a ready case to the terminal, every key explained: staffa new slab > my.toml."""
-    print(to_toml(catalog.ready_case(case), explained=True), end="")
+    print(to_toml(ready_cases.ready_case(case), explained=True), end="")
 
 
 @app.command()
@@ -213,7 +213,7 @@ def compare(
 ) -> None:
     """Two finished runs side by side, in numbers and pictures: do they agree, and until when?"""
     from staffa.cli.results import print_pair, print_pair_pictures  # loads Matplotlib
-    from staffa.report.pair_reading import place_of, read_pair
+    from staffa.compare.open_pair import place_of, read_pair
 
     pair = read_pair(one, other)
     place = place_of(pair, directory)

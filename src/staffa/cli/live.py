@@ -24,10 +24,10 @@ from staffa.io.run_directory import Run, append_log, read_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Moment, Step
-from staffa.report.network import networks
-from staffa.report.radial import radial
-from staffa.report.summary import violations
-from staffa.report.tables import write_tables
+from staffa.results.crack_network import networks
+from staffa.results.csv_files import write_tables
+from staffa.results.radial import radial
+from staffa.results.summary import violations
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 

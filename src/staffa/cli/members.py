@@ -15,8 +15,8 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
-from staffa.report.ensemble import write_results
-from staffa.report.tables import write_pooled
+from staffa.results.csv_files import write_pooled
+from staffa.results.ensemble_means import write_results
 from staffa.runs.ensemble import run_ensemble, seeds_from
 from staffa.runs.run import Watcher
 

@@ -8,25 +8,25 @@ from rich.progress import Progress
 from rich.table import Table
 
 from staffa.cli.terminal import out
+from staffa.compare.agreement import agreement
+from staffa.compare.differences import case_differences, manifest_differences
+from staffa.compare.pair import Pair, pair_title
+from staffa.compare.side_by_side import common_times, results
 from staffa.errors import printable
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
-from staffa.report import comparison
-from staffa.report.agreement import agreement
-from staffa.report.columns import columns
-from staffa.report.differences import case_differences, manifest_differences
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
-from staffa.report.ensemble import ensemble_title, facts, sheets
-from staffa.report.pair import Pair, pair_title
-from staffa.report.results import common_times, results
-from staffa.report.spacing import TITLE, spacing
-from staffa.report.summary import Fact, summary, title
+from staffa.results import slab_table
+from staffa.results.columns import columns
+from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.spacing import TITLE, spacing
+from staffa.results.summary import Fact, summary, title
 
 
 def print_summary(run: Run) -> None:
     """Facts, the comparison with the paper where it has a meaning, the spacing by depth."""
     _print_facts(title(run), summary(run))
-    compared = comparison.table(run)
+    compared = slab_table.table(run)
     if compared is not None:
         _print_table(compared)
     _print_table(spacing(run), title=TITLE)
@@ -91,7 +91,7 @@ def _print_facts(heading: str, told: Iterable[Fact]) -> None:
     out.print(rows)
 
 
-def _print_table(found: comparison.Table, title: str | None = None) -> None:
+def _print_table(found: slab_table.Table, title: str | None = None) -> None:
     """Its title and rows, if there are any, and its notes."""
     if found.rows:
         if title:

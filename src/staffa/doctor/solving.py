@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from staffa.backend import isolation
-from staffa.case.reading import ready_cases as catalog
+from staffa.case.reading import ready_cases
 from staffa.doctor.child import python, spoken
 from staffa.errors import StaffaError
 from staffa.io.run_directory import read_run
@@ -95,7 +95,7 @@ def two_ranks() -> str:
     """A small run on two ranks comes to its end; the first one compiles its forms."""
     with tempfile.TemporaryDirectory() as name:
         case, directory = Path(name) / "bar.toml", Path(name) / "run"
-        case.write_text(catalog.text("bar"), encoding="utf-8")
+        case.write_text(ready_cases.text("bar"), encoding="utf-8")
         settings = [word for setting in SMALL for word in ("--set", setting)]
         launch = [_launcher(), "-n", "2", *isolation.python(STAFFA)]
         asked: list[str | Path] = ["run", case, "--out", directory, "--quiet", *settings]

@@ -7,9 +7,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from staffa.compare.figures import pair_figures
+from staffa.compare.pair import Pair
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
-from staffa.io.own_files import make_folder, write_aside
+from staffa.io.own_files import PAGE, PICTURES, make_folder, write_aside
 from staffa.io.run_directory import Run
 from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
@@ -22,15 +24,12 @@ from staffa.plot.network_openings import network_figure
 from staffa.plot.style import write_picture
 from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
-from staffa.report.columns import by_depth
-from staffa.report.ensemble import write_results
-from staffa.report.network import OLDER, Drawing, networks, without_openings
 from staffa.report.page import ensemble_page, page, pair_page
-from staffa.report.pair import Pair
-from staffa.report.pair_figures import pair_figures
-from staffa.report.pieces import PAGE, PICTURES
-from staffa.report.planes import doubling, planes_of
-from staffa.report.tables import write_pooled, write_tables, writing
+from staffa.results.columns import by_depth
+from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
+from staffa.results.csv_files import write_pooled, write_tables, writing
+from staffa.results.ensemble_means import write_results
+from staffa.results.sections import doubling, planes_of
 
 MOVIE = "growing"
 Write = Callable[[Path], None]

@@ -3,21 +3,22 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from staffa.compare.agreement import agreement
+from staffa.compare.differences import case_differences, manifest_differences
+from staffa.compare.pair import Pair, pair_title
+from staffa.compare.side_by_side import common_times, results
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
-from staffa.report import comparison, pieces
-from staffa.report.agreement import agreement
+from staffa.report import html
 from staffa.report.captions import caption
-from staffa.report.columns import columns
-from staffa.report.differences import case_differences, manifest_differences
-from staffa.report.ensemble import ensemble_title, facts, sheets
-from staffa.report.network import Drawing, lines_of, words_on_openings
-from staffa.report.pair import Pair, pair_title
-from staffa.report.results import common_times, results
-from staffa.report.spacing import TITLE, spacing
-from staffa.report.summary import summary, title
+from staffa.results import slab_table
+from staffa.results.columns import columns
+from staffa.results.crack_network import Drawing, lines_of, words_on_openings
+from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.spacing import TITLE, spacing
+from staffa.results.summary import summary, title
 
 
 def page(
@@ -25,21 +26,21 @@ def page(
 ) -> str:
     """A run's page: summary, comparison, cells, networks, pictures, case; pictures are embedded."""
     parts = [
-        pieces.fact_list(summary(run)),
+        html.fact_list(summary(run)),
         _compared(run),
         _plain(TITLE, spacing(run)),
         _networks(run, found),
         *_pictures(pictures, skipped, run.manifest, run.steps),
-        pieces.case_text(run.case),
-        pieces.footer(_origin(run)),
+        html.case_text(run.case),
+        html.footer(_origin(run)),
     ]
-    return pieces.document(title(run), parts)
+    return html.document(title(run), parts)
 
 
 def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
     """An ensemble's page: its members' numbers, their means and errors, cells, pictures, case."""
     tables = [
-        pieces.table(
+        html.table(
             sheet.title,
             ("seed", *sheet.names),
             sheet.member_lines(),
@@ -49,41 +50,41 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
         for sheet in sheets(ensemble)
     ]
     parts = [
-        pieces.fact_list(facts(ensemble)),
+        html.fact_list(facts(ensemble)),
         *tables,
         _columns(list(ensemble.finished.values())),
         *_pictures(pictures, skipped, ensemble.first.manifest, ensemble.first.steps),
-        pieces.case_text(ensemble.first.case),
-        pieces.footer(f"of the first member: {_origin(ensemble.first)}"),
+        html.case_text(ensemble.first.case),
+        html.footer(f"of the first member: {_origin(ensemble.first)}"),
     ]
-    return pieces.document(ensemble_title(ensemble), parts)
+    return html.document(ensemble_title(ensemble), parts)
 
 
 def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
     """The page of two runs: whether they agree, what differs, results, pictures, cases."""
     parts = [
-        pieces.fact_list(agreement(pair)),
+        html.fact_list(agreement(pair)),
         _plain("What differs in the cases", case_differences(pair)),
         _plain("What differs in the runs", manifest_differences(pair)),
         _plain("Results", results(pair)),
         _plain("At common times", common_times(pair)),
         *_pictures(pictures, skipped, pair.first.run.manifest, pair.first.run.steps),
-        *(pieces.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
-        *(pieces.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
+        *(html.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
+        *(html.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
     ]
-    return pieces.document(pair_title(pair), parts)
+    return html.document(pair_title(pair), parts)
 
 
-def _plain(heading: str, found: comparison.Table) -> str:
-    return pieces.table(heading, found.header, found.rows, under=found.notes, plain=True)
+def _plain(heading: str, found: slab_table.Table) -> str:
+    return html.table(heading, found.header, found.rows, under=found.notes, plain=True)
 
 
 def _compared(run: Run) -> str:
-    compared = comparison.table(run)
+    compared = slab_table.table(run)
     if compared is None:
         return ""
     heading = "Nucleation and arrests, beside published numbers"
-    return pieces.table(heading, compared.header, compared.rows, under=compared.notes)
+    return html.table(heading, compared.header, compared.rows, under=compared.notes)
 
 
 def _columns(runs: Sequence[Run]) -> str:
@@ -91,7 +92,7 @@ def _columns(runs: Sequence[Run]) -> str:
     if found is None:
         return ""
     heading = f"Cells at the last step, {len(runs)} runs together"
-    return pieces.table(heading, found.header, found.rows, under=found.notes, plain=True)
+    return html.table(heading, found.header, found.rows, under=found.notes, plain=True)
 
 
 def _networks(run: Run, found: Sequence[Drawing]) -> str:
@@ -102,14 +103,14 @@ def _networks(run: Run, found: Sequence[Drawing]) -> str:
         "One row for each moment whose fields were kept; the volume is the integral of the opening."
     )
     under = [note, *words_on_openings(run, found)]
-    return pieces.table("Crack network", header, rows, under=under)
+    return html.table("Crack network", header, rows, under=under)
 
 
 def _pictures(
     pictures: Sequence[Path], skipped: Sequence[str], manifest: Manifest, steps: Sequence[Step]
 ) -> list[str]:
-    figures = (pieces.figure(path, caption(path.stem, manifest, steps)) for path in pictures)
-    return ["<h2>Pictures</h2>", *figures, pieces.notes(skipped)]
+    figures = (html.figure(path, caption(path.stem, manifest, steps)) for path in pictures)
+    return ["<h2>Pictures</h2>", *figures, html.notes(skipped)]
 
 
 def _origin(run: Run) -> str:

@@ -7,13 +7,13 @@ import numpy as np
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import ONE
-from staffa.case.values import subdomains as rock
+from staffa.case.values import subdomains
 from staffa.physics.scales import time_of_tau
 
 
 def conductivities(case: Case) -> tuple[float, ...]:
     """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
-    return tuple(np.diag(rock.conductivity(rock.pieces(case)[0])).tolist())
+    return tuple(np.diag(subdomains.conductivity(subdomains.pieces(case)[0])).tolist())
 
 
 def conductivity(case: Case, face: str) -> float:
@@ -24,7 +24,7 @@ def conductivity(case: Case, face: str) -> float:
 
 def heat_capacity(case: Case) -> float:
     """rho c, of a case with profile "heat" (J/(m^3 K))."""
-    body = rock.pieces(case)[0]
+    body = subdomains.pieces(case)[0]
     return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 

@@ -8,7 +8,7 @@ from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import Arrests, arrests
 from staffa.records.manifest import Manifest
-from staffa.report.published import BAHR, PAPER, SEVERITY, Published
+from staffa.results.published import BAHR, PAPER, SEVERITY, Published
 
 ABSENT = "-"
 # Beyond this difference in severity the published lengths and times are not comparable.

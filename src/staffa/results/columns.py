@@ -7,9 +7,9 @@ from staffa.io.run_directory import Run
 from staffa.measure.borders import Junction
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.records.step import CellSection, Step
-from staffa.report.comparison import Table
-from staffa.report.ensemble import number
-from staffa.report.series import clock, clock_header, csv_text
+from staffa.results.ensemble_means import number
+from staffa.results.series import clock, clock_header, csv_text
+from staffa.results.slab_table import Table
 
 ESTIMATES = (
     *("area", "whole_area", "diameter", "spacing", "area_cv"),

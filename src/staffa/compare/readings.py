@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from staffa.compare.pair import Pair, Side
 from staffa.geometry.block import face_axis
 from staffa.records.step import Step
-from staffa.report.pair import Pair, Side
 
 
 @dataclass(frozen=True, kw_only=True)

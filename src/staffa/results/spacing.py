@@ -14,10 +14,10 @@ from staffa.plot.frames import read_frames, with_fields
 from staffa.plot.labels import moment
 from staffa.records.manifest import Manifest
 from staffa.records.step import Measures, Section
-from staffa.report.columns import cells_by_depth, columns
-from staffa.report.comparison import Table
-from staffa.report.ensemble import number
-from staffa.report.planes import planes_of
+from staffa.results.columns import cells_by_depth, columns
+from staffa.results.ensemble_means import number
+from staffa.results.sections import planes_of
+from staffa.results.slab_table import Table
 
 ROWS = 5  # depths, where the case gives none
 TITLE = "Spacing by depth, at the last step"

@@ -5,7 +5,7 @@ from math import dist
 from staffa.io.run_directory import Run
 from staffa.records.step import Step
 from staffa.records.tip_release import Release
-from staffa.report.series import clock, clock_header, csv_text
+from staffa.results.series import clock, clock_header, csv_text
 
 # A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.
 SAME_TIP = 3.0

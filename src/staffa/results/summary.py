@@ -10,9 +10,9 @@ from staffa.io.run_directory import Run
 from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
 from staffa.records.step import Audit, Effort, Energies, Heat, Step
-from staffa.report.comparison import remaining, run_arrests
-from staffa.report.radial import radial_steps
-from staffa.report.release import release_text
+from staffa.results.radial import radial_steps
+from staffa.results.release_table import release_text
+from staffa.results.slab_table import remaining, run_arrests
 
 # Notes that are told; each step may have one, which says much the same.
 MOST_NOTES = 3

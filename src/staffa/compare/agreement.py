@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from staffa.compare.pair import Pair, Side
+from staffa.compare.readings import Reading, readings
 from staffa.records.step import Step
-from staffa.report.pair import Pair, Side
-from staffa.report.readings import Reading, readings
-from staffa.report.summary import Fact
+from staffa.results.summary import Fact
 
 CLOSE = 0.01  # energies that differ by less agree; the second digit of a mesh is worth no more
 ROUND_OFF = 1e-12  # parts of the whole below this are the order in which ranks add up

@@ -7,6 +7,9 @@ from functools import partial
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from staffa.compare.agreement import gap_between_steps
+from staffa.compare.pair import Pair, Side
+from staffa.compare.readings import Reading, named, readings
 from staffa.plot.frames import Frame, read_frames, spread
 from staffa.plot.labels import TAU, add_tau, tau_label
 from staffa.plot.pair_pictures import (
@@ -19,9 +22,6 @@ from staffa.plot.pair_pictures import (
     volumes_figure,
 )
 from staffa.records.manifest import Manifest
-from staffa.report.agreement import gap_between_steps
-from staffa.report.pair import Pair, Side
-from staffa.report.readings import Reading, named, readings
 
 Figures = dict[str, Callable[[], Figure]]
 ENERGIES = ("total energy", "elastic energy", "surface energy", "energy of loads")

@@ -12,8 +12,8 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
 from staffa.measure.averages import Average, average
 from staffa.records.manifest import Manifest
-from staffa.report.comparison import ABSENT, GENERATIONS, definitions, run_arrests, tip
-from staffa.report.summary import Fact, summary
+from staffa.results.slab_table import ABSENT, GENERATIONS, definitions, run_arrests, tip
+from staffa.results.summary import Fact, summary
 
 MEANS = (
     "error: standard error of the mean, s/sqrt(n), s^2 the sum of squared differences from the "

@@ -10,9 +10,9 @@ from pydantic import BaseModel
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.attached_files import attached
+from staffa.compare.pair import Pair
 from staffa.records.manifest import Manifest
-from staffa.report.comparison import ABSENT, Table
-from staffa.report.pair import Pair
+from staffa.results.slab_table import ABSENT, Table
 
 # Facts of a manifest that are not in the case, or follow from more than one of its keys.
 FACTS = (

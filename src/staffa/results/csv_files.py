@@ -8,11 +8,11 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
-from staffa.report.columns import cells_table, pooled_table
-from staffa.report.network import Drawing, write_networks
-from staffa.report.release import release_table
-from staffa.report.series import probes_table, reactions_table
-from staffa.report.tips import tips_table
+from staffa.results.columns import cells_table, pooled_table
+from staffa.results.crack_network import Drawing, write_networks
+from staffa.results.release_table import release_table
+from staffa.results.series import probes_table, reactions_table
+from staffa.results.tips import tips_table
 
 CELLS = "cells.csv"
 TABLES = {

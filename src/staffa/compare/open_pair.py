@@ -6,12 +6,12 @@ from pathlib import Path
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
 from staffa.case.values.subdomains import averages, pieces
+from staffa.compare.pair import Pair, Side
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
+from staffa.io.own_files import GENERATOR, PAGE
 from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free
-from staffa.report.pair import Pair, Side
-from staffa.report.pieces import GENERATOR, PAGE
-from staffa.report.summary import summary
+from staffa.results.summary import summary
 
 
 def read_pair(one: Path, other: Path) -> Pair:

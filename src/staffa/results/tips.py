@@ -3,8 +3,8 @@
 from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import tracks
-from staffa.report.release import nearest, rates
-from staffa.report.series import clock, clock_header, csv_text
+from staffa.results.release_table import nearest, rates
+from staffa.results.series import clock, clock_header, csv_text
 
 
 def tips_table(run: Run) -> str | None:

@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from staffa.compare.agreement import ROUND_OFF, gaps, percent
+from staffa.compare.pair import Pair, Side, caveats
+from staffa.compare.readings import named, readings
 from staffa.records.step import Step
-from staffa.report.agreement import ROUND_OFF, gaps, percent
-from staffa.report.columns import by_depth
-from staffa.report.comparison import ABSENT, Table, run_arrests
-from staffa.report.ensemble import number
-from staffa.report.pair import Pair, Side, caveats
-from staffa.report.readings import named, readings
+from staffa.results.columns import by_depth
+from staffa.results.ensemble_means import number
+from staffa.results.slab_table import ABSENT, Table, run_arrests
 
 MOST = 8  # rows of the table of common times
 TOLD = ("cracks", "spacing", "deepest crack", "crack length", "crack area", "total energy")

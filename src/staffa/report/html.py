@@ -6,10 +6,9 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
-from staffa.report.summary import Fact
+from staffa.io.own_files import GENERATOR
+from staffa.results.summary import Fact
 
-PICTURES, PAGE = "pictures", "report.html"
-GENERATOR = '<meta name="generator" content="staffa">'  # by which a page is known as one of ours
 # Nothing runs on a page, and nothing is loaded: what is on it may come from anyone.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 

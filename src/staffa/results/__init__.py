@@ -1,0 +1,1 @@
+"""Numbers and tables of a finished run or ensemble; no finite elements."""
