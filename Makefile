@@ -55,7 +55,7 @@ bench: $(READY)
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
 	[ -n "$(ONLY)" ] || $(FOR_TESTS) $(PYTHON_HERE) -m pytest -m long
-	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/test_fuzz.py
+	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/case/test_fuzz.py
 	$(PYTHON_HERE) verify/run.py $(ONLY)
 
 format: $(READY)

@@ -15,7 +15,7 @@ CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
 
 def heat() -> Found:
     """Errors, orders, overshoot."""
-    import test_heat as tests
+    from fem import test_heat as tests
 
     figures = [
         _figure(f"{name}, {cells}: error over dT", CLOSED_FORM, 0.0, error, 0.005)
@@ -64,7 +64,7 @@ def _figure(what: str, source: str, expected: float, measured: float, tolerance:
 
 def smeared(ell: float, residual: float = 1e-5) -> Slit:
     """The plate with a crack in place of the slit, four cells an ell, in its steady state."""
-    from heated import Heated, broken_layer, tensor
+    from support.heated import Heated, broken_layer, tensor
 
     n = round(4 / ell)
     n += 1 - n % 2  # the crack in the middle of a row of cells
@@ -90,7 +90,7 @@ APART = 0.16  # of the points between which the jump is measured: beyond 2 ell o
 
 def cracks() -> Found:
     """Resistance of an insulating crack, jump across it, heat that one with a bath takes up."""
-    import test_heat as tests
+    from fem import test_heat as tests
 
     figures, rows = [], ["| ell | h | residual | R k | h/residual |", "| --- " * 5 + "|"]
     for ell, cells in ((0.04, 2), (0.04, 4), (0.04, 8), (0.02, 4), (0.01, 4)):

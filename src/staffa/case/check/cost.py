@@ -25,8 +25,9 @@ LEAST = 0.006  # seconds of the smallest sweep: what does not depend on the size
 SWEEPS = {2: 20.0, 3: 10.0}
 # A split's displacement takes several factorizations.
 SPLIT = 4.0
-# The kept runs of bench/ and verify/ lie within this factor of what is said (`tests/test_cost.py`):
-# a step in which cracks run far takes ten times the sweeps of one in which they stand.
+# The kept runs of bench/ and verify/ lie within this factor of what is said
+# (`tests/scripts/test_cost.py`): a step in which cracks run far takes ten times the sweeps of one
+# in which they stand.
 WITHIN = 4.0
 
 
