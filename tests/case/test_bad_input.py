@@ -1239,12 +1239,3 @@ def test_unstructured_cells_without_gmsh_are_refused(place, stub, parts, monkeyp
     assert done.stderr.count("\n") == 1, done.stderr
     check_sentence(done.stderr.rstrip("\n"), 'domain.cells = "unstructured"', *parts)
     assert files_in(place) == before
-
-
-@pytest.mark.mpi
-def test_two_ranks_say_it_once_and_leave_no_trace(place):
-    before = files_in(place)
-    done = staffa(place, "run", "my.toml", "--out", "runs/a", "--set", "domain.h=-1", ranks=2)
-    assert done.returncode == 2, f"exit code {done.returncode}: {done.stderr}"
-    assert done.stderr.count("domain.h = -1: it must be larger than zero") == 1, done.stderr
-    assert "Traceback" not in done.stderr and files_in(place) == before

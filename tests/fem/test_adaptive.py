@@ -17,7 +17,7 @@ from staffa.model.fields import vertices
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.scales import tau_of_time, time_of_tau
 from staffa.records.step import kept
-from support.bodies import RANKS, body, printed_on, quench, rock, run
+from support.bodies import body, quench, rock, run
 
 ELL, H = 0.1, 0.05
 SHORTEST, LONGEST, ADVANCE = 0.005, 0.1, 2.5 * ELL
@@ -121,20 +121,3 @@ def test_the_advance_is_the_way_from_the_cracks_there_were() -> None:
     assert crack_advance(state, before, threshold=0.95) == 0.0, "not yet a crack"
     assert crack_advance(state, np.zeros_like(before), threshold=0.8) == np.inf, "it starts"
     system.destroy()
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.parametrize("ranks", RANKS)
-def test_ranks_take_the_same_steps(ranks: int) -> None:
-    code = (
-        "from fem.test_adaptive import *\n"
-        "from staffa.backend.stack import MPI\n"
-        "for s in run(plate()):\n"
-        "    if MPI.COMM_WORLD.rank == 0: print(s.status, s.time, s.energies.total)"
-    )
-    alone = [(s.status, s.time, s.energies.total) for s in run(plate())]
-    found = [(w[0], float(w[1]), float(w[2])) for w in printed_on(ranks, code)]
-    assert [f[0] for f in found] == [a[0] for a in alone]
-    for k in (1, 2):
-        assert [f[k] for f in found] == pytest.approx([a[k] for a in alone], rel=1e-6)

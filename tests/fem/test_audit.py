@@ -22,7 +22,7 @@ from staffa.model.energy import Energy
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import NO_SPLIT, SPLITS
 from staffa.records.step import Step, Stop
-from support.bodies import BOTTOM, Unbreakable, body, printed_on, quench, rock
+from support.bodies import BOTTOM, Unbreakable, body, quench, rock
 from support.heated import still, tensor
 
 SPLIT = SPLITS["volumetric-deviatoric"]
@@ -186,23 +186,6 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
     assert said(goes_on(spoiled), "a state is not the one on record") == [1]
     assert "total" in middle.numbers() and middle.total is not None
     system.destroy()
-
-
-RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_audit import SPLIT, cooled, ran, said, warmer
-words = "a state is not the one on record"
-steps = ran(cooled(split=SPLIT), lambda system, index: warmer(system) if index == 0 else None)
-named = said(steps, words)
-sound = all(step.audit.violations == () for step in ran(cooled(split=SPLIT)))
-if MPI.COMM_WORLD.rank == 0:
-    print(*named, sound)
-"""
-
-
-@pytest.mark.mpi
-def test_ranks_name_the_same() -> None:
-    assert printed_on(2, RANKS) == [["1", "True"]]
 
 
 def test_a_minimum_that_is_none_is_named(monkeypatch) -> None:

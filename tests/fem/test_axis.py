@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.special import j0, j1, jn_zeros
 
-from run.test_run import launch
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case, read_case
 from staffa.errors import InputError
@@ -20,7 +19,6 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.geometry.simplices import Simplices
 from staffa.heat.thermal_body import Conduction, Film, Held
-from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
 from staffa.model import axis
 from staffa.model.domain import block, middles
@@ -29,11 +27,9 @@ from staffa.model.fields import owned, vertices
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records.step import Step
-from staffa.results.crack_network import networks
 from staffa.results.radial import radial, radial_steps
-from staffa.results.summary import summary
 from staffa.setup.build import problem as make_problem
-from support.bodies import RANKS, body, needs_gmsh, rates, rock, run
+from support.bodies import body, needs_gmsh, rates, rock, run
 from support.heated import Heated, tensor
 
 E, NU, EXPANSION = 2.0, 0.3, 0.01
@@ -334,62 +330,6 @@ def test_damage_around_a_pressed_hole_is_driven_around_the_axis() -> None:
     problem = replace(cylinder(0.125, pressed="left", pressure=0.3), material=weak)
     (step,) = run(problem)
     assert step.hoop is not None and step.hoop > 0.99, step.hoop
-
-
-CASE = """
-title = "penny"
-[domain]
-size = ["4 m", "4.1 m"]
-h = "0.1 m"
-symmetry = "axis"
-[material]
-E = "2 GPa"
-nu = 0.3
-Gc = "80 J/m^2"
-[damage]
-ell = "0.3 m"
-split = "none"
-[temperature]
-profile = "none"
-[forces]
-crack_pressure = { t = ["0 s", "2 s"], value = ["0 MPa", "0.2 MPa"] }
-[[cracks]]
-start = ["0 m", "2.05 m"]
-end = ["1 m", "2.05 m"]
-[solver]
-backtracking = true
-stability = "report"
-[time]
-t = ["1 s", "1.5 s", "2 s"]
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_on_several_ranks_a_run_gives_the_serial_numbers(tmp_path: Path, ranks: int) -> None:
-    """A penny crack with backtracking and exact second order; its network has the area and volume
-    that the energies tell, in units of a whole body."""
-    (tmp_path / "penny.toml").write_text(CASE)
-    found = []
-    for number in (1, ranks):
-        out = tmp_path / f"{number}"
-        done = launch(number, "run", tmp_path / "penny.toml", "--out", out, "--quiet")
-        assert done.returncode == 0, done.stderr
-        found.append(read_run(out))
-    totals = [[step.energies.total for step in each.steps] for each in found]
-    assert totals[1] == pytest.approx(totals[0], rel=1e-9)
-    serial, step = found[0], found[0].steps[-1]
-    assert not step.audit.violations and step.hoop == 0.0
-    (drawn,), _ = networks(serial)
-    measures, shown = step.measures, serial.manifest.shown
-    # The network ends where the crack, of radius 1 m, was given; its energy counts damage beyond.
-    assert np.sqrt(drawn.network.size / pi) == pytest.approx(1.0, abs=0.04)
-    assert measures.length_surface > pi
-    assert drawn.network.volume == pytest.approx(measures.fluid.volume, rel=0.01)
-    assert measures.volume == pytest.approx(measures.fluid.volume, rel=0.06)
-    assert (shown.crack.name, shown.energy.name[-1]) == ("m²", "J")
-    told = {fact.name for fact in summary(serial)}
-    assert "crack area" in told and "radial cracks" not in told
 
 
 def sphere(n: int, pressure: float) -> Problem:

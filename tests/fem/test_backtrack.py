@@ -20,7 +20,7 @@ from staffa.loads.closed_form import Face, HalfSpace, Load
 from staffa.minimize.alternate import equilibrium
 from staffa.model.supports import SideSupport, at_rest
 from staffa.records.step import kept
-from support.bodies import body, printed_on, rock, run
+from support.bodies import body, rock, run
 
 HEIGHT, H, ELL = 0.1, 0.02, 0.05
 DEFAULT = Backtracking()
@@ -179,27 +179,3 @@ def test_a_return_that_fails_is_recorded_and_loses_nothing(monkeypatch, where: s
     assert [step.index for step in stands] == [step.index for step in expected]
     energies = [step.energies.total for step in expected]
     assert [step.energies.total for step in stands] == pytest.approx(energies, rel=1e-10)
-
-
-ON_RANKS = """
-from fem.test_backtrack import front
-from support.bodies import run
-from staffa.backend.stack import MPI
-steps = run(front())
-if MPI.COMM_WORLD.rank == 0:
-    for step in steps:
-        print(step.index, step.returned is not None, repr(step.energies.total), flush=True)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
-def test_any_number_of_ranks_goes_back_alike(ranks: int) -> None:
-    expected = run(front())
-    found = printed_on(ranks, ON_RANKS)
-    assert [(int(i), back) for i, back, _ in found] == [
-        (step.index, str(step.returned is not None)) for step in expected
-    ]
-    energies = [step.energies.total for step in expected]
-    assert [float(energy) for _, _, energy in found] == pytest.approx(energies, rel=1e-6)

@@ -18,7 +18,6 @@ from staffa.model.fields import vertices
 from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
 from staffa.records.step import Step
 from staffa.setup.build import problem
-from support.bodies import RANKS, printed_on
 from support.paths import DATA
 from support.restarting import assert_same, cut_run, finish, whole_run
 
@@ -287,27 +286,6 @@ def test_a_run_that_was_cut_goes_on_to_the_last_bit(tmp_path: Path) -> None:
     cut_run(case, tmp_path / "cut", looks)
     assert finish(tmp_path / "cut", looks) >= 2
     assert_same(read_run(tmp_path / "cut"), expected)
-
-
-RANKED = """
-from fem.test_contact import pressed, steps_of
-from staffa.backend.stack import MPI
-steps = steps_of(pressed(0.3, "[0.5,1.0]"))
-if MPI.COMM_WORLD.rank == 0:
-    for step in steps:
-        print(repr(step.energies.elastic), repr(step.energies.friction))
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.parametrize("ranks", RANKS)
-def test_the_same_on_any_number_of_ranks(ranks: int) -> None:
-    """Elastic energy and the work of friction."""
-    one = steps_of(pressed(0.3, "[0.5,1.0]"))
-    for step, words in zip(one, printed_on(ranks, RANKED), strict=True):
-        energies = (step.energies.elastic, step.energies.friction)
-        assert [float(word) for word in words] == pytest.approx(energies, rel=1e-7)
 
 
 def test_check_says_where_closed_cracks_do_not_slide() -> None:

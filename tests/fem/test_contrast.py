@@ -15,7 +15,7 @@ from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.results.summary import summary
 from staffa.runs.run import run
-from support.bodies import body, printed_on, rock
+from support.bodies import body, rock
 from support.restarting import launch
 
 LAYERS = """
@@ -109,27 +109,6 @@ def test_a_weight_does_not_hide_what_else_acts(displacement: str) -> None:
     # Of the weight, 1e-8 may be left; the pull is 1e-6 of it.
     assert step.reactions["right"][0] == pytest.approx(0.5e-6, rel=1e-3)
     system.destroy()
-
-
-RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_contrast import *
-sides = (SideSupport(side="bottom", components={1: at_rest}),
-         SideSupport(side="top", components={1: lambda x, t: 0.1 * t}))
-material = rock(E=layered, nu=0.0, Gc=1e6, ell=0.3)
-system = build(problem := body((0.5, 1.0), 0.1, sides=sides, material=material,
-                               displacement="iterative"))
-(step,) = march(problem, system)
-if MPI.COMM_WORLD.rank == 0:
-    print(step.reactions["top"][1], len(step.audit.violations))
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
-def test_ranks_find_it_too(ranks: int) -> None:
-    ((force, violations),) = printed_on(ranks, RANKS)
-    assert float(force) == pytest.approx(SOFT * 0.1 / 0.2 * 0.5, rel=1e-3) and violations == "0"
 
 
 VIOLATED = """

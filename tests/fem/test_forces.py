@@ -18,7 +18,7 @@ from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.elasticity import Isotropic
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step, Stop
-from support.bodies import body, printed_on, rock
+from support.bodies import body, rock
 
 E, NU = 2.0, 0.25
 FLOOR = SideSupport(side="bottom", components={1: at_rest})
@@ -356,28 +356,6 @@ def test_no_crack_to_fill() -> None:
     with pytest.raises(Exception, match="no crack is open to the fluid"):
         next(march(problem, system))
     system.destroy()
-
-
-ON_RANKS = """
-from dataclasses import replace
-
-from dataclasses import replace
-
-from staffa.backend.stack import MPI  # noqa: F401
-from fem.test_forces import *
-held, step = last(cracked(Forces(crack_volume=lambda t: 0.1 * t), "no-tension", times=(0.5, 1.0)))
-pressure = float(held.energy.external.pressure.value)
-if MPI.COMM_WORLD.rank == 0:
-    print(repr(pressure), repr(step.energies.elastic), repr(step.energies.surface))
-"""
-
-
-@pytest.mark.mpi
-def test_ranks_agree() -> None:
-    """A fluid of given volume in rock without tension, on 1, 2 and 3 ranks."""
-    alone, *others = (np.array(printed_on(n, ON_RANKS)[0], dtype=float) for n in (1, 2, 3))
-    for found in others:
-        assert found == pytest.approx(alone, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from staffa.backend.stack import MPI
 import numpy as np
 import pytest
 
-from run.test_run import launch
 from staffa.backend.jit import form
 from staffa.case.check.preview import preview
 from staffa.case.reading import ready_cases
@@ -38,7 +37,7 @@ from staffa.model.supports import build_supports, rigid_modes, rollers
 from staffa.runs.run import run
 from staffa.setup.build import body_of, problem, side_supports
 from support import meshes
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import needs_gmsh
 
 LAYERS = (("shale", 0.3), ("sand", 0.2), ("shale", 0.25))
 SHAPES: dict[str, tuple[Shape, float]] = {
@@ -287,51 +286,6 @@ def test_a_file_of_either_version_gives_the_parts_that_it_names(tmp_path, versio
     assert body.sides == {"west": "left", "east": "right", "floor": "bottom", "the roof": "top"}
 
 
-TOLD = """
-import sys
-from pathlib import Path
-from staffa.backend.stack import MPI
-from dolfinx import fem
-import numpy as np, ufl
-from fem.test_geometry import PULLED, fields_of
-from staffa.setup.build import problem
-from staffa.case.reading.read import read_case
-from staffa.backend.parallel import on_root
-comm = MPI.COMM_WORLD
-for path in {paths!r}:
-    case = on_root(comm, lambda: read_case(Path(path)))
-    numbers = fields_of(problem(case, comm=comm))
-    if comm.rank == 0:
-        print(*(repr(n) for n in numbers))
-"""
-# In space, a region that comes twice.
-STACKED = """
-[domain]
-h = 0.15
-[domain.shape]
-kind = "layers"
-base = [0.6, 0.5]
-layers = [
-    { region = "shale", thickness = 0.3 },
-    { region = "sand", thickness = 0.15 },
-    { region = "shale", thickness = 0.15 },
-]
-[regions.shale]
-[regions.sand]
-[damage]
-ell = 0.4
-[temperature]
-profile = "none"
-[supports]
-bottom = "clamped"
-top = { z = 0.01 }
-[solver]
-displacement = "direct"
-[time]
-t = [1.0]
-"""
-
-
 def fields_of(made: Problem) -> list[float]:
     """Areas of the regions, lengths of the faces, and energies of the pulled plate. Collective."""
     import ufl
@@ -356,21 +310,6 @@ def fields_of(made: Problem) -> list[float]:
     energies = system.energy.energies()
     system.destroy()
     return [*found, energies.elastic, energies.surface]
-
-
-@needs_gmsh
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_any_number_of_ranks_finds_the_same_parts_and_energies(folder, ranks: int) -> None:
-    paths = [str(folder / name) for name in ("my.toml", "stacked.toml")]
-    for path, text in zip(paths, (PULLED, STACKED), strict=True):
-        Path(path).write_text(text)
-    alone = [fields_of(problem(read_case(Path(path)))) for path in paths]
-    together = printed_on(ranks, TOLD.format(paths=paths))
-    for one, line in zip(alone, together, strict=True):
-        assert [float(word) for word in line] == pytest.approx(one, rel=1e-9, abs=1e-12)
-    assert alone[0][:6] == pytest.approx([1.2, 0.8, 1.0, 2.0, 2.0, 1.0])
-    assert alone[1][:8] == pytest.approx([0.045, 0.135, 0.36, 0.3, 0.36, 0.3, 0.3, 0.3])
 
 
 def cut(tmp_path: Path, draw: Any, text: str = PULLED, h: float = 0.1) -> Problem:
@@ -609,17 +548,6 @@ def test_a_mesh_that_a_case_does_not_fit_is_refused_in_one_sentence(folder, what
     (folder / "script.msh").write_text("SystemCall 'touch here';\n")
     settings, *parts = ABOUT_MESHES[what]
     refused(PULLED, *parts, settings=settings, folder=folder)
-
-
-@needs_gmsh
-@pytest.mark.mpi
-def test_two_ranks_refuse_a_wrong_name_once_and_write_nothing(folder: Path) -> None:
-    (folder / "my.toml").write_text(PULLED.replace("west =", "wets ="))
-    done = launch(2, "run", folder / "my.toml", "--out", folder / "run")
-    assert done.returncode == 2, done.stderr
-    assert done.stderr.count("supports.wets: the mesh has no such face") == 1, done.stderr
-    assert "Did you mean 'west'?" in done.stderr and "Traceback" not in done.stderr
-    assert not (folder / "run").exists()
 
 
 @pytest.mark.parametrize("body", ["shape={kind='disc',radius=1.0}", "mesh='plate.msh'"])

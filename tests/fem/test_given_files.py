@@ -21,7 +21,7 @@ from staffa.io.run_directory import CASE
 from staffa.runs.run import run
 from staffa.setup.build import problem
 from support import meshes
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import needs_gmsh
 
 METERS = """
 [domain]
@@ -306,34 +306,3 @@ def test_sides_that_meet_must_move_alike_there(tmp_path: Path) -> None:
     assert parse_case(PULLED, alike, folder=tmp_path)
     with pytest.raises(InputError, match=r"supports.right and supports.top meet, and hold x"):
         parse_case(PULLED, [f"supports={{right={file}, top={{x=0.0}}}}"], folder=tmp_path)
-
-
-MANY = """
-from pathlib import Path
-from staffa.backend.stack import MPI
-from staffa.case.reading.read import read_case
-from staffa.runs.run import run
-from staffa.backend.parallel import on_root
-comm = MPI.COMM_WORLD
-case = on_root(comm, lambda: read_case(Path({path!r})))
-steps = run(case, Path({out!r}), comm=comm)
-if comm.rank == 0:
-    print(*(repr(s.energies.elastic) for s in steps))
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_many_ranks_take_the_same_from_files(tmp_path: Path, ranks: int) -> None:
-    """A supplied temperature and moved sides on two meshes of their own, as after a restart onto
-    another mesh: https://github.com/su2code/SU2/pull/1277."""
-    grid(tmp_path / "T0.vtu", (-0.5, -0.5), (3, 2), 7, T=warm)
-    grid(tmp_path / "u.vtu", (0, 0), (2, 1), 5, ux=lambda x: 0.1 * x[:, 0])
-    text = (
-        HEATED + '[supports]\nright = { x = { file = "u.vtu", name = "ux" } }\nleft = "rollers"\n'
-    )
-    (tmp_path / "my.toml").write_text(text)
-    alone = [s.energies.elastic for s in run(read_case(tmp_path / "my.toml"), tmp_path / "one")]
-    code = MANY.format(path=str(tmp_path / "my.toml"), out=str(tmp_path / "many"))
-    (line,) = printed_on(ranks, code)
-    assert [float(word) for word in line] == pytest.approx(alone, rel=1e-9)

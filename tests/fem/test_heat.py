@@ -9,7 +9,7 @@ from scipy.special import erfcx
 from staffa.errors import InputError, LoadError
 from staffa.heat.thermal_body import Bath, Conduction, Film, Held, Inflow, Insulating
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Slab
-from support.bodies import RANKS, UNSTRUCTURED, printed_on, rates
+from support.bodies import UNSTRUCTURED, rates
 from support.heated import Heated, broken_layer, still, tensor, turned
 
 BOTTOM = Face(axis=1, position=0.0, inward=1)
@@ -312,28 +312,6 @@ def test_what_entered_is_what_is_stored_at_every_step() -> None:
         assert heat.stored == pytest.approx(sum(heat.entered.values()), rel=1e-7)
 
 
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_ranks_give_the_serial_temperature_and_balance(ranks: int) -> None:
-    code = """
-from staffa.backend.stack import MPI
-from fem.test_heat import mixed
-body = mixed(comm=MPI.COMM_WORLD)
-for time in (1e-4, 1e-3, 4e-3):
-    heat = body.to(time)
-    span = body.equation.span(body.T)
-    if MPI.COMM_WORLD.rank == 0:
-        print(heat.imbalance, heat.substeps, heat.stored, span, *heat.entered.values())
-"""
-    body = mixed()
-    for time, line in zip((1e-4, 1e-3, 4e-3), printed_on(ranks, code), strict=True):
-        heat = body.to(time)
-        imbalance, substeps, *numbers = (float(word) for word in line)
-        assert imbalance < 1e-8 and substeps == heat.substeps
-        expected = [heat.stored, body.equation.span(body.T), *heat.entered.values()]
-        assert numbers == pytest.approx(expected, rel=1e-7)
-
-
 def test_a_step_taken_again_is_the_same_to_the_last_bit() -> None:
     body = mixed()
     body.to(1e-3)
@@ -433,24 +411,6 @@ def test_what_a_formula_gives_inside_the_body_or_later_is_looked_at(fault: str) 
             0.05,
             Conduction(k=tensor(K, K), rho_c=1.0, initial=lambda x: np.sqrt(x[0] - 0.1)),
         )
-
-
-@pytest.mark.mpi
-def test_a_rank_may_own_no_vertex() -> None:
-    code = """
-import warnings
-warnings.simplefilter("error")
-from fem.test_heat import *
-conduction = Conduction(
-    k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Held(side="bottom", T=cold),)
-)
-body = Heated((1.0, 1.0), 1.0, conduction, comm=MPI.COMM_WORLD)
-heat = body.to(1.0)
-if MPI.COMM_WORLD.rank == 0:
-    print(heat.imbalance, heat.stored)
-"""
-    ((imbalance, stored),) = printed_on(3, code)
-    assert float(imbalance) < 1e-8 and float(stored) == pytest.approx(-DT * RHO_C, rel=0.2)
 
 
 def layer(ell: float, cells_per_ell: int, conduction: Conduction) -> tuple[Heated, float]:

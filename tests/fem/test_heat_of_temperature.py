@@ -11,7 +11,6 @@ from scipy.special import erfc
 
 from staffa.heat.thermal_body import Bath, Conduction, Conductor, Film, Held, Inflow, OfSurface
 from staffa.physics.temperature import ARRAYS, Table, Written
-from support.bodies import printed_on
 from support.heated import Heated, tensor
 
 
@@ -218,20 +217,3 @@ def march_boiled() -> list[tuple[float, float, float]]:
     body = Heated((1.0, 0.2), 0.1, boiled(), comm=MPI.COMM_WORLD)
     heats = [body.to(time) for time in (0.05, 0.3, 1.0)]
     return [(heat.stored, heat.entered["left"], heat.imbalance) for heat in heats]
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
-def test_ranks_give_the_serial_heat(ranks: int) -> None:
-    code = """
-from fem.test_heat_of_temperature import march_boiled
-found = march_boiled()
-from staffa.backend.stack import MPI
-if MPI.COMM_WORLD.rank == 0:
-    for row in found:
-        print(*row)
-"""
-    for expected, line in zip(march_boiled(), printed_on(ranks, code), strict=True):
-        found = [float(word) for word in line]
-        assert found[:2] == pytest.approx(expected[:2], rel=1e-8)
-        assert found[2] < 1e-8

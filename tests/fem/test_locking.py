@@ -33,8 +33,7 @@ from staffa.runs.resume import resume
 from staffa.setup.build import problem
 from support.bodies import needs_gmsh
 from support.meshes import written
-from support.paths import TESTS
-from support.restarting import assert_same, cut_run, finish, launch, whole_run
+from support.restarting import assert_same, cut_run, finish, whole_run
 from support.rings import INNER, OUTER, in_equilibrium, lame, quarter, widened
 
 CELLS = ("quadrilateral", "triangle", "hexahedron", "tetrahedron")
@@ -338,7 +337,7 @@ def test_openings_are_the_jumps_across_cracks(cells: str, tmp_path: Path) -> Non
         assert size @ found.opening[here] == pytest.approx(size @ right[here], rel=0.05), x
 
 
-# --- files, ranks, restarts ---
+# --- files, restarts ---
 
 
 @pytest.mark.slow
@@ -349,40 +348,6 @@ def test_a_run_that_is_cut_and_resumed_has_the_same_bits(cells: str, tmp_path: P
     finish(tmp_path / "cut", 12)
     assert_same(read_run(tmp_path / "cut"), expected)
     assert expected.steps[-1].energies.surface > 0.1
-
-
-RANKS = """
-import sys
-from pathlib import Path
-sys.path.insert(0, {tests!r})
-from staffa.backend.stack import MPI
-from support.restarting import cut_run
-from fem.test_locking import plate
-from staffa.runs.run import run
-from staffa.runs.resume import resume
-base, ranks = Path({base!r}), MPI.COMM_WORLD.size
-run(plate("triangle"), base / f"on-{{ranks}}")
-if ranks == 2:
-    cut_run(plate("triangle"), base / "cut", 8)
-else:
-    resume(base / "cut")
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-def test_quadratic_elements_are_the_same_on_any_ranks(tmp_path: Path) -> None:
-    """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number of their own."""
-    expected = whole_run(plate("triangle"), tmp_path / "on-1")
-    for ranks in (2, 3):
-        code = RANKS.format(tests=str(TESTS), base=str(tmp_path))
-        done = launch("python", "-c", code, ranks=ranks)
-        assert done.returncode == 0, done.stderr
-    for name in ("on-2", "on-3", "cut"):
-        found = read_run(tmp_path / name)
-        assert_same(found, expected, rel=1e-7)
-        for one, other in zip(found.steps, expected.steps, strict=True):
-            assert np.allclose(one.probed, other.probed, rtol=0, atol=1e-6)
 
 
 def test_fields_for_paraview_have_the_displacement_of_the_vertices(tmp_path: Path) -> None:

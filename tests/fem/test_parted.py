@@ -16,7 +16,7 @@ from staffa.loads.forces import Forces, Traction
 from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.runs.run import run
-from support.bodies import body, printed_on, rock
+from support.bodies import body, rock
 
 BAR = """
 title = "A bar pulled by a dead load beyond its strength"
@@ -140,19 +140,3 @@ def test_pieces_are_counted() -> None:
     system.state.alpha.x.array[:] = 1.0
     assert pieces(system.state.alpha, 0.95)[1] == 0
     system.destroy()
-
-
-RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_parted import *
-said = ends(cut_bar(forces=pull(1.0)))
-if MPI.COMM_WORLD.rank == 0:
-    print(said)
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
-def test_ranks_tell_of_the_same_piece(ranks: int) -> None:
-    (found,) = printed_on(ranks, RANKS)
-    assert "around (0.775, 0.1), 48% of the body" in " ".join(found)

@@ -10,7 +10,7 @@ from staffa.case.schema.case import Case
 from staffa.errors import InputError
 from staffa.geometry.places import in_box
 from staffa.setup.build import problem
-from support.bodies import printed_on, run
+from support.bodies import run
 
 # Lower side of a band, and of a region's box, in the middle of a column of cells.
 BAND, REGION = 0.325, 0.725
@@ -81,21 +81,6 @@ def test_a_case_scaled_and_in_units_is_the_same_where_a_band_ends_on_middles_of_
     expected = scaled_energies()
     for length in (3.3, 12.7, 57.0):  # round-off once decided there
         assert scaled_energies(length) == pytest.approx(expected, rel=1e-10), f"{length} mm"
-
-
-RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_places import scaled_energies
-found = scaled_energies(3.3)
-if MPI.COMM_WORLD.rank == 0:
-    print(*map(repr, found))
-"""
-
-
-@pytest.mark.mpi
-def test_ranks_agree_where_a_band_ends_on_middles_of_cells() -> None:
-    (found,) = printed_on(2, RANKS)
-    assert list(map(float, found)) == pytest.approx(scaled_energies(), rel=1e-10)
 
 
 def test_a_box_holds_its_sides_and_no_more() -> None:

@@ -11,13 +11,13 @@ from scipy.spatial import cKDTree
 from run.test_run import CASES as READY
 from run.test_run import launch
 from staffa.geometry.shapes import Round, meshed
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import read_run
 from staffa.loads.closed_form import Face
 from staffa.measure.column_planes import Planes
 from staffa.model.domain import Domain, block, body
 from staffa.model.fields import State, linear_spaces, vertices, zero_state
 from staffa.records.step import CellSection, Energies, Measures, Step
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import needs_gmsh
 
 SIZE, H, ELL = (1.0, 0.8, 0.3), 0.04, 0.06
 FACES = {
@@ -101,27 +101,6 @@ def words(cells: str) -> list[str]:
     return [" ".join(map(str, row)) for row in (counts, (area for s in found for area in s.areas))]
 
 
-ON_RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_planes import CELLS, words
-for cells in CELLS:
-    rows = words(cells)
-    if MPI.COMM_WORLD.rank == 0:
-        print(*rows, sep="\\n")
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_cells_are_the_same_on_any_ranks(ranks: int) -> None:
-    alone = [row.split() for cells in CELLS for row in words(cells)]
-    found = printed_on(ranks, ON_RANKS)
-    assert found[::2] == alone[::2], "numbers, sides, ends and junctions"
-    for here, there in zip(alone[1::2], found[1::2], strict=True):
-        assert list(map(float, there)) == pytest.approx(list(map(float, here)), rel=1e-3)
-
-
 def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
     section = CellSection(
         depth=0.1, pixel=(0.02, 0.02), areas=(0.1, 0.2), perimeters=(1.0, 1.0), sides=(1, 1),
@@ -138,42 +117,6 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
     assert Step.from_record(record) == step
     del record["measures"]["cells"]
     assert Step.from_record(record).measures.cells == ()
-
-
-FEW_COLUMNS = [
-    *("--set", "domain.size=[1.2, 1.2, 0.6]", "--set", "domain.h=0.1"),
-    *("--set", "time.tau=[0.3, 0.6]", "--set", "output.at=[]"),
-    *("--set", "measures.depths=[0.1, 0.2, 0.25]", "--set", "temperature.severity=4.77"),
-]
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory) -> Run:
-    return few_columns(1, tmp_path_factory.mktemp("columns") / "run")
-
-
-def few_columns(ranks: int, directory: Path) -> Run:
-    """The ready case, smaller: its unstructured cells, its seed, its solvers and tolerances."""
-    settings = [*FEW_COLUMNS, "--out", directory, "--quiet"]
-    done = launch(ranks, "run", READY / "brick.toml", *settings)
-    assert done.returncode == 0, done.stderr
-    return read_run(directory)
-
-
-@needs_gmsh
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
-def test_columns_of_a_seed_are_the_same_on_any_ranks(alone: Run, ranks: int, tmp_path) -> None:
-    numbers = {section.number for section in alone.steps[-1].measures.cells}
-    assert numbers == {0, 1, 2}, "above all is broken, below a crack divides, deeper nothing does"
-    found = few_columns(ranks, tmp_path / "run")
-    for one, other in zip(alone.steps, found.steps, strict=True):
-        assert other.energies.total == pytest.approx(one.energies.total, rel=1e-6)
-        pairs = zip(one.measures.cells, other.measures.cells, strict=True)
-        for cells, same in pairs:
-            assert (same.number, same.sides) == (cells.number, cells.sides)
-            assert same.areas == pytest.approx(cells.areas, rel=1e-3)
 
 
 @needs_gmsh

@@ -13,7 +13,7 @@ from staffa.case.values.pressing_loads import pressing
 from staffa.physics.damage import LAWS, strength
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step
-from support.bodies import needs_gmsh, printed_on
+from support.bodies import needs_gmsh
 from support.meshes import written
 
 # The four inputs that broke under pressure, with the values that are right for them.
@@ -452,21 +452,3 @@ def test_nothing_is_said_where_cold_cracks_rock_that_is_pulled() -> None:
     steps = ran(COOLED, *settings, "supports.left=rollers", "supports.right=rollers")
     assert steps[-1].energies.surface > 0.1
     assert all(step.audit.notes == () for step in steps)
-
-
-ON_RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_pressed import PUSHED_BAR, ran
-weak = "toughness.bands=[{lower=[0.48,0.0],upper=[0.52,0.3],factor=0.9}]"
-for step in ran(PUSHED_BAR, "damage.split=none", "domain.h=0.04", "damage.ell=0.12", weak):
-    if MPI.COMM_WORLD.rank == 0:
-        print(step.index, *step.audit.notes)
-"""
-
-
-@pytest.mark.mpi
-def test_the_note_is_the_same_on_any_ranks() -> None:
-    """Its share and its place."""
-    alone, *others = (printed_on(ranks, ON_RANKS) for ranks in (1, 2, 3))
-    assert any("rock:" in line for line in alone)
-    assert all(found == alone for found in others)

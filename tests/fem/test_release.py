@@ -23,7 +23,7 @@ from staffa.measure.network import Network
 from staffa.model.supports import SideSupport, at_rest
 from staffa.records.tip_release import Release
 from staffa.results.release_table import release_table, release_text
-from support.bodies import RANKS, body, printed_on, quench, rock
+from support.bodies import body, quench, rock
 
 H, ELL = 0.02, 0.06
 ROLLERS = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
@@ -209,16 +209,3 @@ def test_a_table_and_a_sentence_tell_it(tmp_path) -> None:
     assert first.split(",")[3:] == ["0", "0.5", "0.4", "0.0", "1.0", "2.0", "0.1", "0.3", ""]
     assert second.endswith(",,,,a face is near")
     assert release_text(run) == "2 at 1 of 2 tips of step 1, uncertain by up to 0.1"
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_many_ranks_find_what_one_finds(ranks: int) -> None:
-    code = (
-        "from fem.test_release import LOADS, notched\n"
-        "from staffa.backend.stack import MPI\n"
-        "(tip,) = notched(0.4, h=0.04, ell=0.08, **LOADS['cooled']).tips\n"
-        "if MPI.COMM_WORLD.rank == 0: print(repr(tip.G), *map(repr, tip.position))"
-    )
-    (alone,), (together,) = printed_on(1, code), printed_on(ranks, code)
-    assert list(map(float, together)) == pytest.approx(list(map(float, alone)), rel=1e-6)

@@ -20,7 +20,7 @@ from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
 from staffa.records.step import Curvature, Energies, Outcome, Step
 from staffa.results.summary import _curvature
-from support.bodies import RANKS, printed_on, run
+from support.bodies import run
 
 # Uniform rock cooled from one face, without a seed: alternate minimization lands on the state that
 # is even along the face. Energies of the seeded runs are those of this case with 5 % of scatter.
@@ -230,21 +230,3 @@ def test_the_record_is_read_back() -> None:
 
 
 SMALL = ("domain.size=[0.5,0.2]", "time.tau=[0.16]")
-SCRIPT = """
-from staffa.backend.stack import MPI
-from fem.test_saddle import SMALL, even
-from support.bodies import run
-steps = run(even("triangle", *SMALL))
-if MPI.COMM_WORLD.rank == 0:
-    print(*(repr(s.energies.total) for s in steps), sum(s.curvature.escapes for s in steps))
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_even_rock_cracks_alike_on_several_ranks(ranks: int) -> None:
-    steps = run(even("triangle", *SMALL))
-    ((*words, escapes),) = printed_on(ranks, SCRIPT)
-    energies = [float(word) for word in words]
-    assert int(escapes) == sum(step.curvature.escapes for step in steps) > 0
-    assert energies == pytest.approx([s.energies.total for s in steps], rel=1e-4)

@@ -20,7 +20,7 @@ from staffa.model.fields import Transfer, linear_spaces, vertices
 from staffa.model.supports import SideSupport, at_rest, clamped
 from staffa.physics.damage import LAWS
 from staffa.records.step import Effort, Stop
-from support.bodies import RANKS, body, printed_on, quench, rock, run
+from support.bodies import body, quench, rock, run
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
 
@@ -289,24 +289,3 @@ def test_meshes_of_two_bodies_are_not_taken_for_one() -> None:
     )
     with pytest.raises(StaffaError, match="not of the same body"):
         Transfer(a, b, h=0.1)
-
-
-ON_RANKS = """
-from fem.test_settle import plate
-from support.bodies import run
-from staffa.backend.stack import MPI
-(step,) = run(plate(dT=9.0))
-if MPI.COMM_WORLD.rank == 0:
-    print(step.effort.guesses, step.sweeps, repr(step.energies.total), flush=True)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_any_number_of_ranks_makes_the_same_guess(ranks: int) -> None:
-    (expected,) = run(plate(dT=9.0))
-    ((guesses, sweeps, energy),) = printed_on(ranks, ON_RANKS)
-    assert (int(guesses), expected.effort.guesses) == (1, 1)
-    assert abs(int(sweeps) - expected.sweeps) <= 1
-    assert float(energy) == pytest.approx(expected.energies.total, rel=1e-6)

@@ -21,7 +21,7 @@ from staffa.minimize.alternate import equilibrium
 from staffa.minimize.stability import Mode, SecondVariation, _Factored
 from staffa.model.supports import Section, SideSupport, at_rest
 from staffa.records.step import Stability, Step
-from support.bodies import RANKS, body, printed_on, quench, rock, run
+from support.bodies import body, quench, rock, run
 
 ELL = 0.1
 
@@ -246,29 +246,6 @@ def plate() -> Problem:
     material = rock(ell=0.1, toughness=lambda x: 1 + 0.1 * np.cos(7 * x[0] + 1))
     problem = body((1.0, 0.5), 0.05, material=material, load=quench(6.0), times=(0.001, 0.002))
     return replace(problem, second_order=SecondOrder(kind="report"))
-
-
-ON_RANKS = """
-from fem.test_stability import plate
-from support.bodies import run
-from staffa.backend.stack import MPI
-for step in run(plate()):
-    if MPI.COMM_WORLD.rank == 0:
-        s = step.stability
-        print(s.negative, repr(s.bifurcation), flush=True)
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_any_number_of_ranks_finds_the_same(ranks: int) -> None:
-    expected = [step.stability for step in run(plate())]
-    lines = printed_on(ranks, ON_RANKS)
-    assert len(lines) == len(expected) == 2
-    for (negative, bifurcation), s in zip(lines, expected, strict=True):
-        assert int(negative) == s.negative
-        assert float(bifurcation) == pytest.approx(s.bifurcation, rel=1e-3, abs=1e-4)
 
 
 def test_a_face_whose_points_hardly_feel_one_another_has_a_smallest_eigenvalue() -> None:

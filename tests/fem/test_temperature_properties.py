@@ -10,7 +10,6 @@ from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
-from support.bodies import printed_on
 from support.restarting import After, stopped
 
 # A plate between rollers that is heated evenly by a source, so that its temperature is known.
@@ -261,21 +260,3 @@ def surfaces_of_cracking(out) -> list[tuple[float, float, float]]:
     case = parse_case(CRACKING, ("time.t=['20 s', '60 s']",))
     steps = staffa.run(case, out)
     return [(s.energies.surface, s.energies.elastic, s.heat.stored) for s in steps]
-
-
-@pytest.mark.mpi
-@pytest.mark.long
-@pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks_give_the_serial_cracks(ranks: int, tmp_path) -> None:
-    code = f"""
-from fem.test_temperature_properties import surfaces_of_cracking
-found = surfaces_of_cracking("{tmp_path / "ranks"}")
-from staffa.backend.stack import MPI
-if MPI.COMM_WORLD.rank == 0:
-    for row in found:
-        print("found", *row)
-"""
-    serial = surfaces_of_cracking(tmp_path / "serial")
-    lines = [line[1:] for line in printed_on(ranks, code) if line[:1] == ["found"]]
-    for expected, line in zip(serial, lines, strict=True):
-        assert [float(word) for word in line] == pytest.approx(expected, rel=1e-5)

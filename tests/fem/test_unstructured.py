@@ -20,7 +20,7 @@ from staffa.geometry.block import SIDES, cells_and_vertices
 from staffa.measure.crack import damaged_layer
 from staffa.model.domain import Domain, block, cell_count
 from staffa.model.fields import linear_spaces, vertices
-from support.bodies import RANKS, body, needs_gmsh, printed_on, quench, rock
+from support.bodies import body, needs_gmsh, quench, rock
 
 pytestmark = needs_gmsh
 SHAPES = {2: ((1.5, 0.4), 0.05), 3: ((1.2, 0.8, 0.4), 0.1)}
@@ -233,50 +233,6 @@ def test_every_depth_of_a_layer_has_vertices_and_a_drawn_layer_is_found() -> Non
         found = damaged_layer(case.domain, system.state, gauge(h))
         assert abs(found - layer) <= 0.5001 * h, f"{found:.3f}, not {layer}"
     system.destroy()
-
-
-ON_RANKS = """
-from fem.test_unstructured import cooled
-from staffa.model.domain import cell_count
-from staffa.evolution.march import march
-from staffa.evolution.system import build
-case = cooled("unstructured")
-system = build(case)
-for step in march(case, system):
-    if case.domain.comm.rank == 0:
-        print(case.domain.identity, cell_count(case.domain), step.energies.total)
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", RANKS)
-def test_any_number_of_ranks_has_the_same_mesh_and_the_same_energies(ranks: int) -> None:
-    case, found = cooled("unstructured"), printed_on(ranks, ON_RANKS)
-    assert {(identity, int(count)) for identity, count, _ in found} == {
-        (case.domain.identity, cell_count(case.domain))
-    }
-    assert [float(energy) for *_, energy in found] == pytest.approx(energies(case), rel=1e-6)
-
-
-ONE_FAILS = """
-import sys
-from staffa.backend.stack import MPI
-if MPI.COMM_WORLD.rank == 0:
-    sys.modules["gmsh"] = None
-from staffa.model.domain import block
-from staffa.errors import InputError
-try:
-    block(MPI.COMM_WORLD, size=(1.0, 1.0), h=0.1, cells="unstructured")
-except InputError as error:
-    said = MPI.COMM_WORLD.gather("install" in str(error))
-    if MPI.COMM_WORLD.rank == 0:
-        print(*said)
-"""
-
-
-@pytest.mark.mpi
-def test_an_error_of_gmsh_is_raised_on_every_rank() -> None:
-    assert printed_on(3, ONE_FAILS) == [["True"] * 3]
 
 
 def test_gmsh_leaves_the_signals_of_the_process_alone() -> None:

@@ -20,7 +20,7 @@ from staffa.model.supports import SideSupport, at_rest
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step
 from staffa.runs.run import run
-from support.bodies import body, printed_on, rock
+from support.bodies import body, rock
 from support.heated import still, tensor
 from support.restarting import cut_run, finish
 
@@ -247,22 +247,3 @@ def test_heat_that_has_left_again_breaks_no_balance(cracks: Insulating | None) -
     steps = ran(warmed(cracks, times=(1.0, 2.0, 100.0, 1e6, 2e6)))
     sound(steps)
     assert steps[0].energies.elastic > 1e-5 and steps[-1].energies.elastic < 1e-20
-
-
-RANKS = """
-from staffa.backend.stack import MPI
-from fem.test_vanishing_loads import *
-steps = ran(body(SIZE, H, sides=pulled(lambda t: 10 ** (-6 * t)), times=(1.0, 2.0, 3.0),
-                 material=strong("volumetric-deviatoric")))
-sound(steps)
-if MPI.COMM_WORLD.rank == 0:
-    print(*(step.energies.elastic for step in steps))
-"""
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
-def test_ranks_meet_a_load_that_decays(ranks: int) -> None:
-    (found,) = printed_on(ranks, RANKS)
-    expected = [0.25 * 10 ** (-12 * number) for number in (1, 2, 3)]
-    assert [float(value) for value in found] == pytest.approx(expected, rel=1e-5)

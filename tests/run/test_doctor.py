@@ -30,15 +30,6 @@ def doctor(folder: Path, **environment: str) -> tuple[int, dict[str, tuple[str, 
     return done.returncode, {name: (verdict, said) for verdict, name, said in lines}
 
 
-@pytest.mark.mpi
-def test_a_sound_installation_passes_and_leaves_nothing(tmp_path: Path) -> None:
-    code, found = doctor(tmp_path, PATH=f"{BIN}{os.pathsep}{os.environ['PATH']}")
-    wrong = {name: said for name, (verdict, said) in found.items() if verdict != OK}
-    assert not wrong and code == 0, wrong
-    assert found["ranks"] == (OK, "the ready case bar, 441 unknowns, breaks as it should")
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.slow
 def test_each_thing_that_is_wrong_has_its_sentence(tmp_path: Path) -> None:
     """Nothing in PATH, a cache that is no folder, and threads that were not thought of."""

@@ -20,7 +20,7 @@ from staffa.errors import InputError, SolveError
 from staffa.geometry.block import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import CASE, STEPS, read_run
+from staffa.io.run_directory import CASE, read_run
 from staffa.measure.averages import Average, average, spread
 from staffa.measure.generations import arrests
 from staffa.report.drawing import draw_ensemble
@@ -341,13 +341,6 @@ def test_finished_members_are_taken_and_not_run_again(real: Path, tmp_path: Path
     assert [rows[s] for s in "345"] == [results(real / "e")[1][s] for s in "345"]
 
 
-def cut(folder: Path) -> None:
-    """The second member was killed after its first step, and its checkpoints are lost."""
-    shutil.rmtree(folder / "seed-4" / "checkpoint")
-    steps = folder / "seed-4" / STEPS
-    steps.write_text(steps.read_text().splitlines(keepends=True)[0])
-
-
 REFUSED = [
     (
         lambda folder: (folder / "seed-4" / "manifest.json").unlink(),
@@ -448,32 +441,6 @@ def test_where_all_fail_each_is_listed_and_the_exit_code_tells(real: Path, tmp_p
         '4,"not converged ',
     ]
     assert "0 of 2 finished" in done.stdout and "two finished members" in done.stdout
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-def test_two_ranks_give_the_numbers_of_one(real: Path, tmp_path: Path) -> None:
-    asked = ("ensemble", "small.toml", "--seeds", "2", "--out", str(tmp_path / "e"))
-    done = staffa(real, *asked, ranks=2)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("seed 3 (member 1 of 2)") == 1
-    assert read_run(tmp_path / "e" / "seed-3").manifest.ranks == 2
-    _, rows = results(tmp_path / "e")
-    serial = results(real / "e")[1]
-    for seed in "34":
-        # The solver stops within its tolerances; where a crack is seen is a matter of cells.
-        assert comparable(rows[seed]) == pytest.approx(comparable(serial[seed]), rel=1e-3)
-    whole = read_run(tmp_path / "e" / "seed-4").steps
-    cut(tmp_path / "e")
-    done = staffa(real, *asked, ranks=2)
-    assert done.returncode == 0, done.stderr
-    assert "seed 3 (member 1 of 2) is finished already" in done.stdout
-    again = read_run(tmp_path / "e" / "seed-4")
-    # A factorization on several ranks sums in an order of its own each time.
-    assert [s.energies.total for s in again.steps] == pytest.approx(
-        [s.energies.total for s in whole], rel=1e-8
-    )
-    assert again.finished
 
 
 def test_a_member_has_other_seeds_in_every_random_property() -> None:

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from support.paths import BIN
-
 ONE_FORM = """
 from staffa.backend.stack import MPI
 import ufl
@@ -56,22 +54,6 @@ def compiling(tmp_path: Path) -> Iterator[Compiling]:
         time.sleep(0.05)
     yield Compiling(process, int(called.read_text()), places, tmp_path / "cache/staffa")
     process.kill()
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_a_compilation_that_was_killed_is_done_again(ranks: int, compiling: Compiling) -> None:
-    """Its half-made source does not keep others waiting, one rank or two."""
-    compiling.kill()
-    assert list(compiling.cache.glob("*.c")) and not list(compiling.cache.glob("*.cached"))
-    mpiexec = BIN / "mpiexec"
-    command = [mpiexec, "-n", str(ranks), *COMMAND]
-    after = subprocess.run(
-        command, env=compiling.places, capture_output=True, text=True, timeout=60
-    )
-    assert after.stdout == "compiled\n" * ranks, after.stderr
-    assert len(list(compiling.cache.glob("*.cached"))) == 1
 
 
 @pytest.mark.slow

@@ -4,15 +4,13 @@ import importlib
 import json
 import shutil
 import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import read_case
-from support.paths import BIN, ROOT
+from support.paths import ROOT
 
 BENCH = ROOT / "bench"
 
@@ -52,31 +50,6 @@ def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypa
         sweeps, found = script.step(time), ours.step(time)
         assert abs(found["sweeps"] - sweeps) <= 1
         assert found["energy"]() == pytest.approx(script.total_energy(), rel=1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-def test_a_side_alone_writes_down_its_step(tmp_path: Path) -> None:
-    """The machinery of turns, on the smallest of the cases that run.py knows."""
-    mpiexec = BIN / "mpiexec"
-    command = [
-        mpiexec,
-        "-n",
-        "2",
-        sys.executable,
-        BENCH / "side.py",
-        "alone",
-        "A30k",
-        tmp_path,
-        "1",
-    ]
-    subprocess.run(command, check=True, timeout=300)
-    record = json.loads((tmp_path / "alone-0-0.json").read_text())
-    assert (
-        record["sweeps"] > 1
-        and record["wall_s"] > 0
-        and record["peak_MB"] > record["libraries_MB"] > 100
-    )
 
 
 def test_the_tables_of_the_documents_are_those_of_the_results(bench) -> None:
@@ -141,27 +114,6 @@ def test_the_factor_holds_scattered_runs_and_grows_with_the_distance(bench) -> N
 def test_a_law_of_too_few_runs_is_refused(bench) -> None:
     with pytest.raises(ValueError, match="four runs"):
         bench("cost").law(drawn()[:2])
-
-
-@pytest.mark.slow
-@pytest.mark.mpi
-def test_a_run_of_the_scaling_is_counted_on_all_ranks() -> None:
-    mpiexec = BIN / "mpiexec"
-    runs = {}
-    for ranks in (1, 2):
-        command = [mpiexec, "-n", str(ranks), sys.executable, BENCH / "scaling.py"]
-        done = subprocess.run(
-            [*command, "--one", "4", "hexahedron"],
-            check=True,
-            timeout=300,
-            capture_output=True,
-            text=True,
-        )
-        runs[ranks] = json.loads(done.stdout)
-    one, two = runs[1], runs[2]
-    assert one["unknowns"] == two["unknowns"] == 3 * 5 * 5 * 14
-    assert one["energy"] == pytest.approx(two["energy"], rel=1e-5)
-    assert two["ranks"] == 2 and two["peak_bytes"] > 1.5 * one["peak_bytes"]
 
 
 def test_the_costs_in_the_documents_are_those_of_the_results(bench) -> None:
