@@ -11,8 +11,6 @@ LONGEST = 40  # words in a sentence: an engineer reads it once
 # English needs as well (answer, resist, pass, piece, exchange, clock, cut, held, moved, mode,
 # section) are left to the reader.
 REFUSED = {
-    r"healing": "irreversibility violation",
-    r"efforts?": "solver statistics",
     r"roughness A": "structural tensor",
     r"(discrete toughness|toughness factors?)": "effective Gc",
     r"standing": "restart state",
@@ -38,15 +36,22 @@ REFUSED = {
     r"anew": "again",
     r"begun": "started",
     r"at hand": "current",
-    r"of (its|their|your|our|one's) own": "its",
+    r"of (its|their) own": "its",
     r"so many": "as many",
     r"was not solved for": "solve failed",
 }
+# Names of records, which run directories hold; as words they are refused in the docs.
+NAMES = {r"healing": "irreversibility violation", r"efforts?": "solver statistics"}
+
+
 # Words of one expression may be parted by the end of a line, in a comment too.
-_REFUSED = [
-    (re.compile(rf"\b{pattern}(?!\w)".replace(" ", r"(?: +|\n *(?:# *)?)"), re.I | re.M), better)
-    for pattern, better in REFUSED.items()
-]
+def _pattern(words: str) -> re.Pattern[str]:
+    return re.compile(rf"\b{words}(?!\w)".replace(" ", r"(?: +|\n *(?:# *)?)"), re.I | re.M)
+
+
+_REFUSED = [(_pattern(words), better) for words, better in REFUSED.items()]
+_NAMES = [(_pattern(words), better) for words, better in NAMES.items()]
+_CODE = re.compile(r"```.*?```|``?[^`\n]+``?", re.DOTALL)
 # Ends of words that end no sentence.
 _ABBREVIATION = re.compile(r"\b(e\.g|i\.e|cf|vs|et al|Eqs?|Figs?|Sects?|no|approx)\.$")
 _END = re.compile(r"[.!?][)\"'*_`]*(?=\s|$)")
@@ -58,9 +63,19 @@ _INLINE = [
 ]
 
 
-def refused(text: str) -> Iterator[tuple[int, str, str]]:
-    """Yield each refused expression of a text: line, counted from 1, words, what to write."""
-    for pattern, better in _REFUSED:
+def refused(text: str, markdown: bool) -> Iterator[tuple[int, str, str]]:
+    """Yield each refused expression: line, counted from 1, words, what to write.
+
+    Parameters
+    ----------
+    text
+        The text of a file.
+    markdown
+        True for a page of the docs, whose code is left out; False for Python.
+    """
+    if markdown:
+        text = _CODE.sub(lambda code: "\n" * code.group(0).count("\n"), text)
+    for pattern, better in (*_REFUSED, *(_NAMES if markdown else [])):
         for found in pattern.finditer(text):
             line = text.count("\n", 0, found.start()) + 1
             yield line, " ".join(found.group(0).split()), better

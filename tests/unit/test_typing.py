@@ -51,7 +51,7 @@ def test_no_public_name_is_any(tmp_path: Path) -> None:
     script = tmp_path / "uses.py"
     lines = [f"reveal_type(staffa.{name})" for name in TYPES]
     script.write_text("\n".join(["import staffa", *lines, "staffa.run(1)", "staffa.crack"]))
-    root = Path(__file__).parent.parent
+    root = Path(__file__).parents[2]
     command = [sys.executable, "-m", "mypy", "--config-file", str(root / "pyproject.toml")]
     done = subprocess.run([*command, str(script)], cwd=root, capture_output=True, text=True)
     for number, (name, part) in enumerate(TYPES.items(), start=2):

@@ -108,12 +108,25 @@ def test_a_reason_makes_a_second_name_right(tree: Tree, monkeypatch: pytest.Monk
     ],
 )
 def test_refused_words_are_found_across_lines(text: str, line: int) -> None:
-    assert [found for found, _, _ in refused(text)] == [line]
+    assert [found for found, _, _ in refused(text, markdown=False)] == [line]
 
 
 @pytest.mark.parametrize("text", ["the cold side", "amend", "outstanding", "held", "effortless"])
 def test_other_words_are_left_alone(text: str) -> None:
-    assert list(refused(text)) == []
+    assert list(refused(text, markdown=False)) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("its healing", ["healing"]),
+        ("a column `healing`, and of its own", ["of its own"]),
+        ("```\nhealing = 0\n```\nno effort", ["effort"]),
+    ],
+)
+def test_docs_may_name_a_record_as_code_alone(text: str, found: list[str]) -> None:
+    assert [words for _, words, _ in refused(text, markdown=True)] == found
+    assert "healing" not in [words for _, words, _ in refused(text, markdown=False)]
 
 
 LONG = " ".join(["word"] * 41)
