@@ -42,6 +42,7 @@ check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
+	$(PYTHON_HERE) tools/measure_code.py
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.

@@ -31,6 +31,7 @@ class Unit:
 
     def of[V](self, value: V) -> V:
         """An SI value, or an array of them, counted in this unit."""
+        # No bound says that V is a number or an array, and stays one of its kind.
         return (value - self.zero) / self.size  # type: ignore[operator, return-value]
 
     def text(self, value: float, digits: int = 4) -> str:

@@ -239,6 +239,7 @@ def _expansion(places: Places) -> Coefficient:
 
     if places.any(lambda m: isinstance(m.expansion, np.ndarray)):
         return places.field(places.values(tensor), "expansion")
+    # No rock has a tensor here, which the type of `expansion` does not know.
     return places.number(lambda m: m.expansion, "expansion")  # type: ignore[arg-type,return-value]
 
 

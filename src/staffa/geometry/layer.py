@@ -67,7 +67,7 @@ def _parted(
 def _components(n: int, links: np.ndarray) -> np.ndarray:
     one, two = links.T
     graph = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _cover(beside: np.ndarray, weight: np.ndarray) -> list[int]:

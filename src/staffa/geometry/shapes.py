@@ -166,7 +166,7 @@ class Bored:
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is not in the hole."""
         away = np.hypot(x[0] - self.center[0], x[1] - self.center[1])
-        return away >= (1 - SAME) * self.radius + _sagitta(h, self.radius)
+        return np.asarray(away >= (1 - SAME) * self.radius + _sagitta(h, self.radius))
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -222,7 +222,9 @@ class Round:
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is within the radius."""
-        return np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
+        return np.asarray(
+            np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
+        )
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""

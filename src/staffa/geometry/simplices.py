@@ -32,7 +32,7 @@ class Simplices:
     @property
     def dim(self) -> int:
         """2 or 3."""
-        return self.x.shape[1]
+        return int(self.x.shape[1])
 
 
 def keys(rows: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def keys(rows: np.ndarray) -> np.ndarray:
     ordered = np.sort(rows, axis=1)
     largest = int(ordered.max(initial=0)) + 1
     if largest ** rows.shape[1] < 2**63:
-        return np.ravel_multi_index(tuple(ordered.T), (largest,) * rows.shape[1])
+        return np.asarray(np.ravel_multi_index(tuple(ordered.T), (largest,) * rows.shape[1]))
     return np.unique(ordered, axis=0, return_inverse=True)[1]
 
 

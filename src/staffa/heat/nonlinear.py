@@ -172,8 +172,8 @@ class NonlinearSteps:
         """
 
         def missing(T: np.ndarray) -> np.ndarray:
-            return self._free * (
-                self.gained(started, T) - base - scale * self._rates(T, exchanges)[0]
+            return np.asarray(
+                self._free * (self.gained(started, T) - base - scale * self._rates(T, exchanges)[0])
             )
 
         T, left = first, missing(first)
@@ -231,7 +231,7 @@ class NonlinearSteps:
             self._ksp.solve(self._rhs, self._solution)
         if self._ksp.getConvergedReason() <= 0:
             raise SolveError("the heat equation was not solved: its linear solver failed")
-        return self._solution.array_r.copy()
+        return np.asarray(self._solution.array_r.copy())
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -58,7 +58,7 @@ class Exchange:
 
     def entering(self, T: np.ndarray) -> np.ndarray:
         """What enters at these temperatures (K)."""
-        return self.given + self._at(T) * (self.bath - T)
+        return np.asarray(self.given + self._at(T) * (self.bath - T))
 
     def slope(self, T: np.ndarray) -> np.ndarray:
         """Its derivative by temperature (W/K)."""
@@ -66,7 +66,7 @@ class Exchange:
             return -self.coefficient
         apart = STEP * np.maximum(np.abs(self.bath - T), STEP * (np.abs(T) + 1.0))
         steepness = (self._at(T + apart) - self._at(T - apart)) / (2 * apart)
-        return steepness * (self.bath - T) - self._at(T)
+        return np.asarray(steepness * (self.bath - T) - self._at(T))
 
     def _at(self, T: np.ndarray) -> np.ndarray:
         return self.coefficient if self.film is None else self.film(T)
@@ -97,7 +97,9 @@ class HeatOperators:
             left, degree = 1 - sharp + residual, QUADRATURE
         factor = _in_cells(spaces, rocks, lambda rock, x: rock.k_factor(x))
         self.rocks, self.dx, self.degree = rocks, dx, degree
-        self.flow = lambda gradient: left * factor * ufl.dot(k, gradient)
+        self.flow: Callable[[ufl.core.expr.Expr], ufl.core.expr.Expr] = lambda gradient: (
+            left * factor * ufl.dot(k, gradient)
+        )
         flow = self.flow(ufl.grad(T))
         self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=degree))
         rho_c = _in_cells(spaces, rocks, lambda rock, x: rock.rho_c * rock.rho_c_factor(x))
@@ -275,7 +277,7 @@ class HeatOperators:
         """Heat that flows to the vertices from their neighbors (W), owned entries."""
         self._in.array_w[:] = T - self._level  # of an even temperature exactly nothing flows
         self.matrix.mult(self._in, self._out)
-        return -self._out.array_r
+        return np.asarray(-self._out.array_r)
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

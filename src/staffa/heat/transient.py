@@ -228,7 +228,7 @@ class HeatEquation:
                 f"the heat equation was not solved: its linear solver ended with reason {reason} "
                 f"of PETSc's KSPConvergedReason; take shorter time steps"
             )
-        return size * self._solution.array_r
+        return np.asarray(size * self._solution.array_r)
 
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
@@ -299,12 +299,12 @@ class HeatEquation:
         gained, since, content = sum_over_ranks(self.comm, np.array(mine)).tolist()
         crossed = sum(map(abs, heat.entered.values()))
         scale = max(abs(heat.stored), crossed, since, UNCHANGED * content)
-        return abs(gained - heat.stored) / scale if scale else abs(gained)
+        return float(abs(gained - heat.stored) / scale if scale else abs(gained))
 
     def _with_ghosts(self, T: np.ndarray) -> np.ndarray:
         owned(self._T)[:] = T
         self._T.x.scatter_forward()
-        return self._T.x.array.copy()
+        return np.asarray(self._T.x.array.copy())
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

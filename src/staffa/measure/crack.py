@@ -187,7 +187,7 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
 def _cells(domain: Domain, state: State) -> np.ndarray:
     """Vertices (local numbers) of the cells that this rank owns, shape (n, vertices a cell)."""
     owned_cells = domain.mesh.topology.index_map(domain.dim).size_local
-    return state.alpha.function_space.dofmap.list[:owned_cells]
+    return np.asarray(state.alpha.function_space.dofmap.list[:owned_cells])
 
 
 def _pairs(cells: np.ndarray) -> np.ndarray:

@@ -99,7 +99,7 @@ def evened(
     tie = share / np.maximum(square, (SHORTEST * width) ** 2)
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     stiffness = diags_array(ties.sum(axis=1)) - ties
-    return splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered)
+    return np.asarray(splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered))
 
 
 def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:

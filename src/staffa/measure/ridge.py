@@ -68,7 +68,7 @@ def _bending(
 
     def derivative(*axes: int) -> np.ndarray:
         order = tuple(axes.count(axis) for axis in range(dim))
-        return gaussian_filter(beyond, sigma, order=order)[inside]
+        return np.asarray(gaussian_filter(beyond, sigma, order=order)[inside])
 
     there = np.nonzero(derivative() > lowest)
     hessian = np.empty((len(there[0]), dim, dim))

@@ -189,7 +189,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
 def reactions(problem: Alternation) -> np.ndarray:
     """Forces of the supports on the entries prescribed, in their order. Collective."""
     problem.forces(problem.elastic.rhs)
-    return problem.elastic.rhs.array_r[problem.elastic.fixed].copy()
+    return np.asarray(problem.elastic.rhs.array_r[problem.elastic.fixed].copy())
 
 
 @dataclass(kw_only=True)
@@ -303,7 +303,7 @@ def _minimize_damage(
         raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
     tally.fallbacks += len(errors)
     problem.before.axpy(-1.0, problem.alpha)
-    return problem.before.norm(PETSc.NormType.NORM_INFINITY)
+    return float(problem.before.norm(PETSc.NormType.NORM_INFINITY))
 
 
 def _reason(converged: bool, sweeps: int, change: float, residual: float, stop: Stop) -> str:

@@ -66,7 +66,7 @@ class Domain:
     @property
     def dim(self) -> int:
         """2 or 3."""
-        return self.mesh.topology.dim
+        return int(self.mesh.topology.dim)
 
     def facets(self, name: str) -> np.ndarray:
         """Local facets of a named boundary.
@@ -313,8 +313,10 @@ def _side(
     tolerance, axis = SAME * max(size), face_axis(name, len(size))
     position = lower[axis] + face_position(name, size)
     mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
-    return dmesh.locate_entities_boundary(
-        mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
+    return np.asarray(
+        dmesh.locate_entities_boundary(
+            mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
+        )
     )
 
 
@@ -333,7 +335,7 @@ def middles(mesh: dmesh.Mesh) -> np.ndarray:
     dim = mesh.topology.dim
     cells = mesh.topology.index_map(dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    return dmesh.compute_midpoints(mesh, dim, every).T
+    return np.asarray(dmesh.compute_midpoints(mesh, dim, every).T)
 
 
 def cell_count(domain: Domain) -> int:

@@ -1,6 +1,6 @@
 """The one functional: every force, matrix, and reported energy is derived from it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property, partial
@@ -148,7 +148,7 @@ class Energy:
         if self.external.forces.in_cracks:  # the fluid's share of the traction
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
-        self.strained = lambda: rock.elasticity.strained(strain(u, T, rock))
+        self.strained: Callable[[], Strained] = lambda: rock.elasticity.strained(strain(u, T, rock))
         self._dx, self._ell = (middle if spaces.reduced else dx), ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
@@ -172,7 +172,7 @@ class Energy:
         self._resistance = form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
 
     def _integral(self, form: fem.Form) -> float:
-        return sum_over_ranks(self.comm, fem.assemble_scalar(form))
+        return float(sum_over_ranks(self.comm, fem.assemble_scalar(form)))
 
     def _vector(self, form: fem.Form, sums: fem.Function, out: PETSc.Vec) -> None:
         sums.x.array[:] = 0.0

@@ -138,7 +138,7 @@ def build_supports(
 def _dofs(domain: Domain, spaces: Spaces, side: str, axis: int) -> np.ndarray:
     facets = domain.facets(side)
     found = fem.locate_dofs_topological(spaces.nodes, domain.dim - 1, facets)
-    return found[found < spaces.nodes.dofmap.index_map.size_local] * domain.dim + axis
+    return np.asarray(found[found < spaces.nodes.dofmap.index_map.size_local] * domain.dim + axis)
 
 
 def _section_modes(

@@ -68,7 +68,8 @@ LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
 def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:
     """Derivative of a law's function, exact to round-off by the complex step."""
     step = 1e-30
-    return np.imag(function(np.asarray(alpha) + 1j * step)) / step
+    found: np.ndarray = np.imag(function(np.asarray(alpha) + 1j * step)) / step
+    return found
 
 
 def has_threshold(law: DamageLaw) -> bool:

@@ -209,4 +209,5 @@ def _numexpr() -> ModuleType:
     import numexpr  # takes a while to load, and few cases need it
 
     numexpr.set_num_threads(1)  # each rank has one core
-    return numexpr
+    found: ModuleType = numexpr
+    return found

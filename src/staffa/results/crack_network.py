@@ -66,7 +66,7 @@ def _outline(grid: Grid) -> np.ndarray:
     """The sides of cells that belong to one cell alone, holes included."""
     sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
     sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
-    return grid.points[sides[counts == 1]][..., :2]
+    return np.asarray(grid.points[sides[counts == 1]][..., :2])
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:

@@ -223,7 +223,7 @@ class Keeper:
         field = fem.Function(space or (spaces.u if own.ndim == 2 else spaces.alpha))
         owned(field)[:] = own.ravel()
         field.x.scatter_forward()
-        return field.x.array.copy()
+        return np.asarray(field.x.array.copy())
 
 
 def _listed(versions: Mapping[str, str]) -> str:

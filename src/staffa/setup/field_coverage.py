@@ -37,4 +37,4 @@ def _vertices(domain: Domain, side: str | None) -> np.ndarray:
     if side is not None:
         facets = domain.facets(side)
         x = x[np.unique(entities_to_geometry(domain.mesh, domain.dim - 1, facets))]
-    return x.T
+    return np.asarray(x.T)

@@ -59,7 +59,7 @@ def memory(case: Case) -> float:
 def coarser_for(case: Case, available: float) -> float:
     """The cell edge with which a run needs no more than this (bytes; m)."""
     share = (memory(case) - BASE) / max(available - BASE, 0.1 * BASE)
-    return float(case.outline.h) * share ** (1 / case.dim)
+    return float(float(case.outline.h) * share ** (1 / case.dim))
 
 
 def duration(case: Case, number: int) -> float:
@@ -68,4 +68,4 @@ def duration(case: Case, number: int) -> float:
     each, power = A_SWEEP[case.solver.displacement]
     sweep = LEAST + each * n * max(1.0, n / SMALL) ** power
     split = 1.0 if case.damage.split == "none" else SPLIT
-    return number * SWEEPS[case.dim] * sweep * split
+    return float(number * SWEEPS[case.dim] * sweep * split)

@@ -142,7 +142,7 @@ def _at(value: Held, history: np.ndarray, places: np.ndarray) -> np.ndarray:
     if not isinstance(value, DisplacementFile):
         return np.broadcast_to(history, (places.shape[1], len(history)))
     share = value.field.reaching(np.inf)(places) / (largest(value) or 1.0)
-    return share[:, None] * history
+    return np.asarray(share[:, None] * history)
 
 
 def _shared(case: Case, one: str, other: str) -> np.ndarray:

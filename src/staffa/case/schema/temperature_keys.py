@@ -93,7 +93,9 @@ class InTemperature(Section):
 
     def values_at(self, T: np.ndarray | float) -> np.ndarray:
         """Its values at temperatures (K), of the same shape."""
-        return np.interp(T, np.array(self.T, dtype=float), np.array(self.value, dtype=float))
+        at, values = np.array(self.T, dtype=float), np.array(self.value, dtype=float)
+        found: np.ndarray = np.interp(T, at, values)
+        return found
 
 
 class PropertyInTemperature(InTemperature, WithReference):

@@ -38,7 +38,7 @@ def tensor(keys: RockKeys, given: Sequence[float], third: float | None = None) -
     elif len(numbers) == 2:
         numbers.append(sum(numbers) / 2 if third is None else third)
     axes = rock_axes(keys)
-    return axes.T @ np.diag(numbers) @ axes
+    return np.asarray(axes.T @ np.diag(numbers) @ axes)
 
 
 def roughness(keys: RockKeys) -> np.ndarray | None:
