@@ -25,6 +25,8 @@ CASES = {
     "time.t=['10min','1h','4h'] output.at=['4h']",
 }
 # Facts of the machine and of the moment, not results.
+# As in a user's environment, whatever the tests compile with.
+FLAGS = {"OMP_NUM_THREADS": "1", "STAFFA_CFLAGS": ""}
 IGNORED = {"seconds", "wall", "memory"}
 
 
@@ -53,7 +55,7 @@ def measured(name: str) -> list[dict[str, str]]:
         with ready.open("w") as file:
             subprocess.run([*staffa, "new", name], check=True, stdout=file)
         command = [*staffa, "run", str(ready), "--quiet", "--out", str(out), *settings]
-        subprocess.run(command, check=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+        subprocess.run(command, check=True, env=os.environ | FLAGS)
         lines = (out / "steps.jsonl").read_text().splitlines()
     return [numbers(json.loads(line)) for line in lines]
 
