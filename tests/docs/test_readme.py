@@ -115,7 +115,7 @@ def test_every_case_that_the_readme_names_is_a_ready_one() -> None:
     text = README.read_text(encoding="utf-8")
     named = [words[1] for words in commands() if words[0] == "new"]
     named += re.findall(r'ready_case\("([^"]+)"\)', text)
-    named += re.findall(r"src/staffa/cases/(\w[\w-]*)\.toml", text)
+    named += re.findall(r"src/staffa/case/ready/(\w[\w-]*)\.toml", text)
     assert named and set(named) <= set(ready_cases.names()), f"{named}"
 
 
