@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from staffa.arguments import path_of
+from staffa.backend.lock import LOCK
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
 from staffa.records.manifest import Manifest
@@ -27,7 +28,7 @@ CASE, MANIFEST, STEPS, FIELDS, LOG = (
     "run.log",
 )
 SERIES = "fields.vtkhdf.series"
-LOCK, LONGEST_LOCK = "lock", 400  # bytes
+LONGEST_LOCK = 400  # bytes
 FIELDS_OF_A_STEP = re.compile(r"step-\d{4,}\.vtkhdf")
 
 

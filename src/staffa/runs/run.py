@@ -35,7 +35,7 @@ from staffa.evolution.restart_state import Standing
 from staffa.evolution.system import System, build
 from staffa.io import run_directory
 from staffa.io.field_output import FieldWriter
-from staffa.io.lock import Lock
+from staffa.backend.lock import Lock
 from staffa.loads.closed_form import Load
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
