@@ -72,7 +72,7 @@ LIGHT = [
     "staffa.io.run_directory",
     "staffa.io.ensemble_directory",
     "staffa.io.checkpoint",
-    "staffa.io.lock",
+    "staffa.backend.lock",
     "staffa.io.vtkhdf",
     "staffa.evolution.schedule",
     "staffa.case.reading.ready_cases",

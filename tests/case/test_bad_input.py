@@ -39,7 +39,7 @@ SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 JARGON = (
     "Input should|Value error|validat|pydantic|NoneType|Tuple|tuple|dict|literal|float|Traceback"
     "|Error|None|True|False|Keys|Segment|Disc\\b|UniformT|AdaptiveT|Prescribed|Quantity|namespace|recursion"
-    "|Formula\\b|Geotherm|InTime|InTemp|Heat[A-Z]|Force[A-Z]|SideF|StressW|numexpr|Node"
+    "|Formula\\b|Geotherm|InTime|InTemp|Heat[A-Z]|Force[A-Z]|SideF|StressW|Node"
 )
 ENDS, PACE = "start=0.1,stop=0.2", "shortest=0.01,longest=0.1"
 BOX = "lower=[0.0,0.0], upper=[1.0,0.1]"

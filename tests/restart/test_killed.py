@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from staffa.backend.lock import Lock
 from staffa.cli.stopping import Stopping
 from staffa.errors import StaffaError, StoppedError
-from staffa.io.lock import Lock
 from staffa.io.network_files import write_vtp
 from staffa.io.run_directory import STEPS, Run, read_run
 from staffa.plot.style import write_picture
@@ -140,7 +140,7 @@ def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path
     code = (
         "import sys, time\n"
         "from pathlib import Path\n"
-        "from staffa.io.lock import Lock\n"
+        "from staffa.backend.lock import Lock\n"
         f"lock = Lock(Path({str(tmp_path)!r})); lock.take(); print(flush=True); time.sleep(100)"
     )
     holder = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
