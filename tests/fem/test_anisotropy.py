@@ -177,7 +177,7 @@ def energy_at(material: Material, turn: Turn) -> Energy:
     dim = len(turn.size)
     problem = body(turn.size, 0.25, material=turned(material, turn.Q))
     spaces = linear_spaces(problem.domain)
-    state = zero_state(problem.domain, spaces)
+    state = zero_state(spaces)
     u, alpha, T = some_fields((vertices(spaces.alpha) - turn.shift) @ turn.Q)
     if dim == 2:
         u[:, 2] = 0.0
@@ -232,7 +232,7 @@ def uniform_energy(material: Material, Q: np.ndarray) -> float:
     dim = 3 if material.state == "solid" else 2
     problem = body((1.0,) * dim, 0.5, material=turned(material, Q))
     spaces = linear_spaces(problem.domain)
-    state = zero_state(problem.domain, spaces)
+    state = zero_state(spaces)
     gradient = GRADIENT.copy()
     if dim == 2:
         gradient[2, :] = gradient[:, 2] = 0.0
@@ -263,7 +263,7 @@ def test_a_drawn_crack_has_its_length_whatever_it_costs(angle: float) -> None:
     cost, ell, height = np.sqrt(A[0, 0]), 0.05, 0.4
     problem = body((1.5, height), ell / 10, material=rock(ell=ell, law=AT2(), Gc=3.0, roughness=A))
     spaces = linear_spaces(problem.domain)
-    state = zero_state(problem.domain, spaces)
+    state = zero_state(spaces)
     state.alpha.x.array[:] = np.exp(-np.abs(vertices(spaces.alpha)[:, 0] - 0.75) / (cost * ell))
     energy = energy_of(problem, spaces, state)
     assert energy.energies().surface == pytest.approx(3.0 * cost * height, rel=0.005)

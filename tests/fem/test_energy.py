@@ -29,7 +29,7 @@ def arbitrary_energy(name: str, law) -> Energy:
     size, h, cells, state_name = BODIES[name]
     problem = body(size, h, cells=cells, material=rock(ell=0.3, law=law, state=state_name, nu=0.3))
     spaces = linear_spaces(problem.domain)
-    state = zero_state(problem.domain, spaces)
+    state = zero_state(spaces)
     seeded = np.random.default_rng(1)
     state.u.x.array[:] = seeded.normal(size=state.u.x.array.size)
     state.alpha.x.array[:] = seeded.uniform(0.1, 0.8, size=state.alpha.x.array.size)
@@ -126,7 +126,7 @@ def displacement_error(size, h: float, cells: str, state_name: str) -> float:
     size = (1.0,) * dim
     problem = body(size, h, cells=cells, material=rock(state=state_name, nu=0.3))
     mesh, spaces = problem.domain.mesh, linear_spaces(problem.domain)
-    state = zero_state(problem.domain, spaces)
+    state = zero_state(spaces)
     material = rock_on(Places(problem.domain, problem.material, {}))
     energy = Energy(domain=problem.domain, spaces=spaces, state=state, rock=material)
     x = ufl.SpatialCoordinate(mesh)

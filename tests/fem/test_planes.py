@@ -49,7 +49,7 @@ def to_borders(x: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def drawn(domain: Domain, face: Face) -> State:
     """Many cells above half of the depth, a few below."""
-    state = zero_state(domain, spaces := linear_spaces(domain))
+    state = zero_state(spaces := linear_spaces(domain))
     x = vertices(spaces.alpha)
     away = [to_borders(x[:, :2], points) for points in (MANY, FEW)]
     distance = np.where(face.depth(x.T) < 0.15, *away)
@@ -85,7 +85,7 @@ def test_a_cylinder_is_seen_on_its_disc() -> None:
     shape = Round(radius=0.5, height=0.2)
     domain = body(MPI.COMM_WORLD, lambda: meshed(shape, 0.06, "domain.shape"))
     planes = Planes(domain, FACES["bottom"], (0.1,), ell=0.09, threshold=0.8)
-    state = zero_state(domain, spaces := linear_spaces(domain))
+    state = zero_state(spaces := linear_spaces(domain))
     x = vertices(spaces.alpha)[:, 0]
     away = np.maximum(np.abs(x) - 0.06, 0)
     state.alpha.x.array[:] = np.clip(1 - away / 0.18, 0, 1) ** 2

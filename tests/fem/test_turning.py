@@ -46,7 +46,7 @@ def cost_of_cracks(material: Material, angle: float, radii, *, margin, h, cells)
     spaces = linear_spaces(problem.domain)
     found = []
     for radius in radii:
-        state, bounds = zero_state(problem.domain, spaces), unit_bounds(problem.domain, spaces)
+        state, bounds = zero_state(spaces), unit_bounds(spaces)
         crack = FlatCrack(
             center=(size / 2, size / 2, 0.0), normal=tuple(normal_at(angle)), radius=radius
         )

@@ -85,7 +85,7 @@ def test_probes_read_linear_fields_exactly_on_sides_and_corners_too(cells: str) 
     size = CELLS[cells]
     dim = len(size)
     domain = block(MPI.COMM_WORLD, size=size, h=0.1, cells=cells)
-    state = zero_state(domain, linear_spaces(domain))
+    state = zero_state(linear_spaces(domain))
     x = vertices(state.alpha.function_space)
     state.u.x.array[:] = (x * [1.0, 2.0, 3.0])[:, :dim].ravel()
     state.alpha.x.array[:] = x[:, 0]

@@ -42,7 +42,7 @@ def written(request, tmp_path_factory) -> tuple[Path, tuple[float, ...]]:
     dim = len(size)
     domain = block(MPI.COMM_WORLD, size=size, h=0.1, cells=cells)
     spaces = linear_spaces(domain)
-    state = zero_state(domain, spaces)
+    state = zero_state(spaces)
     x = vertices(spaces.alpha)
     state.u.x.array[:] = (x * [1.0, 2.0, 3.0])[:, :dim].ravel()
     state.alpha.x.array[:] = x[:, 0] / size[0]

@@ -53,7 +53,7 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     size = (columns * h, *[extent * h] * (dim - 1))
     strip = block(MPI.COMM_SELF, size=size, h=h, cells=cells)
     spaces = linear_spaces(strip)
-    state, bounds = zero_state(strip, spaces), unit_bounds(strip, spaces)
+    state, bounds = zero_state(spaces), unit_bounds(spaces)
     middle = FlatCrack(center=(size[0] / 2, 0.0, 0.0), normal=(1.0, 0.0, 0.0), radius=np.inf)
     layer = broken(spaces.alpha, middle, h=h)
     bounds.lower.x.array[layer] = 1.0

@@ -104,7 +104,7 @@ def build(problem: Problem) -> System:
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     domain = problem.domain
     spaces = spaces_on(domain, problem.elements)
-    state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
+    state, bounds = zero_state(spaces), unit_bounds(spaces)
     _start_cracked(problem, state, bounds)
     cold = cooling(problem.load, domain, spaces)
     state.T.x.array[:] = cold.start()

@@ -90,7 +90,6 @@ class State:
     u: fem.Function
     alpha: fem.Function
     T: fem.Function
-    mesh: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,25 +98,22 @@ class Bounds:
 
     lower: fem.Function
     upper: fem.Function
-    mesh: str
 
 
-def zero_state(domain: Domain, spaces: Spaces) -> State:
+def zero_state(spaces: Spaces) -> State:
     """Undamaged, undeformed, at the initial temperature."""
     return State(
         u=fem.Function(spaces.u, name="u"),
         alpha=fem.Function(spaces.alpha, name="alpha"),
         T=fem.Function(spaces.alpha, name="T"),
-        mesh=domain.identity,
     )
 
 
-def unit_bounds(domain: Domain, spaces: Spaces) -> Bounds:
+def unit_bounds(spaces: Spaces) -> Bounds:
     """0 <= alpha <= 1."""
     bounds = Bounds(
         lower=fem.Function(spaces.alpha, name="lower"),
         upper=fem.Function(spaces.alpha, name="upper"),
-        mesh=domain.identity,
     )
     bounds.upper.x.array[:] = 1.0
     return bounds
