@@ -7,6 +7,7 @@ from threading import current_thread, main_thread
 from typing import Any
 
 from staffa.errors import InputError
+from staffa.surroundings import elsewhere
 
 # Gmsh's plain Delaunay refinement, in 2-D and on the faces of a box. How well its edges spread over
 # the directions theta, as |mean exp(i k theta)| over all 20,000 of 2 x 1 with h = 0.02 (0 without
@@ -52,7 +53,8 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
 
         mine = not gmsh.isInitialized()
         if mine:
-            gmsh.initialize(readConfigFiles=False, interruptible=False)
+            with elsewhere():  # Gmsh has a PETSc of its own, which reads `.petscrc`
+                gmsh.initialize(readConfigFiles=False, interruptible=False)
             _take_back_signals()
     except ImportError as error:
         raise InputError(missing(what, way_out)) from error
