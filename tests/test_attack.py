@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -21,6 +22,7 @@ import meshes
 from bodies import needs_gmsh
 from staffa.apart import read_apart
 from staffa.cases import provenance
+from staffa.cases.field_file import read_field
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
@@ -308,6 +310,23 @@ def test_gmsh_starts_without_the_settings_of_the_current_folder(tmp_path: Path) 
     code = "from staffa.geometry.gmsh_model import opened\nwith opened('a', 'b'): pass"
     subprocess.run(python(code), cwd=tmp_path, check=True)
     assert not (tmp_path / "canary").exists()
+
+
+def test_a_field_that_keeps_its_numbers_elsewhere_is_refused(tmp_path: Path) -> None:
+    """VTK read them, from any file of the user's, and the run kept them."""
+    import pyvista
+
+    grid = pyvista.ImageData(dimensions=(3, 3, 1)).cast_to_unstructured_grid()
+    grid.point_data["E"] = np.arange(9.0)
+    grid.save(tmp_path / "rock.vtkhdf")
+    assert read_field(tmp_path / "rock.vtkhdf", "E").values.tolist() == list(range(9))
+    (tmp_path / "mine").write_bytes(np.full(9, 7.0).tobytes())
+    with h5py.File(tmp_path / "rock.vtkhdf", "r+") as file:
+        del file["VTKHDF/PointData/E"]
+        mine = [(str(tmp_path / "mine"), 0, 72)]
+        file["VTKHDF/PointData"].create_dataset("E", shape=9, dtype="f8", external=mine)
+    with pytest.raises(InputError, match=r"rock.vtkhdf keeps numbers in another file"):
+        read_field(tmp_path / "rock.vtkhdf", "E")
 
 
 @needs_gmsh

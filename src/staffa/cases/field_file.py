@@ -13,6 +13,7 @@ import numpy as np
 
 from staffa.apart import read_apart
 from staffa.errors import InputError, choices
+from staffa.one_file import require_alone
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them
 # Files that name no others, in which numbers might be that a run does not keep.
@@ -136,6 +137,8 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
 
 def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
     """The same, in this process. counted: the numbers of a `Counting`."""
+    if path.suffix.lower() == ".vtkhdf":
+        require_alone(path, str(path))
     mesh, counting = _mesh(path), Counting(**counted)
     found = dict(mesh.cell_data.items()) | dict(mesh.point_data.items())
     if name not in found:
