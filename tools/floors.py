@@ -6,7 +6,8 @@ from pathlib import Path
 
 # The floors of docs/architecture.md. A package is named by its folder, a module by its file.
 FLOORS = [
-    {"errors", "arguments", "units", "display_units", "records", "backend", "geometry"},
+    {"errors", "arguments", "units", "display_units", "records", "backend"},
+    {"geometry"},
     {"physics"},
     {"loads", "properties"},
     {"model"},
@@ -32,7 +33,6 @@ WITHIN = {
     "units": ["display_units", "errors"],
     "records": ["display_units"],
     "backend": ["errors"],
-    "geometry": ["errors"],
 }
 LIGHT = [
     "staffa",

@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -22,8 +23,10 @@ from staffa.backend.isolation import elsewhere, python
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
+from staffa.properties.mesh_field import read_field
 from staffa.report.html import POLICY
 from staffa.results.series import csv_text
+from staffa.runs import provenance
 from support import meshes
 from support.bodies import needs_gmsh
 from support.paths import BIN
@@ -69,6 +72,8 @@ MODULE = "open({canary!r}, 'w')\n"
 TRAPS = {
     ".petscrc": "-log_view ascii:{folder}/canary-petsc",
     "petscrc": "-log_view ascii:{folder}/canary-petsc",
+    "petsc.cfg": "PETSC_ARCH = {folder}",
+    "ucx.conf": "UCX_LOG_LEVEL=debug\nUCX_LOG_FILE={folder}/canary-ucx\n",
     "dolfinx_jit_options.json": '{{"cache_dir": "{folder}/canary-cache/fenics"}}',
     "ffcx_options.json": '{{"language": "canary", "scalar_type": "canary"}}',
     "matplotlibrc": "text.usetex: True\nbackend: module://canary\nfont.size: nonsense\n",
@@ -117,6 +122,24 @@ def test_one_is_back_after_being_elsewhere(tmp_path: Path, monkeypatch: pytest.M
         assert Path.cwd() == Path("/")
         raise ValueError
     assert Path.cwd() == tmp_path
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="there is no git on the path")
+def test_a_repository_around_the_installed_package_is_not_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its settings name a program that git runs, and its commit is not staffa's."""
+    source = tmp_path / "lib/python3/site-packages/staffa/cases"
+    source.mkdir(parents=True)
+    (tmp_path / "a").write_text("a")
+    trap = f"core.fsmonitor=touch {tmp_path}/canary; false"
+    for words in (["init", "-q"], ["add", "a"], ["config", *trap.split("=", 1)]):
+        subprocess.run(["git", *words], cwd=tmp_path, check=True)
+    monkeypatch.setattr(provenance, "__file__", str(source / "provenance.py"))
+    assert provenance.commit() is None
+    assert not (tmp_path / "canary").exists()
+    subprocess.run(["git", "status", "-s"], cwd=source, check=True, capture_output=True)
+    assert (tmp_path / "canary").exists(), "the trap is none"
 
 
 PERSONAL = ("manifest.json", "report.html", "tips.csv", "a.part", "checkpoint/thesis.h5")
@@ -277,6 +300,34 @@ def test_a_file_of_rock_that_is_none_is_a_sentence(
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and name in done.stderr, (
         done.stderr
     )
+
+
+@needs_gmsh
+def test_gmsh_starts_without_the_settings_of_the_current_folder(tmp_path: Path) -> None:
+    """The PETSc inside of it ran `.petscrc`: it wrote files and loaded libraries named there."""
+    trap = f"-history {tmp_path}/canary"
+    for name in (".petscrc", "petscrc"):
+        (tmp_path / name).write_text(trap)
+    code = "from staffa.geometry.gmsh_model import opened\nwith opened('a', 'b'): pass"
+    subprocess.run(python(code), cwd=tmp_path, check=True)
+    assert not (tmp_path / "canary").exists()
+
+
+def test_a_field_that_keeps_its_numbers_elsewhere_is_refused(tmp_path: Path) -> None:
+    """VTK read them, from any file of the user's, and the run kept them."""
+    import pyvista
+
+    grid = pyvista.ImageData(dimensions=(3, 3, 1)).cast_to_unstructured_grid()
+    grid.point_data["E"] = np.arange(9.0)
+    grid.save(tmp_path / "rock.vtkhdf")
+    assert read_field(tmp_path / "rock.vtkhdf", "E").values.tolist() == list(range(9))
+    (tmp_path / "mine").write_bytes(np.full(9, 7.0).tobytes())
+    with h5py.File(tmp_path / "rock.vtkhdf", "r+") as file:
+        del file["VTKHDF/PointData/E"]
+        mine = [(str(tmp_path / "mine"), 0, 72)]
+        file["VTKHDF/PointData"].create_dataset("E", shape=9, dtype="f8", external=mine)
+    with pytest.raises(InputError, match=r"rock.vtkhdf keeps numbers in another file"):
+        read_field(tmp_path / "rock.vtkhdf", "E")
 
 
 @needs_gmsh
