@@ -7,7 +7,7 @@ from figures import Figure, Found
 from runs import ROOT, ready_case
 from slit import END, HEIGHT, START, Slit, slit
 
-from staffa.heat.thermal_body import Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Dirichlet, Insulating
 
 sys.path.insert(0, str(ROOT / "tests"))
 CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
@@ -68,7 +68,7 @@ def smeared(ell: float, residual: float = 1e-5) -> Slit:
 
     n = round(4 / ell)
     n += 1 - n % 2  # the crack in the middle of a row of cells
-    ends = (Held(side="bottom", T=lambda x, t: 0.0), Held(side="top", T=lambda x, t: 1.0))
+    ends = (Dirichlet(side="bottom", T=lambda x, t: 0.0), Dirichlet(side="top", T=lambda x, t: 1.0))
     conduction = Conduction(
         k=tensor(1.0, 1.0),
         rho_c=1.0,

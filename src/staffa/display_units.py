@@ -107,7 +107,9 @@ class Magnitudes:
     stress: float = 1e6
 
 
-def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None) -> Shown:
+def choose_display_units(
+    dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None
+) -> Shown:
     """Choose the units of a run that has units: the written ones, else readable prefixes.
 
     Parameters

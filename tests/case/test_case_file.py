@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case, read_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
@@ -130,7 +130,7 @@ cracks = { h = "50 W/(m^2 K)", T = "0 °C" }
 [time]
 t = { start = "1 s", stop = "10 min", steps = 30 }
 """
-CASES = {name: ready_cases.text(name) for name in ready_cases.names()} | {
+CASES = {name: ready_cases.text(name) for name in ready_cases.ready_case_names()} | {
     "scaled": SCALED,
     "in units": IN_UNITS,
     "pulled in units": PULLED_IN_UNITS,
@@ -158,7 +158,7 @@ def test_what_is_written_reads_back_as_the_same_case(name, explained):
     again = parse_case(text)
     assert again == case
     assert to_toml(again, explained=explained) == text, "numbers are kept as they were written"
-    assert numbers(again) == numbers(case)
+    assert derived_numbers(again) == derived_numbers(case)
 
 
 @pytest.mark.parametrize("title", NASTY, ids=ascii)
@@ -264,7 +264,7 @@ def test_a_setting_may_have_a_unit():
 
 
 def test_the_same_body_in_units_and_scaled_is_the_same():
-    scaled, units = numbers(parse_case(SCALED)), numbers(parse_case(IN_UNITS))
+    scaled, units = derived_numbers(parse_case(SCALED)), derived_numbers(parse_case(IN_UNITS))
     assert scaled.severity == pytest.approx(units.severity, rel=1e-9)
     assert scaled.dT / scaled.dT_c == pytest.approx(units.dT / units.dT_c, rel=1e-9)
     assert scaled.ell0 / scaled.L == pytest.approx(units.ell0 / units.L, rel=1e-9)

@@ -6,7 +6,7 @@ from staffa.case.check import mesh_warnings
 from staffa.case.check.preview import Preview, preview
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 
 GOOD = """
 [domain]
@@ -555,7 +555,7 @@ NOTED = {
 }
 
 
-@pytest.mark.parametrize("name", ready_cases.names())
+@pytest.mark.parametrize("name", ready_cases.ready_case_names())
 def test_a_ready_case_is_warned_and_told_of_what_is_known_and_no_more(name, monkeypatch):
     monkeypatch.setattr(
         mesh_warnings, "find_spec", lambda package: package
@@ -580,18 +580,18 @@ def test_cells_of_up_to_half_ell_are_noted_with_the_toughness_that_they_make() -
 def test_no_warning_is_one_that_most_ready_cases_get():
     given = [part for parts in EXPECTED.values() for part in parts]
     counts = [given.count(part) for part in given]
-    assert max(counts) < len(ready_cases.names()) / 3
+    assert max(counts) < len(ready_cases.ready_case_names()) / 3
 
 
 # Says itself that it is for hours on many ranks.
 LARGE = ("ceramic-quench",)
 
 
-@pytest.mark.parametrize("name", ready_cases.names())
+@pytest.mark.parametrize("name", ready_cases.ready_case_names())
 def test_a_ready_case_has_a_short_title_and_a_size_for_a_laptop(name):
     case = ready_cases.ready_case(name)
     cells, unknowns = (
-        numbers(case),
+        derived_numbers(case),
         fact(preview(case), "unknowns").removeprefix("about ").split(" ")[0],
     )
     assert 10 < len(case.title) < 70 and cells.times

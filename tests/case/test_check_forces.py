@@ -7,7 +7,7 @@ import pytest
 
 from staffa.case.check.preview import Preview, preview
 from staffa.case.reading.read import parse_case
-from staffa.case.rules.stress_at_rest import at_rest
+from staffa.case.rules.stress_at_rest import normal_stresses_at_rest
 from staffa.errors import InputError
 
 E, NU, GC, EXPANSION, ELL = 65e9, 0.3, 61.5, 6e-6, 0.03
@@ -169,7 +169,7 @@ def test_the_stress_at_rest_is_that_of_a_block_in_equilibrium():
         ),
     )
     y = np.array([0.0, 0.2, 0.5])
-    found = at_rest(case, np.array([0 * y + 0.5, y, 0 * y]))
+    found = normal_stresses_at_rest(case, np.array([0 * y + 0.5, y, 0 * y]))
     upright = -2750 * 10 * (0.5 - y)
     assert found is not None
     assert found[1] == pytest.approx(upright)

@@ -19,13 +19,13 @@ from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.schema.toml_text import inline, to_toml
 from staffa.errors import InputError
-from staffa.geometry.simplices import outline
+from staffa.geometry.simplices import mesh_outline
 from staffa.properties.mesh_field import read_field
 from support import meshes
 from support.bodies import needs_gmsh
 from support.paths import BIN
 
-TEXTS = {name: ready_cases.text(name) for name in ready_cases.names()}
+TEXTS = {name: ready_cases.text(name) for name in ready_cases.ready_case_names()}
 RICH = """
 [domain]
 size = [1.0, 0.5]
@@ -311,7 +311,7 @@ def test_a_mutated_file_is_read_or_refused_in_one_sentence(
         file.write_bytes(mutated(whole[end], changes))
         try:
             if end == ".msh":
-                outline(mesh_of(file, 1.0, file.name))
+                mesh_outline(mesh_of(file, 1.0, file.name))
             else:
                 read_field(file, "E")
         except InputError as error:

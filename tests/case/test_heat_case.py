@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from staffa.case.reading.read import parse_case
-from staffa.case.scales.case_scales import numbers
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.case_scales import derived_numbers
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.values.heat_equation import conduction
 from staffa.errors import InputError
-from staffa.heat.thermal_body import Bath, Film, Held, Inflow, Insulating
+from staffa.heat.thermal_body import Dirichlet, FluidFilledCrack, Insulating, Neumann, Robin
 from staffa.physics.scales import time_of_tau
 from staffa.properties.formula import formula
 
@@ -89,12 +89,12 @@ def test_the_heat_equation_has_the_numbers_of_the_case():
 
 def test_each_side_does_what_the_case_says_of_it():
     left, bottom, top = conduction(case()).sides
-    assert isinstance(left, Held) and left.side == "left" and at(left.T, 7.0) == [6, 6, 6]
-    assert isinstance(bottom, Film) and bottom.side == "bottom"
+    assert isinstance(left, Dirichlet) and left.side == "left" and at(left.T, 7.0) == [6, 6, 6]
+    assert isinstance(bottom, Robin) and bottom.side == "bottom"
     assert at(bottom.T, 2.0) == [3.0, 3.5, 5.0]
     table = {t: at(bottom.h, t)[0] for t in (0.0, 1.0, 2.0, 3.0, 9.0)}
     assert table == {0.0: 0.0, 1.0: 0.0, 2.0: 4.0, 3.0: 8.0, 9.0: 8.0}
-    assert isinstance(top, Inflow) and top.side == "top" and at(top.q) == [-0.25] * 3
+    assert isinstance(top, Neumann) and top.side == "top" and at(top.q) == [-0.25] * 3
 
 
 def test_a_body_in_3d_has_three_conductivities_and_six_sides():
@@ -121,7 +121,7 @@ def test_cracks_hinder_heat_or_are_full_of_a_fluid():
     hinder = conduction(case("heat.cracks={conductivity=0.01}")).cracks
     assert hinder == Insulating(residual=0.01)
     fluid = conduction(case('heat.cracks={h=2.0,T={formula="y + t"}}')).cracks
-    assert isinstance(fluid, Bath) and at(fluid.h) == [2, 2, 2]
+    assert isinstance(fluid, FluidFilledCrack) and at(fluid.h) == [2, 2, 2]
     assert at(fluid.T, 1.0) == [1.0, 1.5, 2.0]
 
 
@@ -133,7 +133,7 @@ def test_a_source_and_a_stress_free_temperature_are_taken_over():
 
 @pytest.mark.parametrize(("face", "kappa", "L"), [("bottom", 2.0, 1.0), ("left", 3.0, 2.0)])
 def test_heat_diffuses_across_the_face_as_the_rock_conducts_there(face, kappa, L):
-    found = numbers(case(f"temperature.face={face}", "time={tau=[0.1,0.4]}"))
+    found = derived_numbers(case(f"temperature.face={face}", "time={tau=[0.1,0.4]}"))
     assert (found.kappa, found.L) == (kappa, L)
     assert found.times == tuple(time_of_tau(tau, kappa=kappa, L=L) for tau in (0.1, 0.4))
 
@@ -155,7 +155,7 @@ DROPS = [
 
 @pytest.mark.parametrize(("bottom", "drop"), DROPS)
 def test_the_drop_is_that_of_the_face_or_else_of_the_coldest_side(bottom, drop):
-    found = numbers(case(f"heat.bottom={bottom}", "damage.split=none"))
+    found = derived_numbers(case(f"heat.bottom={bottom}", "damage.split=none"))
     assert found.dT == pytest.approx(drop, rel=1e-12)
     assert found.severity == pytest.approx(drop, rel=1e-12), "L = E = Gc = expansion = 1"
     assert found.ell0 == pytest.approx(1 / drop**2, rel=1e-12)
@@ -163,14 +163,14 @@ def test_the_drop_is_that_of_the_face_or_else_of_the_coldest_side(bottom, drop):
 
 
 def test_a_body_that_is_only_heated_has_no_drop_and_no_unit_of_spacing():
-    found = numbers(case("heat={initial=1.0,bottom={T=3.0}}"))
+    found = derived_numbers(case("heat={initial=1.0,bottom={T=3.0}}"))
     assert (found.dT, found.severity, found.ell0) == (0.0, 0.0, None)
     assert found.dT_c is not None and found.table()["dT"] == 0.0
 
 
 def test_a_film_keeps_the_surface_warmer_than_its_bath():
     """b = h sqrt(kappa t)/k: the drop is dT (1 - exp(b^2) erfc(b)), .57242 at b = 1."""
-    (film,) = exchanges(case("heat={initial=9.0,bottom={h=1.0,T=4.0}}"))
+    (film,) = surface_exchanges(case("heat={initial=9.0,bottom={h=1.0,T=4.0}}"))
     assert (film.where, film.drop, film.rise, film.film) == ("bottom", 5.0, 0.0, 0.5)
     assert film.reached == pytest.approx(5 * 0.5724164, rel=1e-6)
     assert not film.at_once and strongest([film], "top") is film
@@ -179,7 +179,7 @@ def test_a_film_keeps_the_surface_warmer_than_its_bath():
 def test_a_side_held_at_what_the_rock_has_there_neither_cools_nor_heats_it():
     """In units 20 °C and a formula's 293.15 may differ by round-off."""
     held = 'heat={initial=293.15,bottom={T={formula="293.15 + 1e-11*t"}}}'
-    (same,) = exchanges(case(held))
+    (same,) = surface_exchanges(case(held))
     assert (same.drop, same.rise) == (0.0, 0.0)
 
 

@@ -9,9 +9,9 @@ import pytest
 from pydantic import BaseModel
 
 from staffa.case.reading.messages import _models_in
-from staffa.case.reading.ready_cases import names, ready_case
+from staffa.case.reading.ready_cases import ready_case, ready_case_names
 from staffa.case.schema.case import Case
-from staffa.case.schema.field_types import Section
+from staffa.case.schema.field_types import CaseTable
 
 KEYWORDS = {
     *("$defs", "$ref", "additionalProperties", "anyOf", "const", "default", "description", "enum"),
@@ -65,7 +65,7 @@ def test_the_schema_is_one_and_survives_json(schema: dict[str, Any]) -> None:
 
 def test_every_key_of_every_table_stands_in_it(schema: dict[str, Any]) -> None:
     found = tables(Case, {})
-    assert len(found) > 30 and all(issubclass(model, Section) for model in found.values())
+    assert len(found) > 30 and all(issubclass(model, CaseTable) for model in found.values())
     for name, model in found.items():
         written = schema if name == "Case" else schema["$defs"][name]
         assert set(written["properties"]) == set(model.model_fields), name
@@ -83,7 +83,7 @@ def test_a_quantity_is_a_number_or_a_text_with_a_unit(schema: dict[str, Any]) ->
     assert gamma["anyOf"][0] == {"type": "number", "minimum": 0}
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", ready_case_names())
 def test_a_case_becomes_json_with_its_quantities_as_they_were_given(name: str) -> None:
     case = ready_case(name)
     written = json.loads(case.model_dump_json())

@@ -116,7 +116,7 @@ def test_every_case_that_the_readme_names_is_a_ready_one() -> None:
     named = [words[1] for words in commands() if words[0] == "new"]
     named += re.findall(r'ready_case\("([^"]+)"\)', text)
     named += re.findall(r"src/staffa/case/ready/(\w[\w-]*)\.toml", text)
-    assert named and set(named) <= set(ready_cases.names()), f"{named}"
+    assert named and set(named) <= set(ready_cases.ready_case_names()), f"{named}"
 
 
 def test_every_target_of_make_that_the_readme_names_exists() -> None:

@@ -14,7 +14,7 @@ from staffa.evolution.schedule import Pace, schedule
 from staffa.evolution.system import build
 from staffa.measure.growth import crack_advance
 from staffa.model.fields import vertices
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.scales import tau_of_time, time_of_tau
 from staffa.records.step import kept
 from support.bodies import body, quench, rock, run
@@ -35,7 +35,9 @@ def time_at(clock: float) -> float:
 
 def plate(**more) -> Problem:
     """A cooled cell, held at its sides, whose face cracks at tau = .12; two times are asked for."""
-    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    sides = tuple(
+        SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+    )
     pace = Pace(
         shortest=SHORTEST, longest=LONGEST, advance=ADVANCE, growth=0.5, clock=tau, time_at=time_at
     )

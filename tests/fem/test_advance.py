@@ -16,9 +16,9 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.loads.forces import Forces, Traction
 from staffa.model.fields import owned
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import AT1, AT2, is_quadratic
-from staffa.records.step import Effort, Step, Stop
+from staffa.records.step import SolverStatistics, Step, Stop
 from support.bodies import body, quench, rock
 from support.paths import TESTS
 
@@ -80,7 +80,7 @@ def test_without_newton_where_it_fails() -> None:
 
     broken = with_solvers(system, Failing(system, just_moved))
     steps = list(march(problem, broken))
-    assert steps[0].effort == Effort(plain=1), "done by plain sweeps alone"
+    assert steps[0].effort == SolverStatistics(plain=1), "done by plain sweeps alone"
     assert sum(step.effort.halvings for step in steps) == 0
     expected = [step.energies.total for step in reference(problem)]
     assert [step.energies.total for step in steps] == pytest.approx(expected, rel=1e-6)
@@ -187,7 +187,7 @@ def test_a_displacement_that_is_not_a_number_is_not_tried_again() -> None:
     pulled = SideSupport(
         side="right", components={0: lambda x, t: np.nan if t > 0.004 else 0.01 * t}
     )
-    sides = (SideSupport(side="left", components={0: at_rest}), pulled)
+    sides = (SideSupport(side="left", components={0: no_displacement}), pulled)
     system = build(problem := cooled(sides=sides))
     steps = []
     with pytest.raises(SolveError, match="displacement that is not finite"):

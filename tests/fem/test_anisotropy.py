@@ -18,7 +18,7 @@ from staffa.minimize.alternate import equilibrium
 from staffa.model.domain import block
 from staffa.model.energy import Energy
 from staffa.model.fields import linear_spaces, vertices, zero_state
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import AT2
 from staffa.physics.elasticity import (
     Elasticity,
@@ -337,9 +337,9 @@ def test_layers_in_series_share_the_stretch() -> None:
     """Held above and below, pulled and cold: one stress in both, linear displacement in each."""
     T, pull = -0.05, 0.02
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: pull}),
-        *(SideSupport(side=s, components={1: at_rest}) for s in ("bottom", "top")),
+        *(SideSupport(side=s, components={1: no_displacement}) for s in ("bottom", "top")),
     )
     problem = layered(sides=sides)
     system = build(problem)
@@ -363,7 +363,7 @@ def test_layers_in_series_share_the_stretch() -> None:
 
 def cooled(comm: MPI.Comm) -> Problem:
     """The layers, their toughness with directions too, cooled from below until they crack."""
-    sides = tuple(SideSupport(side=s, components={0: at_rest}) for s in ("left", "right"))
+    sides = tuple(SideSupport(side=s, components={0: no_displacement}) for s in ("left", "right"))
     problem = layered(comm, sides=sides, load=quench(8.0), times=(0.002, 0.01))
     rocks = {name: replace(m, roughness=ROUGHNESS) for name, m in problem.regions.items()}
     return replace(problem, regions=rocks)

@@ -11,15 +11,15 @@ from staffa.evolution import advance, apply_loads, equilibrate
 from staffa.evolution.load_path import integral
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Irreversibility, Problem
-from staffa.evolution.restart_state import Standing
+from staffa.evolution.restart_state import RestartState
 from staffa.evolution.system import System, build
-from staffa.heat.thermal_body import Conduction, Held
+from staffa.heat.thermal_body import Conduction, Dirichlet
 from staffa.heat.transient import HeatEquation
 from staffa.loads.closed_form import HalfSpace
 from staffa.minimize import alternate
 from staffa.minimize.bounded import TaoSolver
 from staffa.model.energy import Energy
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import NO_SPLIT, SPLITS
 from staffa.records.step import Step, Stop
 from support.bodies import BOTTOM, Unbreakable, body, quench, rock
@@ -51,7 +51,7 @@ def reheated(**changes) -> Problem:
 
 def heated() -> Problem:
     """Cooled by conduction from below."""
-    held = Held(side="bottom", T=lambda x, t: -8.0)
+    held = Dirichlet(side="bottom", T=lambda x, t: -8.0)
     return cooled(load=Conduction(k=tensor(1.0, 1.0), rho_c=1.0, initial=still, sides=(held,)))
 
 
@@ -175,9 +175,9 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
     keep = Observers(keep=lambda standing, now: kept.append(standing))
     system = build(problem)
     list(march(problem, system, keep))
-    middle: Standing = kept[1]
+    middle: RestartState = kept[1]
 
-    def goes_on(standing: Standing) -> list[Step]:
+    def goes_on(standing: RestartState) -> list[Step]:
         return list(march(problem, system, standing=standing))
 
     assert [step.audit.violations for step in goes_on(middle)] == [()]
@@ -190,7 +190,7 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
 
 def test_a_minimum_that_is_none_is_named(monkeypatch) -> None:
     """A minimization that takes any force for balanced; the audit looks at the state itself."""
-    monkeypatch.setattr(alternate, "unbalanced", lambda *arguments: 0.0)
+    monkeypatch.setattr(alternate, "projected_gradient", lambda *arguments: 0.0)
     problem = cooled(stop=Stop(change=0.9, residual=1e-3))
     plain = replace(problem, solvers=replace(problem.solvers, acceleration="none"))
     said(ran(plain), "the first-order residual is")
@@ -218,7 +218,7 @@ def test_work_of_pushing_and_pulling_by_a_closed_form() -> None:
     """A bar whose layers answer pressure ten times as stiffly as tension, pushed and then pulled:
     the work of each half of the way is its energy, of the whole way the difference."""
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: 0.01 * (t - 2) * (t > 0)}),
     )
 

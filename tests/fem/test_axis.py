@@ -13,18 +13,18 @@ from scipy.special import j0, j1, jn_zeros
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case, read_case
 from staffa.errors import InputError
-from staffa.evolution.effective_toughness import toughness_factor
+from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.geometry.simplices import Simplices
-from staffa.heat.thermal_body import Conduction, Film, Held
+from staffa.heat.thermal_body import Conduction, Dirichlet, Robin
 from staffa.loads.forces import Forces, Traction
 from staffa.model import axis
 from staffa.model.domain import block, middles
 from staffa.model.domain import body as make_body
 from staffa.model.fields import owned, vertices
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records.step import Step
 from staffa.results.radial import radial, radial_steps
@@ -34,7 +34,7 @@ from support.heated import Heated, tensor
 
 E, NU, EXPANSION = 2.0, 0.3, 0.01
 A, B, HIGH = 1.0, 2.0, 0.25  # radii and height of a hollow cylinder
-ENDS = tuple(SideSupport(side=side, components={1: at_rest}) for side in ("bottom", "top"))
+ENDS = tuple(SideSupport(side=side, components={1: no_displacement}) for side in ("bottom", "top"))
 STRONG = rock(
     E=E, nu=NU, expansion=EXPANSION, ell=0.3, Gc=1e6, state="axisymmetric", residual_stiffness=1e-9
 )
@@ -226,7 +226,7 @@ def test_rock_bedded_across_the_axis_strains_by_its_compliances() -> None:
     )
     material = replace(STRONG, elasticity=bedded, expansion=np.diag([0.01, 0.03, 0.01]))
     side = Traction(side="right", pressure=lambda x, t: np.full(x.shape[1], t * p))
-    floor = SideSupport(side="bottom", components={1: at_rest})
+    floor = SideSupport(side="bottom", components={1: no_displacement})
     load = Of(lambda r: 0.0 * r + T)
     forces = Forces(sides=(side,))
     plain = body((1.0, 0.5), 0.25, material=material, load=load, sides=(floor,), forces=forces)
@@ -280,7 +280,7 @@ def test_a_pressed_penny_crack_opens_as_sneddons() -> None:
 def test_steady_heat_through_a_hollow_cylinder_has_a_logarithmic_profile() -> None:
     """Between walls at 100 and 0 K; what crosses in a time is 2 pi k DT height/log(B/A) of it."""
     k, DT = 3.0, 100.0
-    sides = (Held(side="left", T=lambda x, t: DT), Held(side="right", T=lambda x, t: 0.0))
+    sides = (Dirichlet(side="left", T=lambda x, t: DT), Dirichlet(side="right", T=lambda x, t: 0.0))
     start = lambda x: DT * np.log(B / x[0]) / log(B / A)  # noqa: E731
     conduction = Conduction(k=tensor(k, k), rho_c=2.0, initial=start, sides=sides)
     heated = Heated((B - A, HIGH), 0.05, conduction, axial=True, hole=A)
@@ -299,7 +299,7 @@ def test_a_quenched_cylinder_cools_as_bessels_series() -> None:
         k=tensor(k, k),
         rho_c=rho_c,
         initial=lambda x: np.full(x.shape[1], T0),
-        sides=(Held(side="right", T=lambda x, t: 0.0),),
+        sides=(Dirichlet(side="right", T=lambda x, t: 0.0),),
     )
     heated = Heated((B, HIGH), 0.05, conduction, axial=True)
     zeros = jn_zeros(0, 60)[:, None]
@@ -315,7 +315,7 @@ def test_a_quenched_cylinder_cools_as_bessels_series() -> None:
 def test_nothing_warms_in_a_quenched_cylinder(cells: str) -> None:
     """From a diffusion length of a hundredth of a cell on, with its wall and its bottom cold."""
     cold = lambda x, t: -1.0  # noqa: E731
-    sides = (Held(side="bottom", T=cold), Held(side="right", T=cold))
+    sides = (Dirichlet(side="bottom", T=cold), Dirichlet(side="right", T=cold))
     conduction = Conduction(k=tensor(1.0, 1.0), rho_c=1.0, initial=lambda x: 0 * x[0], sides=sides)
     heated, worst = Heated((0.5, 0.5), 0.05, conduction, cells=cells, axial=True), 0.0
     for length in 0.05 * 2.0 ** np.arange(-7, 3):
@@ -353,7 +353,7 @@ def sphere(n: int, pressure: float) -> Problem:
     mesh = Simplices(x=x.reshape(-1, 2), cells=cells, regions={}, faces=faces, cracks={})
     section = make_body(MPI.COMM_WORLD, lambda: mesh, axial=True)
     side = Traction(side="inside", pressure=lambda x, t: np.full(x.shape[1], t * pressure))
-    floor = SideSupport(side="floor", components={1: at_rest})
+    floor = SideSupport(side="floor", components={1: no_displacement})
     plain = body((1.0, 1.0), 0.5, material=STRONG, sides=(floor,), forces=Forces(sides=(side,)))
     return replace(plain, domain=section)
 
@@ -456,8 +456,8 @@ def test_a_borehole_behind_a_film_takes_heat_as_two_resistances_in_series() -> N
     k, h, DT = 3.0, 8.0, 40.0
     flow = 2 * pi * k * DT / (log(B / A) + k / (h * A))
     sides = (
-        Film(side="left", h=lambda x, t: h, T=lambda x, t: 300.0 - DT),
-        Held(side="right", T=lambda x, t: 300.0),
+        Robin(side="left", h=lambda x, t: h, T=lambda x, t: 300.0 - DT),
+        Dirichlet(side="right", T=lambda x, t: 300.0),
     )
     start = lambda x: 300.0 - flow / (2 * pi * k) * np.log(B / x[0])  # noqa: E731
     conduction = Conduction(k=tensor(k, k), rho_c=2.0, initial=start, sides=sides)
@@ -493,7 +493,7 @@ def test_a_growing_penny_crack_costs_the_effective_toughness_at_its_front() -> N
     """Sneddon's G = 4 p^2 a/(pi E') with a from p and the volume, 16 p a^3/(3 E'). A crack spends
     energy as far as its front's damage goes, c beyond a: G 2 pi a = Gc_eff 2 pi (a + c)."""
     problem = make_problem(parse_case(GROWN))
-    steps, factor, E_prime = run(problem), toughness_factor(problem), 1 / (1 - 0.2**2)
+    steps, factor, E_prime = run(problem), effective_gc_ratio(problem), 1 / (1 - 0.2**2)
     found = []
     for step in steps:
         assert not step.audit.violations

@@ -10,15 +10,15 @@ from staffa.errors import SolveError
 from staffa.evolution import backtrack, second_order
 from staffa.evolution import march as loop
 from staffa.evolution.advance import advance_to
-from staffa.evolution.backtrack import History, better_earlier
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.backtrack import StepHistory, better_earlier
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Irreversibility, Problem
 from staffa.evolution.system import build
 from staffa.loads.closed_form import Face, HalfSpace, Load
 from staffa.minimize.alternate import equilibrium
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.records.step import kept
 from support.bodies import body, rock, run
 
@@ -34,7 +34,7 @@ def weakest(x: np.ndarray) -> np.ndarray:
 def bar(times=None, *, backtracking: Backtracking | None = DEFAULT, **more) -> Problem:
     """A bar of length 1, pulled; by Griffith it breaks long before its strength is reached."""
     pulled = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t}),
     )
     material = rock(ell=ELL, nu=0.0, toughness=weakest)
@@ -51,7 +51,9 @@ def bar(times=None, *, backtracking: Backtracking | None = DEFAULT, **more) -> P
 
 def front(backtracking: Backtracking | None = DEFAULT, *, load: Load | None = None) -> Problem:
     """The bar held at both ends and cooled from one: a load that is not in proportion to time."""
-    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    sides = tuple(
+        SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+    )
     load = load or HalfSpace(dT=8.0, kappa=1.0, face=Face(axis=0, position=0.0, inward=1))
     times = np.linspace(0.05, 0.4, 15) ** 2
     return bar(times, backtracking=backtracking, sides=sides, load=load)
@@ -65,7 +67,7 @@ def broken_from(steps) -> float:
 def test_a_bar_breaks_when_that_is_better_and_not_when_it_must() -> None:
     """Elastic energy E strain^2/2 against Gc; without, at the strength sqrt(3 Gc E/(8 ell))."""
     problem = bar()
-    factor = discrete_toughness(problem.material, dim=2, h=H, cells="quadrilateral")
+    factor = effective_gc(problem.material, dim=2, h=H, cells="quadrilateral")
     step = 0.2
     griffith, strength = sqrt(2 * 0.98 * factor), sqrt(3 / (8 * ELL))
     with_it = broken_from(kept(run(problem)))
@@ -126,7 +128,7 @@ def test_looking_back_factorizes_once_and_leaves_the_state() -> None:
     problem = bar((0.5, 0.7, 0.9, 2.0, 2.9))
     system = build(problem)
     state, elastic = system.state, system.alternation.elastic
-    history = History(state)
+    history = StepHistory(state)
     start = Loads(time=0.0, values=system.supports.values(0.0))
     for time in problem.schedule.times:
         end = Loads(time=time, values=system.supports.values(time))

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from staffa.backend.parallel import max_over_ranks
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.minimize.alternate import reactions
+from staffa.minimize.alternate import support_reactions
 from staffa.model.domain import block
 from staffa.model.fields import vertices
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import LAWS
 from staffa.records.step import Step, Stop
 from support.bodies import body, rock
@@ -35,7 +35,7 @@ def material(law: str, **changes):
 
 def bar(law: str, cells: str, strains, **changes) -> Problem:
     pulled = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t * LENGTH}),
     )
     return body(
@@ -54,7 +54,7 @@ def pull(problem: Problem) -> tuple[list[Step], list[float], System]:
     system = build(problem)
     steps, stresses = [], []
     for step in march(problem, system):
-        forces = reactions(system.alternation)
+        forces = support_reactions(system.alternation)
         moving = system.supports.values(1.0) > 0
         steps.append(step)
         stresses.append(forces[moving].sum() / HEIGHT)
@@ -79,7 +79,7 @@ def test_broken_bar(law: str, cells: str) -> None:
     problem = bar(law, cells, strains, toughness=weaker_middle)
     steps, stresses, system = pull(problem)
     assert abs(stresses[-1]) < 0.01 * STRENGTH[law]
-    factor = discrete_toughness(problem.material, dim=2, h=H, cells=cells)
+    factor = effective_gc(problem.material, dim=2, h=H, cells=cells)
     paid = system.energy.crack_length()
     assert paid == pytest.approx(HEIGHT * factor, rel=0.01), f"{paid / HEIGHT:.4f}, {factor:.4f}"
     # What is left is the residual stiffness stretched: k_res E opening^2/(2 h) = 1.5e-3, by hand.
@@ -108,7 +108,7 @@ THIN, COARSE = 0.12, 1 / 25
 def solid_bar(cells: str, strains, **changes) -> Problem:
     """Pulled along x, its other sides free; AT1."""
     pulled = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t * LENGTH}),
     )
     return body(
@@ -131,7 +131,7 @@ def test_a_solid_bar_is_elastic_up_to_its_strength(cells: str) -> None:
     damage, stresses = [], []
     for _ in march(problem, system):
         moving = system.supports.values(1.0) > 0
-        forces = reactions(system.alternation)[moving].sum()
+        forces = support_reactions(system.alternation)[moving].sum()
         stresses.append(system.state.u.function_space.mesh.comm.allreduce(forces) / THIN**2)
         damage.append(max_over_ranks(MPI.COMM_WORLD, system.state.alpha.x.array))
     system.destroy()
@@ -148,9 +148,9 @@ def test_a_broken_solid_bar_has_paid_for_its_section(cells: str) -> None:
     system = build(problem)
     steps = list(march(problem, system))
     moving = system.supports.values(1.0) > 0
-    stress = reactions(system.alternation)[moving].sum() / THIN**2
+    stress = support_reactions(system.alternation)[moving].sum() / THIN**2
     assert abs(stress) < 0.01 * STRENGTH["AT1"], f"{stress}"
-    factor = discrete_toughness(problem.material, dim=3, h=COARSE, cells=cells)
+    factor = effective_gc(problem.material, dim=3, h=COARSE, cells=cells)
     paid = system.energy.crack_length() / THIN**2
     assert paid == pytest.approx(factor, rel=0.01), f"{paid:.4f}, {factor:.4f}"
     assert steps[-1].energies.elastic < 1e-2 * steps[-1].energies.surface
@@ -172,7 +172,7 @@ def test_discrete_toughness_is_near_its_first_guess(law: str, cells: str) -> Non
     dim = 2 if cells in ("quadrilateral", "triangle") else 3
     ell = ELL
     for h in (ELL / 3, ELL / 6):
-        factor = discrete_toughness(material(law), dim=dim, h=h, cells=cells)
+        factor = effective_gc(material(law), dim=dim, h=h, cells=cells)
         guess = 1 + h / (4 * LAWS[law].c_w * ell)
         assert abs(factor - guess) < 0.3 * (guess - 1), f"h = ell/{ell / h:.0f}: {factor}, {guess}"
 
@@ -180,5 +180,5 @@ def test_discrete_toughness_is_near_its_first_guess(law: str, cells: str) -> Non
 def test_discrete_toughness_agrees_between_ranks() -> None:
     """It is measured on one rank's own strip: the same number everywhere."""
     domain = block(MPI.COMM_WORLD, size=(1.0, 1.0), h=0.5, cells="quadrilateral")
-    factor = discrete_toughness(material("AT1"), dim=2, h=H, cells="quadrilateral")
+    factor = effective_gc(material("AT1"), dim=2, h=H, cells="quadrilateral")
     assert domain.comm.allreduce(factor, op=MPI.MAX) == factor

@@ -9,7 +9,7 @@ from staffa.case.reading.read import parse_case
 from staffa.evolution.problem import Problem
 from staffa.geometry.block import SIDES, face_position, opposite
 from staffa.loads.closed_form import Convective, Face, HalfSpace, NoLoad, Slab
-from staffa.model.supports import Section
+from staffa.model.supports import GeneralizedPlaneStrain
 from staffa.physics.damage import AT2
 from staffa.records.step import Stop
 from staffa.setup.build import problem
@@ -84,8 +84,8 @@ ARRIVALS = [
     (("domain.h=0.3",), "domain.h", 2 / 7),
     ((), "section", None),
     (('supports.section="fixed"',), "section", None),
-    (('supports.section="stretch"',), "section", Section(bending=False)),
-    (('supports.section="free"',), "section", Section(bending=True)),
+    (('supports.section="stretch"',), "section", GeneralizedPlaneStrain(bending=False)),
+    (('supports.section="free"',), "section", GeneralizedPlaneStrain(bending=True)),
 ]
 
 

@@ -11,7 +11,7 @@ from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
 from staffa.results.summary import summary
 from staffa.runs.run import run
@@ -77,7 +77,7 @@ def test_what_a_soft_layer_carries_is_found(displacement: str, split: str) -> No
     """A residual that is small beside the forces of stiff rock is not small beside those there:
     issue 192 of mkofler96/KoFEM has a solver that takes such for solved."""
     sides = (
-        SideSupport(side="bottom", components={1: at_rest}),
+        SideSupport(side="bottom", components={1: no_displacement}),
         SideSupport(side="top", components={1: lambda x, t: 0.1 * t}),
     )
     material = rock(E=layered, nu=0.0, Gc=1e6, ell=0.3, split=SPLITS[split])
@@ -96,9 +96,9 @@ def test_a_weight_does_not_hide_what_else_acts(displacement: str) -> None:
     is large made ASPECT's solver stop too early (geodynamics/aspect, pull request 109)."""
     pulled = SideSupport(side="right", components={0: lambda x, t: 1e-6 * t})
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="bottom", components={1: at_rest}),
-        SideSupport(side="top", components={1: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
+        SideSupport(side="bottom", components={1: no_displacement}),
+        SideSupport(side="top", components={1: no_displacement}),
         pulled,
     )
     material = rock(nu=0.0, Gc=1e9, ell=0.3, rho=1.0)

@@ -10,15 +10,15 @@ import pytest
 from fem.test_bar import HEIGHT, STRAIN, bar, pull
 from fem.test_bar import weaker_middle as weaker
 from staffa.case.reading.read import parse_case
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.problem import Problem, nowhere
 from staffa.evolution.system import build
-from staffa.geometry.block import broken_layer
+from staffa.geometry.block import broken_layer_thickness
 from staffa.minimize.alternate import equilibrium
 from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, vertices
 from staffa.model.initial_cracks import FlatCrack, broken
-from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.physics.damage import LAWS, effective_gc_factor
 from staffa.setup.build import problem
 from staffa.setup.toughness_and_cracks import cracked
 from support.bodies import needs_gmsh, rock
@@ -147,10 +147,10 @@ def test_the_cells_of_a_block_that_its_middle_cuts_are_its_middle_layer(cells: s
 def test_a_straight_crack_is_tougher_than_on_a_block_by_its_uneven_layer(law: str) -> None:
     """1.111 of AT1 at ell = 4 h, where blocks have 1.096; scatter .003 from mesh to mesh."""
     material = rock(ell=0.1, law=LAWS[law])
-    factor = discrete_toughness(material, dim=2, h=0.025, cells="unstructured")
-    even = discrete_toughness(material, dim=2, h=0.025, cells="quadrilateral")
-    layer = broken_layer(2, "unstructured")
-    said = discrete_toughness_factor(LAWS[law], h=0.025 * layer, ell=0.1)
+    factor = effective_gc(material, dim=2, h=0.025, cells="unstructured")
+    even = effective_gc(material, dim=2, h=0.025, cells="quadrilateral")
+    layer = broken_layer_thickness(2, "unstructured")
+    said = effective_gc_factor(LAWS[law], h=0.025 * layer, ell=0.1)
     assert 1.1 < (factor - 1) / (even - 1) < 1.3, f"{factor:.4f} against {even:.4f} of squares"
     assert factor == pytest.approx(said, rel=0.01), f"{factor:.4f}, and check says {said:.4f}"
 
@@ -159,9 +159,9 @@ def test_a_straight_crack_is_tougher_than_on_a_block_by_its_uneven_layer(law: st
 @pytest.mark.slow
 def test_a_straight_crack_in_space_is_as_tough_as_check_says() -> None:
     material = rock(ell=0.1, state="solid")
-    factor = discrete_toughness(material, dim=3, h=0.025, cells="unstructured")
-    layer = broken_layer(3, "unstructured")
-    said = discrete_toughness_factor(LAWS["AT1"], h=0.025 * layer, ell=0.1)
+    factor = effective_gc(material, dim=3, h=0.025, cells="unstructured")
+    layer = broken_layer_thickness(3, "unstructured")
+    said = effective_gc_factor(LAWS["AT1"], h=0.025 * layer, ell=0.1)
     assert factor == pytest.approx(said, rel=0.015), f"{factor:.4f}, and check says {said:.4f}"
 
 
@@ -171,7 +171,7 @@ def test_a_straight_crack_in_space_is_as_tough_as_check_says() -> None:
 def test_a_broken_bar_has_paid_for_little_less_than_a_straight_crack(law: str) -> None:
     """It finds a way of its own: 0.5 % less, and its variation is its height's, 2 % more."""
     pulled = bar(law, "unstructured", STRAIN[law] * np.array([0.05, 1.5, 4.0]), toughness=weaker)
-    factor = discrete_toughness(pulled.material, dim=2, h=pulled.domain.h, cells="unstructured")
+    factor = effective_gc(pulled.material, dim=2, h=pulled.domain.h, cells="unstructured")
     *_, system = pull(pulled)
     paid = system.energy.crack_length() / HEIGHT
     length = system.energy.crack_variation() / HEIGHT

@@ -8,7 +8,7 @@ import ufl
 from dolfinx import fem
 
 from staffa.backend.jit import expression, form
-from staffa.evolution.coefficients import Places
+from staffa.evolution.coefficients import CellValues
 from staffa.evolution.coefficients import rock as rock_on
 from staffa.evolution.system import build
 from staffa.model.energy import Energy
@@ -34,7 +34,7 @@ def arbitrary_energy(name: str, law) -> Energy:
     state.u.x.array[:] = seeded.normal(size=state.u.x.array.size)
     state.alpha.x.array[:] = seeded.uniform(0.1, 0.8, size=state.alpha.x.array.size)
     state.T.x.array[:] = seeded.normal(size=state.T.x.array.size)
-    material = rock_on(Places(problem.domain, problem.material, {}))
+    material = rock_on(CellValues(problem.domain, problem.material, {}))
     return Energy(domain=problem.domain, spaces=spaces, state=state, rock=material)
 
 
@@ -127,7 +127,7 @@ def displacement_error(size, h: float, cells: str, state_name: str) -> float:
     problem = body(size, h, cells=cells, material=rock(state=state_name, nu=0.3))
     mesh, spaces = problem.domain.mesh, linear_spaces(problem.domain)
     state = zero_state(spaces)
-    material = rock_on(Places(problem.domain, problem.material, {}))
+    material = rock_on(CellValues(problem.domain, problem.material, {}))
     energy = Energy(domain=problem.domain, spaces=spaces, state=state, rock=material)
     x = ufl.SpatialCoordinate(mesh)
     waves = [ufl.sin(2 * x[0] + k) * ufl.cos(1.5 * x[1] - k) for k in range(dim)]

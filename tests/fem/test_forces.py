@@ -11,19 +11,19 @@ from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.loads.forces import Forces, Traction
-from staffa.minimize.alternate import equilibrium, reactions
+from staffa.minimize.alternate import equilibrium, support_reactions
 from staffa.model.fields import owned
 from staffa.model.initial_cracks import FlatCrack
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.elasticity import Isotropic
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step, Stop
 from support.bodies import body, rock
 
 E, NU = 2.0, 0.25
-FLOOR = SideSupport(side="bottom", components={1: at_rest})
-LEFT = SideSupport(side="left", components={0: at_rest})
-RIGHT = SideSupport(side="right", components={0: at_rest})
+FLOOR = SideSupport(side="bottom", components={1: no_displacement})
+LEFT = SideSupport(side="left", components={0: no_displacement})
+RIGHT = SideSupport(side="right", components={0: no_displacement})
 
 
 EVENLY = np.array([1.0, 1.0, 1.0, 0, 0, 0])
@@ -128,12 +128,14 @@ def test_rock_under_its_weight_stays_where_it_is(elasticity, split: str, state: 
         return found
 
     sides = [
-        FLOOR if dim == 2 else SideSupport(side="bottom", components={2: at_rest}),
+        FLOOR if dim == 2 else SideSupport(side="bottom", components={2: no_displacement}),
         LEFT,
         RIGHT,
     ]
     if dim == 3:
-        sides += [SideSupport(side=side, components={1: at_rest}) for side in ("front", "back")]
+        sides += [
+            SideSupport(side=side, components={1: no_displacement}) for side in ("front", "back")
+        ]
     problem = body(
         size,
         0.25,
@@ -281,7 +283,7 @@ def edge_crack(forces: Forces, **more) -> Problem:
 def test_a_fluid_in_an_open_mouth_pushes_nothing_along() -> None:
     """The pins of a free body carry nothing, and a body that is moved holds no volume."""
     system, _ = last(edge_crack(Forces(crack_pressure=lambda t: 0.05)))
-    assert np.abs(reactions(system.alternation)).max() < 1e-12
+    assert np.abs(support_reactions(system.alternation)).max() < 1e-12
     system.state.u.x.array.reshape(-1, 2)[:] = [1.0, -2.0]
     assert abs(system.energy.crack_volume()) < 1e-12
     system.destroy()
@@ -304,7 +306,7 @@ def test_cold_rock_holds_no_volume() -> None:
 def test_a_fluid_does_not_pull() -> None:
     """Where a crack is wider than its fluid fills, it has no pressure."""
     apart = (
-        SideSupport(side="bottom", components={1: at_rest}),
+        SideSupport(side="bottom", components={1: no_displacement}),
         SideSupport(side="top", components={1: lambda x, t: 0.02 * t}),
     )
     problem = edge_crack(Forces(crack_volume=lambda t: 1e-4 * t))
@@ -331,7 +333,7 @@ def test_the_first_prediction_is_no_equilibrium(split: str) -> None:
     """What is prescribed anew is solved for to the end: no force is left on what is free."""
     problem = edge_crack(Forces())
     pressed = (
-        SideSupport(side="bottom", components={1: at_rest}),
+        SideSupport(side="bottom", components={1: no_displacement}),
         SideSupport(side="top", components={1: lambda x, t: -0.01 * t}),
     )
     problem = replace(
@@ -340,7 +342,7 @@ def test_the_first_prediction_is_no_equilibrium(split: str) -> None:
     system = build(problem)
     parts = system.alternation
     equilibrium(parts, system.supports.values(1.0))
-    held = np.abs(reactions(parts)).max()
+    held = np.abs(support_reactions(parts)).max()
     forces = parts.u.duplicate()
     parts.forces(forces)
     free = np.delete(np.abs(forces.array_r), system.supports.fixed).max()
@@ -381,7 +383,7 @@ def test_stress(split: str, state: str, elasticity) -> None:
     if state == "plane stress":
         components[2] = 0.0
     held = tuple(
-        SideSupport(side=side, components=dict.fromkeys(range(dim), at_rest))
+        SideSupport(side=side, components=dict.fromkeys(range(dim), no_displacement))
         for side in ("left", "right", "bottom", "top", "front", "back")[: 2 * dim]
     )
     pores = None if state == "plane stress" else (lambda x: 0.4 + 0 * x[0])

@@ -22,12 +22,12 @@ from staffa.errors import InputError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.geometry.layer import broken_layer
+from staffa.geometry.layer import cells_along_crack
 from staffa.geometry.msh import read_msh
 from staffa.geometry.places import some
-from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, outline
+from staffa.geometry.shapes import Bored, Layered, Round, Shape, meshed, shape_outline
 from staffa.geometry.simplices import Simplices
-from staffa.geometry.simplices import outline as found_outline
+from staffa.geometry.simplices import mesh_outline as found_outline
 from staffa.loads.closed_form import Face
 from staffa.measure.crack import Gauge, measures
 from staffa.minimize.alternate import equilibrium
@@ -61,7 +61,7 @@ def measure(x: np.ndarray, rows: np.ndarray) -> float:
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_shape_is_from_outside_what_is_said_of_it_before_it_is_meshed(name: str) -> None:
     shape, h = SHAPES[name]
-    said, found = outline(shape, h), found_outline(meshed(shape, h, name))
+    said, found = shape_outline(shape, h), found_outline(meshed(shape, h, name))
     for what in ("faces", "sides", "touching", "cracks"):
         if name != "disc":  # whose extreme points need not be vertices
             assert getattr(found, what) == getattr(said, what), what
@@ -77,7 +77,7 @@ def test_a_shape_is_from_outside_what_is_said_of_it_before_it_is_meshed(name: st
 @pytest.mark.parametrize("name", SHAPES)
 def test_what_varies_is_looked_at_inside_of_the_body_and_of_each_region(name: str) -> None:
     shape, h = SHAPES[name]
-    said, mesh = outline(shape, h), meshed(shape, h, name)
+    said, mesh = shape_outline(shape, h), meshed(shape, h, name)
     cells, dim = mesh.x[mesh.cells], mesh.dim
     for region in (None, *said.regions):
         own = cells if region is None else cells[mesh.regions[region]]
@@ -105,7 +105,7 @@ def test_a_mean_is_over_the_body_however_fine_its_parts_are(name: str) -> None:
     mesh = meshed(shape, h, name)
     cells = mesh.x[mesh.cells]
     size, middle = np.abs(np.linalg.det(cells[:, 1:] - cells[:, :1])), cells.mean(axis=1)
-    for places in (outline(shape, h).places, found_outline(mesh).places):
+    for places in (shape_outline(shape, h).places, found_outline(mesh).places):
         for region in (None, *mesh.regions):
             own = slice(None) if region is None else mesh.regions[region]
             sample = places.within(region)
@@ -115,7 +115,7 @@ def test_a_mean_is_over_the_body_however_fine_its_parts_are(name: str) -> None:
 
 
 def test_means_over_uneven_layers_and_regular_meshes_are_right() -> None:
-    thin = outline(Layered(base=(1.0,), layers=(("sand", 0.9), ("shale", 0.1))), 0.05).places
+    thin = shape_outline(Layered(base=(1.0,), layers=(("sand", 0.9), ("shale", 0.1))), 0.05).places
     sample = thin.within()
     assert sample.mean(1 + 9 * sample.x[1]) == pytest.approx(5.5, rel=1e-3)
     x = np.stack(np.meshgrid(np.arange(100.0), np.arange(600.0), indexing="ij"), axis=-1)
@@ -196,7 +196,7 @@ def held_together(x: np.ndarray, cells: np.ndarray, broken: np.ndarray, above: n
 def test_a_crack_through_a_body_breaks_one_layer_that_nothing_bridges(dim: int) -> None:
     x, cells = grid(4, dim)
     crack = rows_where(x, cells, x[:, 1] == 2)
-    broken = broken_layer(cells, crack)
+    broken = cells_along_crack(cells, crack)
     above = x[cells].mean(axis=1)[:, 1] > 2
     assert len(set(above[broken])) == 1, "cells on both sides break"
     reach = np.abs(x[cells[broken]][..., 1] - 2)
@@ -209,7 +209,7 @@ def test_a_crack_through_a_body_breaks_one_layer_that_nothing_bridges(dim: int) 
 def test_a_crack_ends_at_its_tips() -> None:
     x, cells = grid(6)
     on = (x[:, 1] == 3) & (x[:, 0] >= 2) & (x[:, 0] <= 4)
-    broken = broken_layer(cells, rows_where(x, cells, on))
+    broken = cells_along_crack(cells, rows_where(x, cells, on))
     reached = x[np.unique(cells[broken])]
     assert reached[:, 0].min() >= 1 and reached[:, 0].max() <= 5, reached
     assert {(2.0, 3.0), (3.0, 3.0), (4.0, 3.0)} <= set(map(tuple, reached))
@@ -219,7 +219,7 @@ def test_a_crack_ends_at_its_tips() -> None:
 def test_a_crack_of_one_facet_breaks_a_cell_of_its_own() -> None:
     x, cells = grid(4)
     on = (x[:, 1] == 2) & (x[:, 0] >= 1) & (x[:, 0] <= 2)
-    (only,) = broken_layer(cells, rows_where(x, cells, on))
+    (only,) = cells_along_crack(cells, rows_where(x, cells, on))
     assert on[cells[only]].sum() == 2
 
 
@@ -227,7 +227,7 @@ def test_cracks_that_meet_break_a_side_of_every_facet() -> None:
     x, cells = grid(6)
     bar, stem = x[:, 1] == 3, (x[:, 0] == 3) & (x[:, 1] <= 3)
     crack = np.concatenate([rows_where(x, cells, bar), rows_where(x, cells, stem)])
-    broken = cells[broken_layer(cells, crack)]
+    broken = cells[cells_along_crack(cells, crack)]
     bare = [row for row in crack if np.isin(broken, row).sum(axis=1).max() != 2]
     assert not bare, f"no broken cell at {x[bare]}"
     middle = x[cells].mean(axis=1)
@@ -678,9 +678,9 @@ def test_a_mesh_whose_names_are_wrong_is_refused_in_one_sentence(
 
 
 def test_regions_are_named_all_or_none_is_but_one() -> None:
-    body = outline(*SHAPES["layers"])
+    body = shape_outline(*SHAPES["layers"])
     regions_are_there(("shale", "sand"), body)
-    regions_are_there((), outline(*SHAPES["disc"]))
+    regions_are_there((), shape_outline(*SHAPES["disc"]))
     with pytest.raises(
         InputError, match=r"regions.slate: .*it has sand, shale. Did you mean 'shale'"
     ):

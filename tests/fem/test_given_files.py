@@ -11,10 +11,10 @@ import pyvista
 
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case, read_case
-from staffa.case.scales.surface_cooling import exchanges
+from staffa.case.scales.surface_cooling import surface_exchanges
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
 from staffa.heat.thermal_body import Conduction
 from staffa.io.run_directory import CASE
@@ -120,7 +120,7 @@ def test_a_field_in_the_unit_of_the_mesh_is_told_or_counted_so(tmp_path: Path) -
     case = parse_case(METERS, ['material.E.unit="1 mm"'], folder=tmp_path)
     x = np.random.default_rng(0).uniform((0, 0), (0.6, 0.3), (100_000, 2))
     mean = 70e9 * (1 + 0.5 * np.hypot(*x.T) / 0.3).mean()
-    assert pytest.approx(mean, rel=0.01) == averages(pieces(case)[0]).E
+    assert pytest.approx(mean, rel=0.01) == averages(subdomains_of(case)[0]).E
     assert parse_case(to_toml(case), folder=tmp_path) == case
     grid(tmp_path / "m.vtu", (0, 0), (0.6, 0.3), 40, of_cells=True, E=lambda x: stiff(1000 * x))
     meters = parse_case(METERS, ["material.E.file=m.vtu"], folder=tmp_path)
@@ -168,7 +168,7 @@ def test_an_initial_temperature_of_a_file_is_that_of_its_formula(tmp_path: Path)
     assert found.heat.stored == pytest.approx(known.heat.stored, rel=1e-9)
     assert found.energies.elastic == pytest.approx(known.energies.elastic, rel=1e-9)
     assert read_case(tmp_path / "run0" / CASE) == file
-    (cooled,) = exchanges(file)
+    (cooled,) = surface_exchanges(file)
     assert cooled.drop == pytest.approx(2.0), "the mean of 1 + x along the bottom"
     assert preview(file).facts
 

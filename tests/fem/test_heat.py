@@ -7,7 +7,14 @@ import pytest
 from scipy.special import erfcx
 
 from staffa.errors import InputError, LoadError
-from staffa.heat.thermal_body import Bath, Conduction, Film, Held, Inflow, Insulating
+from staffa.heat.thermal_body import (
+    Conduction,
+    Dirichlet,
+    FluidFilledCrack,
+    Insulating,
+    Neumann,
+    Robin,
+)
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Slab
 from support.bodies import UNSTRUCTURED, rates
 from support.heated import Heated, broken_layer, still, tensor, turned
@@ -29,11 +36,11 @@ def hot(x):
 
 
 CLOSED = {
-    "half-space": (HalfSpace(dT=DT, kappa=KAPPA, face=BOTTOM), Held(side="bottom", T=cold)),
-    "slab": (Slab(dT=DT, kappa=KAPPA, face=BOTTOM, L=1.0), Held(side="bottom", T=cold)),
+    "half-space": (HalfSpace(dT=DT, kappa=KAPPA, face=BOTTOM), Dirichlet(side="bottom", T=cold)),
+    "slab": (Slab(dT=DT, kappa=KAPPA, face=BOTTOM, L=1.0), Dirichlet(side="bottom", T=cold)),
     "convective": (
         Convective(dT=DT, kappa=KAPPA, face=BOTTOM, h=FILM / K),
-        Film(side="bottom", h=lambda x, t: FILM, T=cold),
+        Robin(side="bottom", h=lambda x, t: FILM, T=cold),
     ),
 }
 
@@ -70,7 +77,7 @@ def warming(size: tuple[float, ...], cells: str, *ratios: float) -> float:
         k=tensor(*(K * ratio for ratio in ratios or (1.0,) * len(size))),
         rho_c=RHO_C,
         initial=hot,
-        sides=(Held(side="bottom", T=cold), Held(side="left", T=cold)),
+        sides=(Dirichlet(side="bottom", T=cold), Dirichlet(side="left", T=cold)),
     )
     body, worst = Heated(size, 0.01, conduction, cells=cells), 0.0
     for length in 0.01 * 2.0 ** np.arange(-7, 4):
@@ -105,7 +112,7 @@ def test_a_flux_cools_like_a_half_space() -> None:
             k=tensor(K, K),
             rho_c=RHO_C,
             initial=still,
-            sides=(Inflow(side="bottom", q=lambda x, t: -q),),
+            sides=(Neumann(side="bottom", q=lambda x, t: -q),),
         ),
     )
     time = 0.15**2 / KAPPA
@@ -161,13 +168,13 @@ def made_up(k, cells: str, size, h: float) -> float:
         return (1 + t) * shape(x) + into("right", x, t) / FILM
 
     sides = [
-        Held(side="bottom", T=lambda x, t: (1 + t) * shape(x)),
-        Inflow(side="left", q=lambda x, t: into("left", x, t)),
-        Inflow(side="top", q=lambda x, t: into("top", x, t)),
-        Film(side="right", h=lambda x, t: FILM, T=bath),
+        Dirichlet(side="bottom", T=lambda x, t: (1 + t) * shape(x)),
+        Neumann(side="left", q=lambda x, t: into("left", x, t)),
+        Neumann(side="top", q=lambda x, t: into("top", x, t)),
+        Robin(side="right", h=lambda x, t: FILM, T=bath),
     ]
     for side in ("front", "back")[: 2 * (dim - 2)]:
-        sides.append(Inflow(side=side, q=lambda x, t, side=side: into(side, x, t)))
+        sides.append(Neumann(side=side, q=lambda x, t, side=side: into(side, x, t)))
     conduction = Conduction(
         k=k,
         rho_c=RHO_C,
@@ -216,9 +223,9 @@ def swinging(tolerance: float = 1e-4) -> Heated:
         return swing(x, t) + K * np.sin(2 * t) / FILM
 
     sides = (
-        Held(side="left", T=swing),
-        Film(side="top", h=lambda x, t: FILM, T=bath),
-        Inflow(side="bottom", q=lambda x, t: -K * np.sin(2 * t)),
+        Dirichlet(side="left", T=swing),
+        Robin(side="top", h=lambda x, t: FILM, T=bath),
+        Neumann(side="bottom", q=lambda x, t: -K * np.sin(2 * t)),
     )
     conduction = Conduction(
         k=tensor(K, K), rho_c=RHO_C, initial=still, sides=sides, source=source, tolerance=tolerance
@@ -259,7 +266,10 @@ def test_a_turned_body_conducts_the_same() -> None:
             k=tensor(1.0, 4.0),
             rho_c=RHO_C,
             initial=hot,
-            sides=(Held(side="bottom", T=cold), Film(side="left", h=lambda x, t: FILM, T=cold)),
+            sides=(
+                Dirichlet(side="bottom", T=cold),
+                Robin(side="left", h=lambda x, t: FILM, T=cold),
+            ),
         ),
     )
     lying = Heated(
@@ -269,7 +279,10 @@ def test_a_turned_body_conducts_the_same() -> None:
             k=turned(tensor(1.0, 4.0), 90),
             rho_c=RHO_C,
             initial=hot,
-            sides=(Held(side="left", T=cold), Film(side="bottom", h=lambda x, t: FILM, T=cold)),
+            sides=(
+                Dirichlet(side="left", T=cold),
+                Robin(side="bottom", h=lambda x, t: FILM, T=cold),
+            ),
         ),
     )
     for body in (upright, lying):
@@ -289,13 +302,13 @@ def mixed(size=(0.4, 0.3), comm: MPI.Comm = MPI.COMM_SELF, cells="triangle") -> 
         k_factor=lambda x: np.where(x[0] > 0.2, 4.0, 1.0),
         rho_c_factor=lambda x: np.where(x[0] > 0.2, 0.5, 1.0),
         sides=(
-            Held(side="bottom", T=lambda x, t: 260.0 - 20 * np.sin(300 * t)),
-            Held(side="left", T=lambda x, t: 260.0 + 0 * t),
-            Film(side="right", h=lambda x, t: FILM * (1 + 100 * t), T=lambda x, t: 280.0),
-            Inflow(side="top", q=lambda x, t: 500 * x[0] * t),
+            Dirichlet(side="bottom", T=lambda x, t: 260.0 - 20 * np.sin(300 * t)),
+            Dirichlet(side="left", T=lambda x, t: 260.0 + 0 * t),
+            Robin(side="right", h=lambda x, t: FILM * (1 + 100 * t), T=lambda x, t: 280.0),
+            Neumann(side="top", q=lambda x, t: 500 * x[0] * t),
         ),
         source=lambda x, t: 1e4 * x[0],
-        cracks=Bath(h=lambda x, t: FILM, T=lambda x, t: 250.0),
+        cracks=FluidFilledCrack(h=lambda x, t: FILM, T=lambda x, t: 250.0),
     )
     body = Heated(size, 0.02, conduction, cells=cells, comm=comm)
     body.alpha[:] = broken_layer(body.x[0] - 0.11, ell=0.03, h=0.02) * (body.x[1] < 0.2)
@@ -333,7 +346,7 @@ def test_heat_counts_from_the_stress_free_state() -> None:
         rho_c=RHO_C,
         initial=hot,
         stress_free=lambda x: 350.0 + 10 * x[1],
-        sides=(Held(side="top", T=lambda x, t: 320.0),),
+        sides=(Dirichlet(side="top", T=lambda x, t: 320.0),),
     )
     body = Heated((0.2, 0.2), 0.05, conduction)
     assert pytest.approx(-50 - 10 * body.x[1]) == body.T
@@ -344,8 +357,8 @@ def test_heat_counts_from_the_stress_free_state() -> None:
 def rest_then(**side) -> Heated:
     """At 300 K, and nothing happens till t = 1."""
     given = {"T": lambda x, t: 300.0 - 50 * max(0.0, t - 1), **side}
-    kind = Film if "h" in given else Inflow if "q" in given else Held
-    if kind is Inflow:
+    kind = Robin if "h" in given else Neumann if "q" in given else Dirichlet
+    if kind is Neumann:
         del given["T"]
     conduction = Conduction(
         k=tensor(K, K),
@@ -374,7 +387,7 @@ def test_steps_end_at_kinks_so_that_no_pulse_is_missed() -> None:
     def pulse(x, t):
         return float(np.interp(t, [1.0, 1.001, 1.19, 1.191], [0.0, 5.0, 5.0, 0.0]))
 
-    side = Inflow(side="bottom", q=pulse)
+    side = Neumann(side="bottom", q=pulse)
     conduction = Conduction(
         k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(side,), kinks=(1.0, 1.001, 1.19, 1.191)
     )
@@ -384,7 +397,7 @@ def test_steps_end_at_kinks_so_that_no_pulse_is_missed() -> None:
 
 def test_heat_balances_near_a_steady_state_too() -> None:
     conduction = Conduction(
-        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Held(side="bottom", T=cold),)
+        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Dirichlet(side="bottom", T=cold),)
     )
     body = Heated((0.2, 0.2), 0.02, conduction)
     for time in (0.1, 1.0, 10.0, 100.0, 1000.0):
@@ -399,7 +412,7 @@ def test_what_a_formula_gives_inside_the_body_or_later_is_looked_at(fault: str) 
         return np.where((np.abs(x[0] - 0.1) < 0.01) & (t > 0.5), bad, 1.0)
 
     conduction = Conduction(
-        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Film(side="top", h=film, T=cold),)
+        k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Robin(side="top", h=film, T=cold),)
     )
     body = Heated((0.2, 0.2), 0.05, conduction)
     body.to(0.5)
@@ -428,7 +441,10 @@ def resistance(ell: float, cells_per_ell: int, residual: float) -> tuple[float, 
         k=tensor(K, K),
         rho_c=RHO_C,
         initial=still,
-        sides=(Held(side="left", T=lambda x, t: 0.0), Held(side="right", T=lambda x, t: 1.0)),
+        sides=(
+            Dirichlet(side="left", T=lambda x, t: 0.0),
+            Dirichlet(side="right", T=lambda x, t: 1.0),
+        ),
         cracks=Insulating(residual=residual),
     )
     body, h = layer(ell, cells_per_ell, conduction)
@@ -459,7 +475,7 @@ def uptake(film: float, *, ell: float = 0.02) -> list[float]:
         k=tensor(K, K),
         rho_c=RHO_C,
         initial=still,
-        cracks=Bath(h=lambda x, t: film, T=lambda x, t: -DT),
+        cracks=FluidFilledCrack(h=lambda x, t: film, T=lambda x, t: -DT),
     )
     body, h = layer(ell, 4, conduction)
 

@@ -14,7 +14,7 @@ from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.heat.thermal_body import Bath, Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Dirichlet, FluidFilledCrack, Insulating
 from staffa.heat.transient import HeatEquation
 from staffa.loads.closed_form import Face, Slab
 from staffa.minimize.alternate import equilibrium
@@ -26,7 +26,7 @@ from support.heated import still, tensor
 
 def quenched(dT: float, *, side: str = "left", **more) -> Conduction:
     """A side dropped by dT, kappa = 1."""
-    held = Held(side=side, T=lambda x, t: -dT)
+    held = Dirichlet(side=side, T=lambda x, t: -dT)
     return Conduction(k=tensor(1.0, 1.0), rho_c=1.0, initial=still, sides=(held,), **more)
 
 
@@ -78,7 +78,7 @@ def test_backtracking_keeps_each_steps_temperature() -> None:
 
 FEELING = {
     "insulating": Insulating(residual=1e-3),
-    "bath": Bath(h=lambda x, t: 20.0, T=lambda x, t: -4.0),
+    "bath": FluidFilledCrack(h=lambda x, t: 20.0, T=lambda x, t: -4.0),
 }
 
 
@@ -197,7 +197,7 @@ def test_the_history_gives_back_what_it_was_given() -> None:
     """Damage and temperature of each step, and where its heat began, to the last bit."""
     problem = plate(quenched(9.0, side="bottom", cracks=FEELING["insulating"]))
     system = build(problem)
-    history, state = backtrack.History(system.state), system.state
+    history, state = backtrack.StepHistory(system.state), system.state
     start, given = Loads(time=0.0, values=system.supports.values(0.0)), []
     for time in problem.schedule.times[:3]:
         given.append((state.alpha.x.array.copy(), state.T.x.array.copy(), start.time))

@@ -9,8 +9,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import erfc
 
-from staffa.heat.thermal_body import Bath, Conduction, Conductor, Film, Held, Inflow, OfSurface
-from staffa.physics.temperature import ARRAYS, Table, Written
+from staffa.heat.thermal_body import (
+    Conduction,
+    Conductor,
+    Dirichlet,
+    FluidFilledCrack,
+    Neumann,
+    OfSurface,
+    Robin,
+)
+from staffa.physics.temperature import ARRAYS, LinearTable, Written
 from support.heated import Heated, tensor
 
 
@@ -24,7 +32,7 @@ def at(T: float):
     return lambda x, t: T
 
 
-RISING = Table(T=(0.0, 1.0), value=(1.0, 3.0))  # 1 + 2 T
+RISING = LinearTable(T=(0.0, 1.0), value=(1.0, 3.0))  # 1 + 2 T
 PLAIN = Conduction(k=tensor(1.0, 1.0), rho_c=1.0, initial=even(0.0))
 
 
@@ -39,7 +47,7 @@ def inverse(theta: np.ndarray) -> np.ndarray:
 
 
 def test_a_steady_slab_is_exact_at_the_vertices_by_kirchhoffs_transform() -> None:
-    sides = (Held(side="left", T=at(0.0)), Held(side="right", T=at(1.0)))
+    sides = (Dirichlet(side="left", T=at(0.0)), Dirichlet(side="right", T=at(1.0)))
     body = Heated((1.0, 0.2), 0.1, replace(PLAIN, k_law=RISING, sides=sides))
     body.to(100.0)
     expected = inverse(kirchhoff(1.0) * body.x[0])
@@ -55,7 +63,7 @@ def test_a_half_space_cools_as_kirchhoffs_transform_says() -> None:
             initial=even(1.0),
             k_law=RISING,
             c_law=RISING,
-            sides=(Held(side="left", T=at(0.0)),),
+            sides=(Dirichlet(side="left", T=at(0.0)),),
             tolerance=1e-6,
         )
         body = Heated((2.0, 2 * h), h, conduction)
@@ -85,9 +93,9 @@ def test_a_manufactured_solution_converges_at_second_order() -> None:
         conduction = replace(
             PLAIN,
             initial=lambda x: exact(x, 0.0),
-            k_law=Table(T=(0.0, 3.0), value=(1.0, 7.0)),
-            c_law=Table(T=(0.0, 3.0), value=(2.0, 0.5)),
-            sides=(Held(side="left", T=at(1.0)), Held(side="right", T=at(1.0))),
+            k_law=LinearTable(T=(0.0, 3.0), value=(1.0, 7.0)),
+            c_law=LinearTable(T=(0.0, 3.0), value=(2.0, 0.5)),
+            sides=(Dirichlet(side="left", T=at(1.0)), Dirichlet(side="right", T=at(1.0))),
             source=source,
             tolerance=1e-6,
         )
@@ -100,11 +108,11 @@ def test_a_manufactured_solution_converges_at_second_order() -> None:
 
 
 def test_laws_that_change_nothing_give_the_linear_equation() -> None:
-    one = Table(T=(0.0, 1.0), value=(1.0, 1.0))
+    one = LinearTable(T=(0.0, 1.0), value=(1.0, 1.0))
     sides = (
-        Film(side="left", h=at(3.0), T=at(-1.0)),
-        Inflow(side="right", q=at(0.5)),
-        Held(side="top", T=at(0.2)),
+        Robin(side="left", h=at(3.0), T=at(-1.0)),
+        Neumann(side="right", q=at(0.5)),
+        Dirichlet(side="top", T=at(0.2)),
     )
     plain = replace(PLAIN, sides=sides, tolerance=1e-5)
     linear, lawful = (Heated((1.0, 0.5), 0.1, c) for c in (plain, replace(plain, c_law=one)))
@@ -117,9 +125,9 @@ def test_laws_that_change_nothing_give_the_linear_equation() -> None:
 
 def test_a_thin_body_takes_up_latent_heat() -> None:
     """A peak of the capacity, as melting has: the temperature is that of the heat that entered."""
-    peak = Table(T=(0.9, 1.0, 1.1), value=(1.0, 20.0, 1.0))
+    peak = LinearTable(T=(0.9, 1.0, 1.1), value=(1.0, 20.0, 1.0))
     conduction = replace(
-        PLAIN, k=tensor(1e5, 1e5), c_law=peak, sides=(Inflow(side="left", q=at(1.0)),)
+        PLAIN, k=tensor(1e5, 1e5), c_law=peak, sides=(Neumann(side="left", q=at(1.0)),)
     )
     body = Heated((1.0, 1.0), 0.5, conduction)
     for entered in (0.5, 1.5, 3.0, 4.0):
@@ -132,7 +140,7 @@ def test_a_thin_body_takes_up_latent_heat() -> None:
 def test_radiation_as_a_film_of_temperature_follows_the_fourth_power() -> None:
     """h = (T^2 + B^2)(T + B) is radiation to a wall at B; a thin body, against an ODE solver."""
     wall = 0.3
-    film = Film(
+    film = Robin(
         side="left", h=OfSurface(at=lambda x, t, T: (T**2 + wall**2) * (T + wall)), T=at(wall)
     )
     body = Heated(
@@ -147,17 +155,17 @@ def test_radiation_as_a_film_of_temperature_follows_the_fourth_power() -> None:
 
 # Film boiling, transition and nucleate boiling, convection: the shape of public data of quenched
 # steel probes in water (Energies 15, 4258, 2022): small, a peak of 30 times that, small again.
-BOILING = Table(T=(0.1, 0.15, 0.2, 0.35, 0.6, 1.0), value=(0.5, 3.0, 9.0, 0.6, 0.3, 0.4))
+BOILING = LinearTable(T=(0.1, 0.15, 0.2, 0.35, 0.6, 1.0), value=(0.5, 3.0, 9.0, 0.6, 0.3, 0.4))
 
 
-def boiled(cracks: Bath | None = None) -> Conduction:
+def boiled(cracks: FluidFilledCrack | None = None) -> Conduction:
     """A hot body in a boiling bath, whose film has a peak."""
     h = OfSurface(at=lambda x, t, T: np.interp(T, BOILING.T, BOILING.value) * 10)
     return replace(
         PLAIN,
         initial=even(1.0),
-        k_law=Table(T=(0.0, 1.0), value=(1.0, 0.5)),
-        sides=(Film(side="left", h=h, T=at(0.0)),),
+        k_law=LinearTable(T=(0.0, 1.0), value=(1.0, 0.5)),
+        sides=(Robin(side="left", h=h, T=at(0.0)),),
         cracks=cracks,
     )
 
@@ -183,7 +191,7 @@ def test_an_even_body_stays_as_it_is() -> None:
 
 def test_regions_have_laws_of_their_own() -> None:
     """Two thin halves that nothing couples but their own capacity: flux into both."""
-    law = Table(T=(0.0, 1.0), value=(1.0, 5.0))
+    law = LinearTable(T=(0.0, 1.0), value=(1.0, 5.0))
     other = Conductor(k=tensor(1.0, 1.0), rho_c=2.0, c_law=law)
     conduction = replace(PLAIN, regions={"r": other}, source=at(1.0))
     body = Heated((1.0, 1.0), 0.25, conduction, parts={"r": lambda x: x[0] > 0.5})
@@ -196,7 +204,7 @@ def test_regions_have_laws_of_their_own() -> None:
 
 @pytest.mark.parametrize("start, end", [(0.0, 2.0), (1.7, -0.4), (0.3, 0.3)])
 def test_integrals_of_tables_and_formulas_agree(start: float, end: float) -> None:
-    table = Table(T=(-1.0, 3.0), value=(0.5, 4.5))
+    table = LinearTable(T=(-1.0, 3.0), value=(0.5, 4.5))
     text = Written(text="T", reference=0.0, value=lambda T, x, functions: 1.5 + T)
     scaled = 1.5 * text.integral(start, end, None)
     assert table.integral(start, end, None) == pytest.approx(scaled, rel=1e-12, abs=1e-14)
@@ -206,7 +214,7 @@ def test_integrals_of_tables_and_formulas_agree(start: float, end: float) -> Non
 
 
 def test_a_table_is_constant_beyond_its_ends() -> None:
-    table = Table(T=(1.0, 2.0, 4.0), value=(1.0, 3.0, 2.0))
+    table = LinearTable(T=(1.0, 2.0, 4.0), value=(1.0, 3.0, 2.0))
     T = np.array([-5.0, 1.0, 1.5, 2.0, 3.0, 4.0, 90.0])
     assert table.at(T, None) == pytest.approx([1.0, 1.0, 2.0, 3.0, 2.5, 2.0, 2.0], abs=1e-13)
     assert ARRAYS.numbers(T) is T

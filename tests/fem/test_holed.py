@@ -7,7 +7,7 @@ import pytest
 
 from fem.test_network import ELL, H, drawn, profile
 from report.test_report import drawn_manifest
-from staffa.io.vtkhdf import Grid
+from staffa.io.vtkhdf import VtkMesh
 from staffa.measure.free_distance import room
 from staffa.measure.traced_body import Body
 from support.bodies import body, rock
@@ -16,7 +16,7 @@ HOLE, RADIUS = np.array([0.5, 0.5]), 0.2
 
 
 @pytest.fixture(scope="module")
-def holed() -> Grid:
+def holed() -> VtkMesh:
     """A square of triangles, those in a disc left out."""
     n = 50
     at = np.linspace(0, 1, n + 1)
@@ -28,10 +28,10 @@ def holed() -> Grid:
     middles = points[cells].mean(axis=1)[:, :2]
     cells = cells[np.linalg.norm(middles - HOLE, axis=1) > RADIUS]
     used, cells = np.unique(cells, return_inverse=True)
-    return Grid(points=points[used], cells=cells.reshape(-1, 3), type=5)
+    return VtkMesh(points=points[used], cells=cells.reshape(-1, 3), type=5)
 
 
-def test_no_crack_runs_through_a_hole(holed: Grid) -> None:
+def test_no_crack_runs_through_a_hole(holed: VtkMesh) -> None:
     """One drawn straight across the hole: two cracks, up to its edge, nothing within."""
     away = np.abs(holed.points[:, 0] - 0.51)
     found = drawn(holed, profile("AT1", away, H, ELL))

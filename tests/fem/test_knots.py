@@ -13,12 +13,12 @@ import pytest
 from staffa.case.check.cost import steps
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.scales.knots import DEPART, MOST, departure, knots
 from staffa.case.scales.pace import plan
 from staffa.case.scales.prescribed import curves
 from staffa.case.schema.case import Case
-from staffa.evolution.schedule import Walk
+from staffa.evolution.schedule import AdaptiveSteps
 
 # A bar that is pulled and let go (its peak lay between two steps).
 PULLED = """
@@ -68,7 +68,7 @@ t = { start = "1 min", stop = "2 d", shortest = "5 s", longest = "6 h" }
 
 def walked(case: Case) -> np.ndarray:
     """The times of a run in which no crack runs."""
-    walk, times = Walk(plan(case, numbers(case))), []
+    walk, times = AdaptiveSteps(plan(case, derived_numbers(case))), []
     while (time := walk.next()) is not None:
         walk.onward(time, 0.0)
         times.append(time)
@@ -165,7 +165,7 @@ def test_a_log_of_ten_thousand_noisy_rows_has_no_more_steps_than_check_says() ->
     case = parse_case(PULLED, [log])
     told = preview(case)
     number = next(value for name, value, _ in told.facts if name == "steps")
-    planned = steps(case, numbers(case)).number
+    planned = steps(case, derived_numbers(case)).number
     assert number == f"{planned} or more" and len(walked(case)) == planned
     assert MOST <= planned <= MOST + 4
     (warning,) = [w for w in told.warnings if "the most there may be" in w]

@@ -9,7 +9,7 @@ from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.geometry.msh import read_msh
-from staffa.geometry.simplices import outline
+from staffa.geometry.simplices import mesh_outline
 from staffa.io.run_directory import read_run
 from staffa.measure.coarse import local
 from staffa.runs.run import run
@@ -74,7 +74,7 @@ def test_edges_that_a_mesh_does_not_have_are_refused(tmp_path: Path, h: str) -> 
 @needs_gmsh
 def test_what_is_told_of_edges_is_theirs_at_each_face_and_in_each_region(tmp_path: Path) -> None:
     here = folder(tmp_path, "0.03 + 0.1*(y - 2)", fault=None)
-    body = outline(read_msh(here / "plate.msh", 1.0, "mesh"))
+    body = mesh_outline(read_msh(here / "plate.msh", 1.0, "mesh"))
     assert body.edges is not None
     known = body.edges.faces
     assert known["floor"] == pytest.approx(0.03, rel=0.15)

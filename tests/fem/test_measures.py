@@ -7,7 +7,7 @@ import pytest
 
 from staffa.evolution.system import build
 from staffa.measure.crack import Gauge, measures
-from staffa.measure.statistics import layer_depth, section, tips
+from staffa.measure.statistics import cracks_on_line, layer_depth, tips
 from staffa.model.fields import vertices
 from staffa.physics.damage import AT2
 from support.bodies import BOTTOM, UNSTRUCTURED, body, rock
@@ -116,7 +116,7 @@ def test_section_counts_runs() -> None:
     x = np.linspace(0, 1, 101)
     alpha = np.zeros(101)
     alpha[[10, 11, 50, 80]] = 0.9
-    found = section(x[::-1], alpha[::-1], height=0.2, threshold=0.8)
+    found = cracks_on_line(x[::-1], alpha[::-1], height=0.2, threshold=0.8)
     assert found.cracks == 3 and found.positions == pytest.approx((0.105, 0.5, 0.8))
     assert found.spacing == pytest.approx((0.8 - 0.105) / 2)
 
@@ -125,14 +125,14 @@ def test_section_at_the_ends_and_empty() -> None:
     x = np.linspace(0, 1, 11)
     ends = np.zeros(11)
     ends[[0, 10]] = 1.0
-    assert section(x, ends, height=0.0, threshold=0.5).cracks == 2
-    assert section(x, np.zeros(11), height=0.0, threshold=0.5).cracks == 0
-    assert section(np.zeros(0), np.zeros(0), height=0.0, threshold=0.5).cracks == 0
+    assert cracks_on_line(x, ends, height=0.0, threshold=0.5).cracks == 2
+    assert cracks_on_line(x, np.zeros(11), height=0.0, threshold=0.5).cracks == 0
+    assert cracks_on_line(np.zeros(0), np.zeros(0), height=0.0, threshold=0.5).cracks == 0
 
 
 def test_section_within_a_damaged_layer_counts_none() -> None:
     x, alpha = np.linspace(0, 1, 101), np.full(101, 0.95)
-    assert section(x, alpha, height=0.0, threshold=0.8).cracks == 0
+    assert cracks_on_line(x, alpha, height=0.0, threshold=0.8).cracks == 0
 
 
 def chain(points: list[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:

@@ -17,9 +17,9 @@ from staffa.evolution.problem import Irreversibility
 from staffa.evolution.system import System, build
 from staffa.loads.closed_form import Face, HalfSpace
 from staffa.minimize.alternate import alternate, equilibrium
-from staffa.minimize.bounded import BoundedEnergy, unbalanced
+from staffa.minimize.bounded import BoundedEnergy, projected_gradient
 from staffa.model.fields import owned
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import AT2, LAWS
 from staffa.records.step import Stop
 from support.bodies import body, quench, rock
@@ -66,7 +66,7 @@ def test_damage_is_at_a_first_order_minimum(solver: str, law: str) -> None:
     alpha = parts.alpha.array_r
     assert alpha.max() > 0.2 and first.iterations > 0
     assert np.all((alpha >= 0) & (alpha <= 1))
-    force = unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+    force = projected_gradient(parts.damage, parts.alpha, lower, upper, parts.work)
     assert force <= 1e-4, f"unbalanced force {force:.1e} against the 1e-4 asked for"
     system.destroy()
 
@@ -282,7 +282,7 @@ def test_tough_band_does_not_spoil_the_stop() -> None:
 def test_unloaded_body_breaks_no_balance() -> None:
     """Loads that go back to zero leave no energy to compare an error with."""
     moved = SideSupport(side="right", components={0: lambda x, t: 0.01 * (t == 1)})
-    sides = (SideSupport(side="left", components={0: at_rest}), moved)
+    sides = (SideSupport(side="left", components={0: no_displacement}), moved)
     system = build(problem := body((1.0, 0.5), 0.1, sides=sides, times=(1.0, 2.0)))
     assert all(step.audit.violations == () for step in march(problem, system))
     system.destroy()
@@ -292,7 +292,7 @@ def test_unloaded_body_breaks_no_balance() -> None:
 def test_iterative_solver_is_as_good_at_any_modulus(E: float) -> None:
     """Prescribed displacements and forces of any size are held against the same tolerance."""
     pulled = SideSupport(side="right", components={0: lambda x, t: 1e-3})
-    sides = (SideSupport(side="left", components={0: at_rest}), pulled)
+    sides = (SideSupport(side="left", components={0: no_displacement}), pulled)
     found = {}
     for solver in ("direct", "iterative"):
         material = rock(E=E, Gc=E, nu=0.3, ell=0.2)
@@ -328,7 +328,7 @@ def test_bounds_hold_forces_that_push_against_them(x: float, force: float, left:
         matrix=None,
         unit=unit,
     )
-    assert unbalanced(energy, at, lower, upper, work) == left
+    assert projected_gradient(energy, at, lower, upper, work) == left
 
 
 def test_option_prefixes_do_not_depend_on_the_rank() -> None:

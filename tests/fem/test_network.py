@@ -12,12 +12,12 @@ import pytest
 import pyvista
 
 from report.test_report import drawn_manifest, drawn_step
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
 from staffa.io.run_directory import append_step, create, fields_name, read_run
-from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, polylines
 from staffa.measure.tip import damage_at_tip, falls
@@ -44,7 +44,7 @@ DRAWN = {
 }  # fmt: skip
 
 
-def mesh(size: tuple[float, ...], h: float, cells: str) -> Grid:
+def mesh(size: tuple[float, ...], h: float, cells: str) -> VtkMesh:
     domain = block(MPI.COMM_WORLD, size=size, h=h, cells=cells)
     grid = FieldWriter(MPI.COMM_WORLD, linear_spaces(domain)).grid
     assert grid is not None
@@ -74,14 +74,14 @@ def distance(x: np.ndarray, line: list[tuple[float, float]]) -> np.ndarray:
     return found
 
 
-def drawn(grid: Grid, alpha: np.ndarray, u: np.ndarray | None = None, **more) -> Network:
+def drawn(grid: VtkMesh, alpha: np.ndarray, u: np.ndarray | None = None, **more) -> Network:
     dim = 3 if np.ptp(grid.points[:, 2]) else 2
     given = {"h": H, "ell": ELL, "crack": 0.8, "tip": damage_at_tip("AT1", threshold=0.8), **more}
     strains = opened(grid, np.zeros((len(alpha), 3)) if u is None else u, dim)
     return network(grid.points, grid.cells, alpha=alpha, strains=strains, dim=dim, **given)
 
 
-def opened(grid: Grid, u: np.ndarray, dim: int) -> np.ndarray:
+def opened(grid: VtkMesh, u: np.ndarray, dim: int) -> np.ndarray:
     """In each cell, of a u that jumps and strains nowhere else, div u as that of the opening."""
     x = grid.points[grid.cells][..., :dim]
     x = x - x.mean(axis=1, keepdims=True)
@@ -90,7 +90,7 @@ def opened(grid: Grid, u: np.ndarray, dim: int) -> np.ndarray:
 
 
 @pytest.fixture(scope="module", params=["quadrilateral", "triangle", UNSTRUCTURED])
-def square(request) -> Grid:
+def square(request) -> VtkMesh:
     return mesh((1.0, 1.0), H, request.param)
 
 
@@ -100,7 +100,7 @@ def square(request) -> Grid:
     [(name, law) for name in DRAWN for law in ("AT1", "AT2") if law == "AT1" or not DRAWN[name][2]],
 )
 def test_a_drawn_network_has_its_length_its_cracks_and_its_branches(
-    square: Grid, name: str, law: str
+    square: VtkMesh, name: str, law: str
 ) -> None:
     lines, length, tips, cracks, branches = DRAWN[name]
     away = np.min([distance(square.points[:, :2], line) for line in lines], axis=0)
@@ -116,7 +116,7 @@ def test_a_drawn_network_has_its_length_its_cracks_and_its_branches(
     assert off[~near_tip].max() < H, f"it leaves the crack by {off.max() / H} cells"
 
 
-def test_polylines_go_through_every_segment_once(square: Grid) -> None:
+def test_polylines_go_through_every_segment_once(square: VtkMesh) -> None:
     lines = DRAWN["T"][0]
     away = np.min([distance(square.points[:, :2], line) for line in lines], axis=0)
     found = drawn(square, profile("AT1", away, H, ELL))
@@ -124,14 +124,14 @@ def test_polylines_go_through_every_segment_once(square: Grid) -> None:
     assert sorted(map(sorted, steps)) == sorted(map(sorted, found.elements.tolist()))
 
 
-def test_no_crack_no_network(square: Grid) -> None:
+def test_no_crack_no_network(square: VtkMesh) -> None:
     for level in (0.0, 0.5):
         found = drawn(square, np.full(len(square.points), level))
         assert found.size == 0.0 and found.volume == 0.0 and polylines(found) == []
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
-def test_a_drawn_opening_is_found_at_each_point_and_in_all(square: Grid, angle: float) -> None:
+def test_a_drawn_opening_is_found_at_each_point_and_in_all(square: VtkMesh, angle: float) -> None:
     """An ellipse of openings, jumping within the broken layer, over a crack across the plate."""
     normal = np.array([-np.sin(angle), np.cos(angle), 0])
     offset = square.points - [0.5, 0.51, 0]
@@ -207,7 +207,7 @@ def pulled(
         grid.points, grid.cells, alpha=alpha, strains=strains, dim=2, h=h, ell=ELL, crack=0.8,
         tip=tip, falls=falls(law.name),
     )  # fmt: skip
-    factor = discrete_toughness(material, dim=2, h=h, cells=cells)
+    factor = effective_gc(material, dim=2, h=h, cells=cells)
     surface = system.energy.crack_length() / factor
     system.destroy()
     return found, surface, step
@@ -269,7 +269,7 @@ def test_a_plate_pulled_in_two_is_open_by_what_it_was_pulled(cells: str) -> None
     assert abs(step.reactions["top"][1]) < 1e-3
 
 
-def solid(n: int) -> Grid:
+def solid(n: int) -> VtkMesh:
     """A unit cube in n hexahedra along each edge, without a finite-element mesh."""
     at = np.linspace(0, 1, n + 1)
     points = np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -279,7 +279,7 @@ def solid(n: int) -> Grid:
         number[i : n + i, j : n + j, k : n + k].ravel()
         for k, (i, j) in product((0, 1), around)
     ]  # fmt: skip
-    return Grid(points=points, cells=np.stack(corners, axis=1), type=12)
+    return VtkMesh(points=points, cells=np.stack(corners, axis=1), type=12)
 
 
 @pytest.mark.slow
@@ -307,7 +307,7 @@ def test_surfaces_in_3d_have_their_area_and_their_opening() -> None:
             assert found.volume == pytest.approx(1e-3 * area, rel=0.03)
 
 
-def written(folder: Path, grid: Grid, alpha: np.ndarray, u: np.ndarray, size) -> list[Path]:
+def written(folder: Path, grid: VtkMesh, alpha: np.ndarray, u: np.ndarray, size) -> list[Path]:
     create(folder, "title = 'drawn'\n", replace(drawn_manifest(size), h=H, ell=ELL))
     fields = {"u": u, "alpha": alpha, "T": 0 * alpha}
     strains = dict(
@@ -320,7 +320,7 @@ def written(folder: Path, grid: Grid, alpha: np.ndarray, u: np.ndarray, size) ->
     return write_networks(read_run(folder), found)
 
 
-def test_files_hold_the_whole_network(square: Grid, tmp_path: Path) -> None:
+def test_files_hold_the_whole_network(square: VtkMesh, tmp_path: Path) -> None:
     away = np.min([distance(square.points[:, :2], line) for line in DRAWN["T"][0]], axis=0)
     alpha = profile("AT1", away, H, ELL)
     u = 1e-3 * np.sign(square.points[:, [1]] - 0.5) * [0.0, 1.0, 0.0]
@@ -346,7 +346,7 @@ def test_files_hold_the_whole_network(square: Grid, tmp_path: Path) -> None:
 
 
 def test_damaged_fields_are_told_and_those_that_are_gone_are_not(
-    square: Grid, tmp_path: Path
+    square: VtkMesh, tmp_path: Path
 ) -> None:
     alpha = np.zeros(len(square.points))
     written(tmp_path, square, alpha, np.zeros((len(alpha), 3)), (1.0, 1.0))

@@ -18,7 +18,7 @@ from staffa.evolution.system import System, build
 from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
 from staffa.model.fields import read_vector
-from staffa.model.supports import Section, SideSupport, at_rest
+from staffa.model.supports import GeneralizedPlaneStrain, SideSupport, no_displacement
 from staffa.physics.damage import LAWS
 from staffa.records.step import Energies, Moment, Stop
 from support.bodies import body, quench, rock, run
@@ -40,7 +40,7 @@ def with_acceleration(problem: Problem, name: str, displacement: str = "direct")
 def pulled_bar(law: str) -> Problem:
     """A bar of uneven toughness, pulled until it is damaged but not yet past its peak."""
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t}),
     )
     material = rock(E=10.0, ell=0.2, law=LAWS[law], toughness=uneven)
@@ -70,8 +70,8 @@ PROBLEMS = {
     "bar AT2": lambda: pulled_bar("AT2"),
     "plate": cooled,
     "cell of a slab": lambda: cooled(
-        sides=(SideSupport(side="left", components={0: at_rest}),),
-        section=Section(bending=True),
+        sides=(SideSupport(side="left", components={0: no_displacement}),),
+        section=GeneralizedPlaneStrain(bending=True),
     ),
     "box": lambda: cooled(3),
 }

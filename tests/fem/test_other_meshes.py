@@ -13,7 +13,7 @@ from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.geometry.simplices import Simplices, facets, keys
-from staffa.geometry.simplices import outline as found_outline
+from staffa.geometry.simplices import mesh_outline as found_outline
 from support import meshes
 from support.bodies import needs_gmsh
 

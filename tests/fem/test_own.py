@@ -16,7 +16,7 @@ from staffa.physics.trial import try_law, try_split
 from staffa.results.slab_table import table
 from staffa.results.summary import summary
 from staffa.runs.run import Watcher
-from staffa.setup.user_objects import Given, identity, unrecorded
+from staffa.setup.user_objects import Given, object_identity, unrecorded
 
 SLAB = [
     *("domain.h=0.1", "domain.size=[1.0, 0.5]", "damage.ell=0.2", "time.tau=[0.3, 0.6]"),
@@ -256,22 +256,25 @@ class Spot:
 
 
 def test_an_object_is_known_by_its_name_and_parameters() -> None:
-    assert identity(Zero()) == "Zero()"
-    assert identity(Cold(2.0)) == identity(Cold(np.float64(2.0))) == "Cold(drop=2.0)"
+    assert object_identity(Zero()) == "Zero()"
+    assert object_identity(Cold(2.0)) == object_identity(Cold(np.float64(2.0))) == "Cold(drop=2.0)"
     one = Spot((1.0, 2.0), np.arange(3.0), Cold(1.0))
-    assert identity(one) == identity(Spot((1.0, 2.0), np.arange(3.0), Cold(1.0)))
+    assert object_identity(one) == object_identity(Spot((1.0, 2.0), np.arange(3.0), Cold(1.0)))
     for other in (
         replace(one, places=(1.0, 2.5)),
         replace(one, table=np.array([0.0, 1.0, 3.0])),
         replace(one, inner=Cold(2.0)),
         replace(one, places=tuple(range(1000))),
     ):
-        assert identity(other) != identity(one)
-    assert len(identity(replace(one, places=tuple(range(1000))))) <= 300
-    assert identity(type("Said", (), {"identity": "hot spot, 2nd try"})()) == "hot spot, 2nd try"
+        assert object_identity(other) != object_identity(one)
+    assert len(object_identity(replace(one, places=tuple(range(1000))))) <= 300
+    assert (
+        object_identity(type("Said", (), {"identity": "hot spot, 2nd try"})())
+        == "hot spot, 2nd try"
+    )
     plain = Zero()
     plain.drop, plain._asked = 3.0, 17  # type: ignore[attr-defined]
-    assert identity(plain) == "Zero(drop=3.0)"
+    assert object_identity(plain) == "Zero(drop=3.0)"
 
 
 def cut(directory: Path, **own) -> None:

@@ -7,13 +7,13 @@ import pytest
 
 from staffa.case.reading.read import parse_case
 from staffa.errors import PartedError
-from staffa.evolution.loose_parts import loose_piece, pieces
+from staffa.evolution.loose_parts import loose_part, number_parts
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
 from staffa.runs.run import run
 from support.bodies import body, rock
@@ -68,7 +68,7 @@ def test_a_dead_load_beyond_the_strength_ends_the_run(tmp_path: Path, setting: s
     assert any((tmp_path / "run" / "checkpoint").iterdir()), "it can go on, in shorter steps"
 
 
-LEFT = SideSupport(side="left", components={0: at_rest, 1: at_rest})
+LEFT = SideSupport(side="left", components={0: no_displacement, 1: no_displacement})
 SHARP = {"ell": 0.1, "Gc": 1e3, "residual_stiffness": 1e-6}
 
 
@@ -130,13 +130,13 @@ def test_a_piece_without_a_load_floats_free(u: float) -> None:
 
 def test_pieces_are_counted() -> None:
     system = build(problem := cut_bar(forces=pull(1.0)))
-    labels, number = pieces(system.state.alpha, 0.95)
+    labels, number = number_parts(system.state.alpha, 0.95)
     x = system.state.alpha.function_space.tabulate_dof_coordinates()[:, 0]
     assert number == 2
     for side in (x < 0.51, x > 0.54):
         assert len(set(labels[side])) == 1 and labels[side][0] >= 0
     system.energy.external.at(1.0)
-    assert loose_piece(problem, system, solved=False) is not None
+    assert loose_part(problem, system, solved=False) is not None
     system.state.alpha.x.array[:] = 1.0
-    assert pieces(system.state.alpha, 0.95)[1] == 0
+    assert number_parts(system.state.alpha, 0.95)[1] == 0
     system.destroy()

@@ -20,14 +20,16 @@ from staffa.io.run_directory import append_step, create, read_run
 from staffa.loads.forces import Forces
 from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.records.tip_release import Release
 from staffa.results.release_table import release_table, release_text
 from support.bodies import body, quench, rock
 
 H, ELL = 0.02, 0.06
-ROLLERS = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
-CLAMP = (SideSupport(side="left", components={0: at_rest, 1: at_rest}),)
+ROLLERS = tuple(
+    SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+)
+CLAMP = (SideSupport(side="left", components={0: no_displacement, 1: no_displacement}),)
 
 
 def pulled(x: np.ndarray) -> np.ndarray:
@@ -109,7 +111,7 @@ def test_a_held_notch_releases_the_difference_of_energies(name: str, state: str)
 @pytest.mark.long
 def test_a_notch_through_a_slab_releases_the_difference_of_energies_an_area() -> None:
     size, h = (1.2, 1.2, 0.2), 0.04
-    faces = (SideSupport(side=side, components={2: at_rest}) for side in ("bottom", "top"))
+    faces = (SideSupport(side=side, components={2: no_displacement}) for side in ("bottom", "top"))
     more = {"size": size, "ell": 0.1, "state": "solid", "sides": (*ROLLERS, *faces)}
     expected, seen = difference(0.6, h, forces=LOADS["pressed open"]["forces"], **more)
     known = [tip for tip in seen.tips if tip.G is not None]

@@ -11,15 +11,15 @@ import pyvista
 
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case, read_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.compare.differences import case_differences
 from staffa.compare.open_pair import read_pair
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
-from staffa.heat.thermal_body import Conduction, Conductor, Held
+from staffa.heat.thermal_body import Conduction, Conductor, Dirichlet
 from staffa.heat.transient import HeatEquation
 from staffa.io.run_directory import CASE
 from staffa.model.domain import block, middles
@@ -85,7 +85,7 @@ def test_a_field_of_a_file_counts_from_the_case_and_is_interpolated(tmp_path) ->
     _write_field(folder / "E.vtu")
     case = read_case(folder / "my.toml")
     assert problem(case, comm=MPI.COMM_SELF).material.E(X) == pytest.approx(1 + X[0] + 2 * X[1])
-    assert pytest.approx(3.0) == averages(pieces(case)[0]).E, "the mean over the plate"
+    assert pytest.approx(3.0) == averages(subdomains_of(case)[0]).E, "the mean over the plate"
     assert case.material.E.file == "E.vtu" and attached(case) == (folder / "E.vtu",)
     assert parse_case(to_toml(case), folder=folder) == case
 
@@ -192,7 +192,10 @@ def test_where_a_shape_has_no_rock_a_formula_need_not_be_a_number() -> None:
     settings = (hole, f'material.E={{formula="{pole}"}}')
     text = LAYERS[LAYERS.index("[damage]") :]
     case = parse_case(text, settings)
-    assert problem(case, comm=MPI.COMM_SELF).domain.dim == 2 and averages(pieces(case)[0]).E == 1.0
+    assert (
+        problem(case, comm=MPI.COMM_SELF).domain.dim == 2
+        and averages(subdomains_of(case)[0]).E == 1.0
+    )
     band = "where(abs(x - 0.31) < 0.02, -1, 1)"  # between the places that are looked at at first
     with pytest.raises(InputError, match=r"material.E = .*in the middle of every cell"):
         problem(parse_case(text, (hole, f'material.E={{formula="{band}"}}')))
@@ -297,8 +300,8 @@ def test_every_class_of_elasticity_arrives_as_one_and_is_definite(given, kind) -
     assert type(found.elasticity) is kind
     C = found.elasticity.stiffness(X)
     assert C.shape == (3, 6, 6) and np.linalg.eigvalsh(C).min() > 0
-    mean = averages(pieces(case)[0])
-    assert (found.E, found.nu) == (mean.E, mean.nu) and numbers(case).sigma_c > 0
+    mean = averages(subdomains_of(case)[0])
+    assert (found.E, found.nu) == (mean.E, mean.nu) and derived_numbers(case).sigma_c > 0
     assert parse_case(to_toml(case)) == case
     assert "has directions" in str(preview(case).facts)
 
@@ -383,7 +386,10 @@ def test_heat_crosses_two_layers_as_their_conductivities_share_the_drop() -> Non
         rho_c=1.0,
         regions={"cap": Conductor(k=((9.0, 0.0), (0.0, 3.0)), rho_c=2.0)},
         initial=lambda x: np.zeros(x.shape[1]),
-        sides=(Held(side="bottom", T=lambda x, t: 0.0), Held(side="top", T=lambda x, t: 1.0)),
+        sides=(
+            Dirichlet(side="bottom", T=lambda x, t: 0.0),
+            Dirichlet(side="top", T=lambda x, t: 1.0),
+        ),
     )
     heat = HeatEquation(domain, spaces, conduction)
     assert heat.operators.capacity.sum() == pytest.approx(0.25 * 1.0 + 0.25 * 2.0)
@@ -398,11 +404,11 @@ def test_the_drop_at_which_damage_starts_is_that_of_the_weakest_region() -> None
         preview(parse_case(PLATE, [f"regions.cap={{{TOP}, Gc={Gc}}}"])) for Gc in (4.0, 0.25)
     )
     assert (
-        numbers(parse_case(PLATE)).dT_c
-        == numbers(parse_case(PLATE, [f"regions.cap={{{TOP}, Gc=4.0}}"])).dT_c
+        derived_numbers(parse_case(PLATE)).dT_c
+        == derived_numbers(parse_case(PLATE, [f"regions.cap={{{TOP}, Gc=4.0}}"])).dT_c
     )
     case = parse_case(PLATE, [f"regions.cap={{{TOP}, Gc=0.25}}"])
-    assert numbers(case).dT_c == pytest.approx(numbers(parse_case(PLATE)).dT_c / 2)
+    assert derived_numbers(case).dT_c == pytest.approx(derived_numbers(parse_case(PLATE)).dT_c / 2)
     assert "in region 'cap'" in str(weak.facts) and "in region" not in str(sound.facts)
 
 

@@ -10,16 +10,16 @@ import pytest
 from staffa.errors import InputError, SolveError, StaffaError, StoppedError
 from staffa.evolution import equilibrate
 from staffa.evolution.apply_loads import change_loads
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers, coarser
 from staffa.evolution.system import build
 from staffa.minimize.alternate import equilibrium
 from staffa.model.domain import block
 from staffa.model.fields import Transfer, linear_spaces, vertices
-from staffa.model.supports import SideSupport, at_rest, clamped
+from staffa.model.supports import SideSupport, clamped, no_displacement
 from staffa.physics.damage import LAWS
-from staffa.records.step import Effort, Stop
+from staffa.records.step import SolverStatistics, Stop
 from support.bodies import body, quench, rock, run
 
 TIGHT = Stop(change=1e-6, residual=1e-4)
@@ -86,7 +86,7 @@ def notched(guess: str = "coarser", pull: float = 1.5, **solvers: str) -> Proble
     problem = body((0.5, 0.5), h, material=rock(ell=0.1, cracked=cracked), times=(0.1, pull))
     sides = (
         clamped(problem.domain, "bottom"),
-        SideSupport(side="top", components={0: at_rest, 1: lambda x, t: t}),
+        SideSupport(side="top", components={0: no_displacement, 1: lambda x, t: t}),
     )
     choice = Solvers(guess=guess, stop=TIGHT, **solvers)
     return replace(problem, sides=sides, solvers=choice)
@@ -188,7 +188,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     x = vertices(system.spaces.alpha)
 
     def half(coarser, alpha, *loads):
-        return np.where(x[:, 1] > 0.2, 1.0, 0.0), Effort(coarse_sweeps=3)
+        return np.where(x[:, 1] > 0.2, 1.0, 0.0), SolverStatistics(coarse_sweeps=3)
 
     monkeypatch.setattr(equilibrate, "_coarse_gain", half)
     start = equilibrate.Loads(time=0.0, values=system.supports.values(0.0))
@@ -197,7 +197,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     fields = (system.state.u, system.state.alpha)
     before = [field.x.array.copy() for field in fields]
     effort = equilibrate._first_guess(system, system.coarser, replace(start, time=0.002))
-    assert effort == Effort(refused=1, coarse_sweeps=3)
+    assert effort == SolverStatistics(refused=1, coarse_sweeps=3)
     for field, vector, values in zip(
         fields, (system.alternation.u, system.alternation.alpha), before, strict=True
     ):
@@ -213,7 +213,7 @@ def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) ->
         if fault == "fails":
             raise SolveError("no")
         gain = np.full_like(alpha, 1.0 if fault == "breaks everything" else np.nan)
-        return gain, Effort(coarse_sweeps=3)
+        return gain, SolverStatistics(coarse_sweeps=3)
 
     (expected,) = run(plate("none", dT=9.0))
     monkeypatch.setattr(equilibrate, "_coarse_gain", bad)
@@ -262,7 +262,7 @@ def test_a_crack_costs_the_same_on_the_coarser_mesh(law: str) -> None:
     below = coarser(problem)
     assert below is not None
     fine, coarse = (
-        p.material.Gc * discrete_toughness(p.material, dim=2, h=p.domain.h, cells="quadrilateral")
+        p.material.Gc * effective_gc(p.material, dim=2, h=p.domain.h, cells="quadrilateral")
         for p in (problem, below)
     )
     assert coarse == pytest.approx(fine, rel=0.01), "1 + h/(4 c_w ell) holds to second order"

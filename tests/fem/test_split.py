@@ -13,11 +13,11 @@ from scipy.optimize import minimize, minimize_scalar
 from staffa.backend.jit import form
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.minimize.alternate import reactions
+from staffa.minimize.alternate import support_reactions
 from staffa.model.domain import block
 from staffa.model.initial_cracks import FlatCrack
 from staffa.model.strain import principal_strains
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
 from staffa.physics.split import (
@@ -236,7 +236,7 @@ def bar(name: str, law: str, strains, *, state: str = "plane stress") -> list[fl
     """Stress of a bar too short for its damage to localize, at each strain."""
     size, cells = ((1.0, 0.5), "triangle") if state != "solid" else ((1.0, 0.5, 0.5), "hexahedron")
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: float(strains[round(t) - 1])}),
     )
     material = rock(
@@ -249,7 +249,7 @@ def bar(name: str, law: str, strains, *, state: str = "plane stress") -> list[fl
     stresses = []
     for record in march(problem, system):
         assert not record.audit.violations
-        forces = reactions(system.alternation)
+        forces = support_reactions(system.alternation)
         moving = np.abs(system.supports.values(1.0)) > 0
         stresses.append(abs(forces[moving].sum()) / float(np.prod(size[1:])))
     system.destroy()
@@ -305,9 +305,9 @@ def carried(name: str, ell: float) -> float:
     """Load of a block between walls, cut through at mid-height and pressed by 1 %, over that of a
     whole one."""
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
-        SideSupport(side="right", components={0: at_rest}),
-        SideSupport(side="bottom", components={1: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
+        SideSupport(side="right", components={0: no_displacement}),
+        SideSupport(side="bottom", components={1: no_displacement}),
         SideSupport(side="top", components={1: lambda x, t: -0.01 * t}),
     )
     h = ell / 3
@@ -316,7 +316,7 @@ def carried(name: str, ell: float) -> float:
     problem = body((0.4, 1.0), h, sides=sides, material=material)
     system = build(problem)
     (step,) = march(problem, system)
-    stress = abs(reactions(system.alternation)[system.supports.values(1.0) < 0].sum()) / 0.4
+    stress = abs(support_reactions(system.alternation)[system.supports.values(1.0) < 0].sum()) / 0.4
     system.destroy()
     assert not step.audit.violations
     return stress / (E / (1 - NU**2) * 0.01)

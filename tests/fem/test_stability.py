@@ -19,7 +19,7 @@ from staffa.evolution.second_order import modes
 from staffa.evolution.system import System, build
 from staffa.minimize.alternate import equilibrium
 from staffa.minimize.stability import Mode, SecondVariation, _Factored
-from staffa.model.supports import Section, SideSupport, at_rest
+from staffa.model.supports import GeneralizedPlaneStrain, SideSupport, no_displacement
 from staffa.records.step import Stability, Step
 from support.bodies import body, quench, rock, run
 
@@ -70,7 +70,7 @@ def test_the_rayleigh_quotient_on_the_space_and_on_the_cone() -> None:
 def uniform(length: float, n: int = 120, alpha: float = 1e-6) -> System:
     """An AT1 bar at its strength, hardly damaged, and alike all over."""
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t}),
     )
     h = length / n
@@ -129,9 +129,11 @@ def dense(system: System) -> tuple[np.ndarray, np.ndarray]:
     return A, np.concatenate([np.zeros(ways.shape[1]), mass])
 
 
-@pytest.mark.parametrize("section", [None, Section(bending=True)], ids=["free", "cell"])
+@pytest.mark.parametrize(
+    "section", [None, GeneralizedPlaneStrain(bending=True)], ids=["free", "cell"]
+)
 def test_the_smallest_eigenvalue_and_the_inertia_are_those_of_dense_algebra(section) -> None:
-    left = (SideSupport(side="left", components={0: at_rest}),) if section else ()
+    left = (SideSupport(side="left", components={0: no_displacement}),) if section else ()
     problem = body((0.4, 0.2), 0.05, material=rock(ell=0.1), sides=left, section=section)
     system = build(problem)
     rng = np.random.default_rng(1)
@@ -159,7 +161,7 @@ def test_the_smallest_eigenvalue_and_the_inertia_are_those_of_dense_algebra(sect
 def perfect_bar(second_order: SecondOrder | None, length: float = 10 * ELL) -> Problem:
     """A bar with nothing to tell one place from another, pulled a little past its strength."""
     sides = (
-        SideSupport(side="left", components={0: at_rest}),
+        SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: t * length}),
     )
     strain = sqrt(3 / (8 * ELL))
@@ -250,7 +252,9 @@ def plate() -> Problem:
 
 def test_a_face_whose_points_hardly_feel_one_another_has_a_smallest_eigenvalue() -> None:
     """At the very onset all values are about the same: Hessian of the damage over its mass."""
-    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    sides = tuple(
+        SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+    )
     (step,) = run(
         body(
             (4.0, 0.6),
@@ -278,7 +282,9 @@ def test_a_solver_that_breaks_off_within_slepc_loses_no_step(monkeypatch) -> Non
         solve(self, y)
 
     monkeypatch.setattr(_Factored, "_solve", failing)
-    sides = tuple(SideSupport(side=side, components={0: at_rest}) for side in ("left", "right"))
+    sides = tuple(
+        SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+    )
     problem = body(
         (1.0, 0.5),
         0.05,

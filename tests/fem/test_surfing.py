@@ -9,13 +9,13 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.measure.tip import BEYOND, THRESHOLDS, reach
 from staffa.model.fields import vertices
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import LAWS
 from support.bodies import body, rock
 
@@ -81,7 +81,7 @@ def ride(
     height, start = rows * h, radius
     line = 0.0 if on_a_side else height / 2
     material = rock(ell=1.0, law=LAWS[law], nu=NU)
-    factor = on_a_side or discrete_toughness(material, dim=2, h=h, cells="quadrilateral")
+    factor = on_a_side or effective_gc(material, dim=2, h=h, cells="quadrilateral")
 
     def moved(axis: int, x: np.ndarray, t: float) -> np.ndarray:
         tip = np.array([[start + t], [line], [0.0]])
@@ -94,7 +94,7 @@ def ride(
     components = {axis: partial(moved, axis) for axis in (0, 1)}
     sides = {side: components for side in ("left", "right", "bottom", "top")}
     if on_a_side:
-        sides["bottom"] = {1: at_rest}
+        sides["bottom"] = {1: no_displacement}
     problem = body(
         (round(3 * radius / h) * h, height),
         h,

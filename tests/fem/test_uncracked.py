@@ -9,7 +9,7 @@ from scipy.special import erfc
 
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.model.supports import Section, rollers
+from staffa.model.supports import GeneralizedPlaneStrain, rollers
 from support.bodies import UNSTRUCTURED, Unbreakable, body, quench, rock
 
 NU, DT, TAU = 0.3, 2.0, 0.4
@@ -58,7 +58,11 @@ def elastic_energy(state: str, width: float, h: float, section: str | None, cell
         problem = body((width, 1.0), h, anchor="top", **fields)
     else:
         held = ["left", "right"] if section == "fixed" else ["left"]
-        free = {"fixed": None, "stretch": Section(bending=False), "free": Section(bending=True)}
+        free = {
+            "fixed": None,
+            "stretch": GeneralizedPlaneStrain(bending=False),
+            "free": GeneralizedPlaneStrain(bending=True),
+        }
         domain = body((width, 1.0), h, **fields).domain
         sides = tuple(rollers(domain, side) for side in held)
         problem = body((width, 1.0), h, sides=sides, section=free[section], anchor="top", **fields)

@@ -13,10 +13,10 @@ from staffa.case.reading.read import parse_case
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.heat.thermal_body import Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Dirichlet, Insulating
 from staffa.io.run_directory import read_run
 from staffa.loads.forces import Forces, Traction
-from staffa.model.supports import SideSupport, at_rest
+from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step
 from staffa.runs.run import run
@@ -117,7 +117,7 @@ def moved(side: str, u) -> SideSupport:
 
 
 def pulled(u) -> tuple[SideSupport, ...]:
-    return SideSupport(side="left", components={0: at_rest}), moved("right", u)
+    return SideSupport(side="left", components={0: no_displacement}), moved("right", u)
 
 
 class Uniform:
@@ -199,7 +199,7 @@ def test_forces_that_vanish_and_reverse(displacement: str, split: str) -> None:
     problem = body(
         SIZE,
         H,
-        sides=(SideSupport(side="left", components={0: at_rest}),),
+        sides=(SideSupport(side="left", components={0: no_displacement}),),
         forces=Forces(sides=(Traction(side="right", force=pull),)),
         material=strong(split),
         displacement=displacement,
@@ -233,7 +233,7 @@ def cut(x: np.ndarray) -> np.ndarray:
 
 def warmed(cracks: Insulating | None, **changes) -> Problem:
     """Rock whose bottom is cold for a while, at a temperature that counts from none."""
-    bottom = Held(side="bottom", T=lambda x, t: -2.0 * np.interp(t, (0, 1, 2), (0, 1, 0)))
+    bottom = Dirichlet(side="bottom", T=lambda x, t: -2.0 * np.interp(t, (0, 1, 2), (0, 1, 0)))
     heat = Conduction(
         k=tensor(1.0, 1.0), rho_c=1.0, initial=still, sides=(bottom,), kinks=(1, 2), cracks=cracks
     )

@@ -18,8 +18,8 @@ from staffa.plot.cell_planes import (
     AT_THE_END,
     CRACK,
     NEIGHBORS,
-    Curve,
-    Plane,
+    ColumnPlane,
+    ReferenceCurve,
     painted,
     sections_figure,
     size_figure,
@@ -68,7 +68,7 @@ def one_section(depth: float) -> CellSection:
     )  # fmt: skip
 
 
-def planes_of(run: Run) -> list[Plane]:
+def planes_of(run: Run) -> list[ColumnPlane]:
     (frame,), _ = read_frames(run)
     return sections.planes_of(run.manifest, frame)
 
@@ -129,7 +129,7 @@ def test_sizes_are_drawn_with_their_errors_beside_theory():
             one, diameter=Estimate(value=None, error=None), spacing=Estimate(value=0.5, error=None)
         ),
     }
-    curve = Curve(name="theory", depths=np.array([0.0, 0.4]), lengths=np.array([0.1, 0.8]))
+    curve = ReferenceCurve(name="theory", depths=np.array([0.0, 0.4]), lengths=np.array([0.1, 0.8]))
     (axes,) = size_figure(drawn_manifest(SIZE), found, [curve]).axes
     assert axes.lines[0].get_ydata().tolist() == [0.1, 0.8]
     points = [bars.lines[0].get_xydata().tolist() for bars in axes.containers]

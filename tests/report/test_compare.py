@@ -34,9 +34,9 @@ from staffa.compare.side_by_side import common_times, difference, results
 from staffa.errors import StaffaError
 from staffa.io.own_files import GENERATOR, write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run
-from staffa.io.vtkhdf import Grid
+from staffa.io.vtkhdf import VtkMesh
 from staffa.plot.frames import Frame, read_frames
-from staffa.plot.pair_pictures import difference as damage_difference
+from staffa.plot.pair_pictures import damage_difference as damage_difference
 from staffa.records.step import Energies, Step
 from staffa.report.drawing import draw_pair
 from staffa.results.slab_table import ABSENT, Table
@@ -404,7 +404,7 @@ def test_fields_of_one_mesh_are_compared_in_whatever_order_its_points_come(pair)
     run = pair.first.run
     (one,), _ = read_frames(run, [run.steps[-1]])
     order = np.random.default_rng(0).permutation(len(one.alpha))
-    grid = Grid(points=one.grid.points[order], cells=one.grid.cells, type=one.grid.type)
+    grid = VtkMesh(points=one.grid.points[order], cells=one.grid.cells, type=one.grid.type)
     higher = one.alpha + 0.1 * one.grid.points[:, 0]
     other = replace(one, grid=grid, alpha=higher[order])
     found = damage_difference(one, other)

@@ -11,10 +11,10 @@ import pytest
 from report.test_report import BOX, SLAB, cut_into_columns, drawn_manifest, drawn_run, rewritten
 from staffa.case.reading.read import parse_case
 from staffa.case.reading.ready_cases import ready_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.scales.shown_units import reference, units
 from staffa.cli.live import Follower
-from staffa.display_units import Magnitudes, Unit, shown
+from staffa.display_units import Magnitudes, Unit, choose_display_units
 from staffa.io.run_directory import Run, read_run
 from staffa.measure.network import Network
 from staffa.plot.cracks import cracks_figure
@@ -51,7 +51,7 @@ READY = {
 @pytest.mark.parametrize("name", READY)
 def test_a_ready_case_is_shown_in_the_units_that_it_writes(name: str) -> None:
     case = ready_case(name)
-    found = units(case, numbers(case))
+    found = units(case, derived_numbers(case))
     assert tuple(found[key].name if found else "" for key in NAMES) == READY[name]
 
 
@@ -81,7 +81,7 @@ def test_units_that_are_mixed_or_absent_are_chosen_by_size(
     setting: str, name: str, unit: str
 ) -> None:
     case = parse_case(SOLID, [setting])
-    assert units(case, numbers(case))[name].name == unit
+    assert units(case, derived_numbers(case))[name].name == unit
 
 
 def test_the_temperature_that_changes_count_from_is_known_where_it_is_one() -> None:
@@ -109,7 +109,7 @@ WRITTEN = {"length": MM, "time": HOURS, "temperature": CELSIUS}
 def in_units(path: Path, size: tuple[float, ...] = SLAB, **changes: object) -> Run:
     """A drawn run whose case is written in mm, h and °C."""
     sizes = Magnitudes(extent=max(size), depth=1.0, last=1.0, energy=5e3, heat=5e6, force=5e6)
-    known = {"units": vars(shown(len(size), sizes, WRITTEN)), "profile": "heat"}
+    known = {"units": vars(choose_display_units(len(size), sizes, WRITTEN)), "profile": "heat"}
     return drawn_run(path, size, n=6, scaled=False, **(known | changes))
 
 

@@ -18,7 +18,7 @@ from staffa.errors import InputError, StaffaError
 from staffa.geometry.block import SIDES
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, read_run
-from staffa.io.vtkhdf import Grid, write_vtkhdf
+from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
 from staffa.plot.cracks import FACE, cracks_figure, triangulation
@@ -33,12 +33,12 @@ from staffa.records.manifest import Manifest
 from staffa.records.step import (
     Audit,
     CellSection,
-    Effort,
+    CracksAtHeight,
     Energies,
     Heat,
     Measures,
     Return,
-    Section,
+    SolverStatistics,
     Step,
     Tip,
 )
@@ -82,7 +82,7 @@ def drawn_step(index: int, size: tuple[float, ...], fields: str | None) -> Step:
         for p, d in zip(PLACES, depths, strict=False)
     ]
     sections = [
-        Section(height=h, cracks=int((depths > h).sum()), spacing=None)
+        CracksAtHeight(height=h, cracks=int((depths > h).sum()), spacing=None)
         for h in (HEIGHTS if len(size) == 2 else ())
     ]
     return Step(
@@ -98,7 +98,7 @@ def drawn_step(index: int, size: tuple[float, ...], fields: str | None) -> Step:
     )  # fmt: skip
 
 
-def drawn_mesh(size: tuple[float, ...], n: int) -> Grid:
+def drawn_mesh(size: tuple[float, ...], n: int) -> VtkMesh:
     """Squares or cubes of edge 1/n, points numbered along x, then y, then z."""
     counts = [round(length * n) for length in size]
     axes = [np.linspace(0, length, c + 1) for length, c in zip(size, counts, strict=True)]
@@ -108,12 +108,12 @@ def drawn_mesh(size: tuple[float, ...], n: int) -> Grid:
     right, up = 1, counts[0] + 1
     square = np.column_stack([corner, corner + right, corner + right + up, corner + up])
     if len(size) == 2:
-        return Grid(points=np.pad(points, ((0, 0), (0, 1))), cells=square, type=9)
+        return VtkMesh(points=np.pad(points, ((0, 0), (0, 1))), cells=square, type=9)
     layer = (counts[0] + 1) * (counts[1] + 1)
-    return Grid(points=points, cells=np.hstack([square, square + layer]), type=12)
+    return VtkMesh(points=points, cells=np.hstack([square, square + layer]), type=12)
 
 
-def write_fields(path: Path, grid: Grid, size: tuple[float, ...], tau: float) -> None:
+def write_fields(path: Path, grid: VtkMesh, size: tuple[float, ...], tau: float) -> None:
     x, y = grid.points[:, 0], grid.points[:, len(size) - 1]
     alpha = np.zeros(len(x))
     for place, depth in zip(PLACES, depth_at(tau), strict=False):
@@ -451,7 +451,10 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
 def test_what_a_run_fell_back_to_is_said(tmp_path):
     run = drawn_run(tmp_path / "run")
     assert not [fact for fact in summary(run) if fact.name == "fall-backs"]
-    steps = [replace(step, effort=Effort(fallbacks=2, halvings=1, moves=9)) for step in run.steps]
+    steps = [
+        replace(step, effort=SolverStatistics(fallbacks=2, halvings=1, moves=9))
+        for step in run.steps
+    ]
     (said,) = (f.text for f in summary(rewritten(run, steps[:2])) if f.name == "fall-backs")
     assert said == "needed the second damage solver 4 times, a step cut in two 2 times"
 
@@ -460,7 +463,7 @@ def test_steps_of_the_first_version_are_read() -> None:
     """They counted how often the second damage solver took over, and nothing else."""
     record = drawn_step(0, SLAB, None).to_record()
     del record["effort"]
-    assert Step.from_record(dict(record, fallbacks=3)).effort == Effort(fallbacks=3)
+    assert Step.from_record(dict(record, fallbacks=3)).effort == SolverStatistics(fallbacks=3)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -482,7 +485,7 @@ def test_cells_become_triangles_that_cover_the_body_once(kind):
     if kind == "triangles":
         a, b, c, d = grid.cells.T
         halves = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-        grid = Grid(points=grid.points, cells=halves, type=5)
+        grid = VtkMesh(points=grid.points, cells=halves, type=5)
     triangles = triangulation(grid, drawn_manifest(SLAB))
     x, y = triangles.x[triangles.triangles], triangles.y[triangles.triangles]
     twice = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])

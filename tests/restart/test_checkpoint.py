@@ -155,12 +155,12 @@ def test_two_checkpoints_are_kept_and_what_they_name(tmp_path: Path) -> None:
         (folder / ".half.json.staffa-part").write_text("half")
         state = checkpoint.write_part(folder, {"u": np.full((4, 2), float(number))})
         checkpoint.write_page(folder, number, {"state": state}, [mesh, state])
-    assert checkpoint.numbers(folder) == [9, 5]
+    assert checkpoint.checkpoint_numbers(folder) == [9, 5]
     assert len(list(folder.iterdir())) == 2 + 3
     found = checkpoint.read_part(folder, checkpoint.read_page(folder, 5)["state"])
     assert np.array_equal(found["u"], np.full((4, 2), 5.0))
     checkpoint.remove_after(folder, 5)
-    assert checkpoint.numbers(folder) == [5] and len(list(folder.iterdir())) == 1 + 2
+    assert checkpoint.checkpoint_numbers(folder) == [5] and len(list(folder.iterdir())) == 1 + 2
     with pytest.raises(DamagedError, match="cannot be read"):
         checkpoint.read_part(folder, state)
 

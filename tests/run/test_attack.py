@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from staffa.backend.guarded_reading import read_apart
-from staffa.backend.isolation import elsewhere, python
+from staffa.backend.isolation import elsewhere, isolated_python
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
@@ -99,7 +99,7 @@ def test_another_python_imports_nothing_from_the_current_folder(tmp_path: Path) 
     """Each form of `python` is such a Python; the plain one falls into the trap."""
     canary = tmp_path / "canary"
     (tmp_path / "colorsys.py").write_text(MODULE.format(canary=str(canary)))
-    for command in (python("import colorsys"), python(module="colorsys")):
+    for command in (isolated_python("import colorsys"), isolated_python(module="colorsys")):
         subprocess.run(command, cwd=tmp_path, check=True)
         assert not canary.exists(), command
     subprocess.run([sys.executable, "-c", "import colorsys"], cwd=tmp_path, check=True)
@@ -108,7 +108,7 @@ def test_another_python_imports_nothing_from_the_current_folder(tmp_path: Path) 
 
 def test_it_knows_staffa_all_the_same(tmp_path: Path) -> None:
     said = subprocess.run(
-        python("import staffa; print(staffa.__file__)"),
+        isolated_python("import staffa; print(staffa.__file__)"),
         cwd=tmp_path, check=True, capture_output=True, text=True,
     ).stdout  # fmt: skip
     import staffa as here
@@ -309,7 +309,7 @@ def test_gmsh_starts_without_the_settings_of_the_current_folder(tmp_path: Path) 
     for name in (".petscrc", "petscrc"):
         (tmp_path / name).write_text(trap)
     code = "from staffa.geometry.gmsh_model import opened\nwith opened('a', 'b'): pass"
-    subprocess.run(python(code), cwd=tmp_path, check=True)
+    subprocess.run(isolated_python(code), cwd=tmp_path, check=True)
     assert not (tmp_path / "canary").exists()
 
 

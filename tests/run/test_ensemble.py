@@ -15,17 +15,17 @@ from case.test_bad_input import check_sentence, files_in, sentence_of, staffa
 from report.test_report import BOX, SLAB, assert_shows_something, drawn_run, rewritten
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.toml_text import to_toml
-from staffa.display_units import Magnitudes, Unit, shown
+from staffa.display_units import Magnitudes, Unit, choose_display_units
 from staffa.errors import InputError, SolveError
 from staffa.geometry.block import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import CASE, read_run
-from staffa.measure.averages import Average, average, spread
+from staffa.measure.averages import Average, average, mean_over_time
 from staffa.measure.generations import arrests
 from staffa.report.drawing import draw_ensemble
 from staffa.results.ensemble_means import Sheet, facts, sheets
-from staffa.runs.ensemble import begun_members, member, run_ensemble, seeds_from
+from staffa.runs.ensemble import member, run_ensemble, seeds_from, started_members
 from staffa.setup.build import problem
 
 SMALL = """title = "A small slab"
@@ -62,7 +62,7 @@ def test_one_member_has_a_mean_without_an_error_and_none_has_neither() -> None:
 
 
 def test_a_state_lasts_until_the_next_step_and_is_unknown_outside_the_run() -> None:
-    found = spread([((1.0, 3.0, 5.0), (0, 2, 4)), ((2.0, 4.0, 6.0), (5, 1, 7))])
+    found = mean_over_time([((1.0, 3.0, 5.0), (0, 2, 4)), ((2.0, 4.0, 6.0), (5, 1, 7))])
     assert found.at.tolist() == [2.0, 3.0, 4.0, 5.0]
     assert found.values.tolist() == [[0, 2, 2, 4], [5, 5, 1, 1]]
     assert found.mean.tolist() == [2.5, 3.5, 1.5, 2.5]
@@ -161,7 +161,7 @@ def test_a_case_with_units_has_its_numbers_in_them(tmp_path) -> None:
     """Not over L = 2 m; 16 cracks on 2.5 m, half of them stop at .14 m."""
     sizes = Magnitudes(extent=2.5, depth=1.0, last=1.0)
     written = {"length": Unit(name="mm", size=1e-3), "time": Unit(name="h", size=3600.0)}
-    known = {"units": vars(shown(2, sizes, written)), "scaled": False, "L": 2.0}
+    known = {"units": vars(choose_display_units(2, sizes, written)), "scaled": False, "L": 2.0}
     ensemble = drawn_ensemble(tmp_path, **known)
     network, end = sheets(ensemble)
     assert network.names[:4] == ("p (mm)", "a0 (mm)", "t0 (h)", "tau0")
@@ -178,7 +178,7 @@ def test_a_case_with_units_has_its_numbers_in_them(tmp_path) -> None:
     names, _ = results(tmp_path)
     assert names[:4] == ["p_mm", "a0_mm", "t0_h", "tau0"] and names[-1] == "length_mm"
     solid = drawn_ensemble(
-        tmp_path / "solid", BOX, **known | {"units": vars(shown(3, sizes, written))}
+        tmp_path / "solid", BOX, **known | {"units": vars(choose_display_units(3, sizes, written))}
     )
     (_, unit) = sheets(solid)[1].columns[-1]
     assert unit.name == "mm²" and sheets(solid)[1].rows[0][-1] == pytest.approx(
@@ -322,10 +322,10 @@ def test_a_member_solved_in_another_way_is_of_the_ensemble_and_one_of_other_rock
         text = to_toml(parse_case(SMALL, [f"toughness.seed={seed}", setting]))
         (tmp_path / f"seed-{seed}" / CASE).write_text(text)
     aside = (tmp_path / "seed-2" / CASE).rename(tmp_path / "seed-2" / "aside")
-    assert set(begun_members(case, range(2), tmp_path)) == {0, 1}
+    assert set(started_members(case, range(2), tmp_path)) == {0, 1}
     aside.rename(tmp_path / "seed-2" / CASE)
     with pytest.raises(InputError, match="holds a run of another case, seed-2"):
-        begun_members(case, range(3), tmp_path)
+        started_members(case, range(3), tmp_path)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from staffa.case.check.cost import WITHIN, coarser_for, duration, memory, steps
 from staffa.case.check.preview import preview
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.case import Case
 from support.paths import ROOT
 
@@ -37,7 +37,7 @@ def as_run(command: str) -> tuple[Case, int]:
 
 
 def estimated(case: Case) -> float:
-    return duration(case, steps(case, numbers(case)).number)
+    return duration(case, steps(case, derived_numbers(case)).number)
 
 
 def test_the_kept_runs_took_as_long_as_is_said() -> None:
@@ -85,7 +85,7 @@ def test_adaptive_steps_are_counted_as_the_cold_alone_makes_them() -> None:
     """tau grows by a quarter a step from .01: .01 * 1.25^n = .08 at n = 9.3, then by .02."""
     text = "time={tau={start=0.01,stop=0.4,shortest=0.0005,longest=0.02}}"
     case = ready_cases.ready_case("slab", [text, "output.at=[]"])
-    found = steps(case, numbers(case))
+    found = steps(case, derived_numbers(case))
     grown = next(n for n in range(99) if 0.01 * 1.25**n >= 0.08)
     rest = (0.4 - 0.01 * 1.25**grown) / 0.02
     assert found.open and found.number == 1 + grown + int(rest) + 1 == 27

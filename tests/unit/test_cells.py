@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from staffa.measure.cells import Cells, cells, section
+from staffa.measure.cells import Cells, cell_section, cells
 from staffa.measure.patterns import Pattern, pattern
 from staffa.records.step import CellSection
 
@@ -54,7 +54,7 @@ def measured(
 
 def told(found: Cells) -> Pattern:
     """The statistics of drawn cells."""
-    return pattern([section(found, depth=0.1, pixel=(EDGE, EDGE))])
+    return pattern([cell_section(found, depth=0.1, pixel=(EDGE, EDGE))])
 
 
 def squares(apart: float = 0.25) -> np.ndarray:

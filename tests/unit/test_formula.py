@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from staffa.errors import InputError
-from staffa.properties.formula import FUNCTIONS, formula, names, trial
+from staffa.properties.formula import FUNCTIONS, formula, formula_variables, trial
 
-KNOWN = names(3)
+KNOWN = formula_variables(3)
 X = np.random.default_rng(1).uniform(0.05, 0.95, (3, 257))
 T = 0.75
 # Functions of Python by the names that formulas have for them, one number at a time.

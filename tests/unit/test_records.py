@@ -21,7 +21,7 @@ from staffa.display_units import Unit
 from staffa.evolution.backtrack import Better
 from staffa.evolution.restart_state import LoopNumbers, PastNumbers
 from staffa.records.json_form import json_form, made
-from staffa.records.step import Effort, Energies, Fluid, Measures, Section, Step
+from staffa.records.step import CracksAtHeight, Energies, Fluid, Measures, SolverStatistics, Step
 
 
 def records_of(package: Any) -> Iterator[type]:
@@ -188,14 +188,14 @@ class Anything:
     weather: Weather
     way: Literal["up", "down"]
     pair: tuple[int, str] | None
-    sections: dict[str, tuple[Section, ...]]
+    sections: dict[str, tuple[CracksAtHeight, ...]]
     table: tuple[dict[str, float | None], ...]
 
 
 @pytest.mark.parametrize("number", [2, 2.0, "2", True, None, nan, -inf])
 def test_fields_of_any_kind_are_read_back_as_they_were(number: Any) -> None:
     """A union gives the member that was written."""
-    section = filled(Section, count(3))
+    section = filled(CracksAtHeight, count(3))
     one = Anything(
         number=number,
         weather=Weather.FOUL,
@@ -258,7 +258,11 @@ def test_a_step_of_version_0_1_0_is_read() -> None:
         '"seconds": 1.5, "fields": null}'
     )
     step = Step.from_record(json.loads(line))
-    assert step.effort == Effort(fallbacks=4) and step.energies.total == 2.0 and step.tau is None
+    assert (
+        step.effort == SolverStatistics(fallbacks=4)
+        and step.energies.total == 2.0
+        and step.tau is None
+    )
     assert step.energies == Energies(elastic=1.5, surface=0.5) and step.audit is not None
     assert step.audit.violations == ("one",) and step.measures is not None
     assert step.measures.tips[0].position == (0.1, 0.3) and step.measures.cells == ()

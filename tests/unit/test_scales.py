@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from staffa.physics import doubling, scales
-from staffa.physics.damage import AT1, AT2, discrete_toughness_factor, strength
+from staffa.physics.damage import AT1, AT2, effective_gc_factor, strength
 from staffa.physics.material import PLANE_STRAIN, PLANE_STRESS, SOLID, energy_density, lame
 
 # Alumina: Bourdin, Marigo, Maurini, Sicsic, Phys. Rev. Lett. 112, 014301 (2014).
@@ -105,7 +105,7 @@ def test_tau_and_time_are_each_other_s_inverse():
 
 
 def test_first_guess_at_the_discrete_toughness():
-    at1, at2 = (discrete_toughness_factor(law, h=0.01, ell=0.03) for law in (AT1(), AT2()))
+    at1, at2 = (effective_gc_factor(law, h=0.01, ell=0.03) for law in (AT1(), AT2()))
     assert isclose(at1, 1 + 3 / 8 / 3) and isclose(at2, 1 + 1 / 2 / 3), f"{at1}, {at2}"
 
 

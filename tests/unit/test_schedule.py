@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from staffa.evolution.schedule import SAFETY, Pace, Schedule, Walk, schedule
+from staffa.evolution.schedule import SAFETY, AdaptiveSteps, Pace, Schedule, schedule
 
 THIRDS = tuple(np.linspace(0.1, 0.7, 7))  # 0.30000000000000004 and the like
 ASKED = (0.3, 0.7)
@@ -59,7 +59,7 @@ def pace(**changes) -> Pace:
 
 def walked(plan: Schedule, ran, most: int = 1000) -> list[tuple[float, float]]:
     """(start, end) of the accepted steps, if in a step from a to b cracks run ran(a, b)."""
-    walk, found, tries = Walk(plan), [], 0
+    walk, found, tries = AdaptiveSteps(plan), [], 0
     while (time := walk.next()) is not None:
         tries += 1
         assert tries < most, "it comes to an end"
@@ -129,7 +129,7 @@ def test_a_shortest_step_stands_however_late_it_is(start: float, shortest: float
 
 
 def test_a_crack_that_runs_just_as_far_as_it_may_is_no_matter_of_round_off() -> None:
-    walk = Walk(schedule((1.0, 3.0), pace=pace(advance=6 * 0.01)))
+    walk = AdaptiveSteps(schedule((1.0, 3.0), pace=pace(advance=6 * 0.01)))
     walk.onward(walk.next(), 0.0)
     for cell in range(100):
         depths = [0.01 * (cell + k) for k in (0, 6)]
@@ -151,7 +151,7 @@ def test_a_step_is_halved_before_a_time_only_if_both_halves_are_long_enough() ->
 
 
 def test_after_going_back_steps_are_short_again() -> None:
-    walk = Walk(schedule((1.0, 3.0), pace=pace()))
+    walk = AdaptiveSteps(schedule((1.0, 3.0), pace=pace()))
     for _ in range(3):
         walk.onward(walk.next(), 0.0)
     walk.back(1.05)

@@ -47,7 +47,7 @@ def spoken(command: Sequence[str | Path], *, seconds: float, folder: Path | None
 
 def python(code: str, *, seconds: float = 60, launcher: Sequence[str] = ()) -> str:
     """What this Python prints in another process, or in several; errors as of `spoken`."""
-    command = [*launcher, *isolation.python(code)]
+    command = [*launcher, *isolation.isolated_python(code)]
     return spoken(command, seconds=seconds, folder=Path(isolation.NOWHERE))
 
 

@@ -97,7 +97,7 @@ def two_ranks() -> str:
         case, directory = Path(name) / "bar.toml", Path(name) / "run"
         case.write_text(ready_cases.text("bar"), encoding="utf-8")
         settings = [word for setting in SMALL for word in ("--set", setting)]
-        launch = [_launcher(), "-n", "2", *isolation.python(STAFFA)]
+        launch = [_launcher(), "-n", "2", *isolation.isolated_python(STAFFA)]
         asked: list[str | Path] = ["run", case, "--out", directory, "--quiet", *settings]
         spoken([*launch, *asked], seconds=300, folder=Path(name))
         run = read_run(directory)

@@ -15,11 +15,11 @@ import numpy as np
 
 from staffa.evolution.advance import restore, snapshot
 from staffa.evolution.audit import Before
-from staffa.evolution.backtrack import Better, History, Past
+from staffa.evolution.backtrack import Better, Past, StepHistory
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
-from staffa.evolution.schedule import Walk
+from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.system import System
 from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
@@ -28,13 +28,13 @@ from staffa.records.step import Heat
 # The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
 # for each cell, and is there where faces of cracks touch.
 FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
-# Those of a state of `History`.
+# Those of a state of `StepHistory`.
 PAST_FIELDS = ("alpha", "T")
 
 
 @dataclass(frozen=True, kw_only=True)
 class PastNumbers:
-    """A step of `History`, as a checkpoint keeps it.
+    """A step of `StepHistory`, as a checkpoint keeps it.
 
     Attributes
     ----------
@@ -65,14 +65,14 @@ class PastNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopNumbers:
-    """The numbers of a checkpoint: all of a `Standing` but its fields.
+    """The numbers of a checkpoint: all of a `RestartState` but its fields.
 
     Attributes
     ----------
     index
         Index of the next step, unless `better` is an earlier one to go back to.
     start
-        Time (s) that `Walk` has come to; None before the first step.
+        Time (s) that `AdaptiveSteps` has come to; None before the first step.
     length
         Length of its next step (s).
     loads
@@ -107,12 +107,12 @@ class LoopNumbers:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class RestartState:
     """What a checkpoint keeps.
 
     index: of the next step, unless `better` is an earlier one to go back to. start, length: of
-    `Walk`. kept: `snapshot` of the state. components: of u (a rank may have no vertex). rest:
-    energies that others count from. total: energy that the step before ended with, None in
+    `AdaptiveSteps`. kept: `snapshot` of the state. components: of u (a rank may have no vertex).
+    rest: energies that others count from. total: energy that the step before ended with, None in
     checkpoints of older versions. past, returns, states: of `history`, as they were then; empty
     without backtracking.
     """
@@ -130,7 +130,7 @@ class Standing:
     failed: tuple[int, ...] = ()
     due: bool = False
     states: tuple[int, ...] = ()
-    history: History | None = None
+    history: StepHistory | None = None
 
     def numbers(self) -> dict[str, Any]:
         """Return all but the fields, as JSON holds it."""
@@ -163,7 +163,7 @@ class Standing:
         assert self.history is not None
         return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
 
-    def anew(self) -> "Standing":
+    def anew(self) -> "RestartState":
         """The same, for solvers that may do what others could not: returns that failed are tried
         again."""
         if self.history:
@@ -176,9 +176,9 @@ class Standing:
         system.energy.rest = self.rest
         history = None
         if problem.backtracking:  # before the first step it may be new
-            history = self.history or History(system.state)
+            history = self.history or StepHistory(system.state)
         return Loop(
-            walk=Walk(problem.schedule, self.start, self.length),
+            walk=AdaptiveSteps(problem.schedule, self.start, self.length),
             history=history,
             index=self.index,
             total=self.total,
@@ -187,12 +187,12 @@ class Standing:
         )
 
 
-def standing(
+def restart_state(
     numbers: Mapping[str, Any],
     fields: Mapping[str, np.ndarray],
     past_fields: Iterable[Mapping[str, np.ndarray]] | None,
     system: System,
-) -> Standing:
+) -> RestartState:
     """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
 
     fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
@@ -202,12 +202,12 @@ def standing(
     past = tuple(_past(one, system) for one in told.past)
     history = None
     if past_fields is not None:
-        history = History()
+        history = StepHistory()
         history.steps, history.returns = list(past), Counter(told.returns)
         history.failed = set(told.failed)
         for state in past_fields:
             history.remember(state["alpha"], state["T"])
-    return Standing(
+    return RestartState(
         index=told.index,
         start=told.start,
         length=told.length,
@@ -245,8 +245,8 @@ class Loop:
     step before ended with. due: whether the last step is still to be looked back from.
     """
 
-    walk: Walk
-    history: History | None
+    walk: AdaptiveSteps
+    history: StepHistory | None
     total: float | None
     index: int = 0
     better: Better | None = None
@@ -279,10 +279,10 @@ class Loop:
         _, alpha, T, *_ = kept
         return Before(alpha=alpha, T=T, total=self.total)
 
-    def standing(self, system: System) -> Standing:
+    def standing(self, system: System) -> RestartState:
         """What of it is to be kept."""
         history = self.history
-        return Standing(
+        return RestartState(
             index=self.index,
             start=self.walk.start,
             length=self.walk.length,

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from staffa.geometry.simplices import facets, keys
 
 
-def broken_layer(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
+def cells_along_crack(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
     """The cells, by their numbers, that a crack breaks: all that touch it from one side.
 
     A vertex of a crack is inside it, and not on its rim, if the crack parts the cells around it.

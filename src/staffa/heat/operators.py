@@ -20,15 +20,15 @@ from staffa.backend import jit
 from staffa.backend.parallel import any_over_ranks, max_over_ranks
 from staffa.errors import InputError, LoadError
 from staffa.heat.thermal_body import (
-    Bath,
     Conduction,
     Conductor,
-    Film,
-    Held,
-    Inflow,
+    Dirichlet,
+    FluidFilledCrack,
     Insulating,
+    Neumann,
     OfSurface,
     PointValues,
+    Robin,
     Values,
 )
 from staffa.model import axis
@@ -46,7 +46,7 @@ STEP = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Exchange:
+class HeatExchange:
     """Heat that enters at vertices from one cause (W): given, or coefficient (bath - T); owned
     entries. film: gives the coefficient (W/K) at temperatures (K), where it depends on them."""
 
@@ -110,7 +110,7 @@ class HeatOperators:
             side.side: self._lumped(phi * faces(number + 1))
             for number, side in enumerate(conduction.sides)
         }
-        if isinstance(conduction.cracks, Bath):
+        if isinstance(conduction.cracks, FluidFilledCrack):
             steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
             self._faces = self._form(steepness * phi * dx(degree=QUADRATURE))
         self._crack_area = np.zeros(self._x.shape[1])
@@ -153,7 +153,7 @@ class HeatOperators:
         """Owned entries of each held side; a vertex of two of them belongs to the first."""
         taken = np.zeros(self._x.shape[1], dtype=bool)
         found = {}
-        for side in self._sides(Held):
+        for side in self._sides(Dirichlet):
             entries = fem.locate_dofs_topological(
                 self.space, domain.dim - 1, domain.facets(side.side)
             )
@@ -162,7 +162,7 @@ class HeatOperators:
             taken[entries] = True
         return found
 
-    def _sides[S: (Held, Inflow, Film)](self, kind: type[S]) -> list[S]:
+    def _sides[S: (Dirichlet, Neumann, Robin)](self, kind: type[S]) -> list[S]:
         return [side for side in self.conduction.sides if isinstance(side, kind)]
 
     def feel(self, alpha: np.ndarray) -> bool:
@@ -172,7 +172,7 @@ class HeatOperators:
             return False
         self._felt = alpha.copy()
         self._alpha.x.array[:] = alpha
-        if isinstance(cracks, Bath):
+        if isinstance(cracks, FluidFilledCrack):
             self._crack_area = self._lumped(self._faces)
             if known is not None:
                 return True
@@ -194,7 +194,7 @@ class HeatOperators:
         """Prescribed temperatures (K) of the entries `held` at time t."""
         parts = [
             self._at(f"{side.side}.T", side.T, t, self._held[side.side])
-            for side in self._sides(Held)
+            for side in self._sides(Dirichlet)
         ]
         return np.concatenate([np.zeros(0), *parts])
 
@@ -205,13 +205,13 @@ class HeatOperators:
             yield name, slice(start, start + len(entries))
             start += len(entries)
 
-    def exchanges(self, t: float) -> list[Exchange]:
+    def exchanges(self, t: float) -> list[HeatExchange]:
         """What enters from each cause but held sides at time t."""
         found = []
-        for film in self._sides(Film):
+        for film in self._sides(Robin):
             area = self._areas[film.side]
             found.append(self._film(film.side, area, film.h, film.T, t))
-        for inflow in self._sides(Inflow):
+        for inflow in self._sides(Neumann):
             area = self._areas[inflow.side]
             where, entering = np.flatnonzero(area), np.zeros_like(area)
             entering[where] = self._at(f"{inflow.side}.flux", inflow.q, t, where) * area[where]
@@ -219,13 +219,13 @@ class HeatOperators:
         made = self._at("source", self.conduction.source, t) * self._volume
         found.append(_given("source", made))
         cracks = self.conduction.cracks
-        if isinstance(cracks, Bath):
+        if isinstance(cracks, FluidFilledCrack):
             found.append(self._film("cracks", self._crack_area, cracks.h, cracks.T, t))
         return found
 
     def _film(
         self, name: str, area: np.ndarray, h: Values | OfSurface, T: Values, t: float
-    ) -> Exchange:
+    ) -> HeatExchange:
         where = np.flatnonzero(area)
         coefficient, bath = np.zeros_like(area), np.zeros_like(area)
         bath[where] = self._at(f"{name}.T", T, t, where)
@@ -234,7 +234,9 @@ class HeatOperators:
             film = partial(self._coefficient, f"{name}.h", h, t, area)
         else:
             coefficient[where] = self._at(f"{name}.h", h, t, where, least=0.0) * area[where]
-        return Exchange(name=name, given=0 * area, coefficient=coefficient, bath=bath, film=film)
+        return HeatExchange(
+            name=name, given=0 * area, coefficient=coefficient, bath=bath, film=film
+        )
 
     def _coefficient(
         self, name: str, h: OfSurface, t: float, area: np.ndarray, T: np.ndarray
@@ -285,8 +287,8 @@ class HeatOperators:
             thing.destroy()
 
 
-def _given(name: str, heat: np.ndarray) -> Exchange:
-    return Exchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
+def _given(name: str, heat: np.ndarray) -> HeatExchange:
+    return HeatExchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
 
 
 # A rock and its local cells, ghosts included.

@@ -54,7 +54,7 @@ class Cells:
         return len(self.areas)
 
 
-def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
+def cell_section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
     """The record of the cells on a plane at a depth (m)."""
     counts = Counter(found.kinds)
     return CellSection(

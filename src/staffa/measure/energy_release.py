@@ -119,7 +119,7 @@ def _by_cell(field: fem.Function, count: int) -> np.ndarray:
     return np.asarray(values[space.dofmap.list[:count, 0]])
 
 
-def surface(domain: Domain) -> Surface | None:
+def body_surface(domain: Domain) -> Surface | None:
     """All facets of the body's surface, on rank 0; None elsewhere. Collective."""
     mesh, dim = domain.mesh, domain.dim
     mesh.topology.create_connectivity(dim - 1, dim)

@@ -17,7 +17,7 @@ EVENED = 0.5  # over so many ell an opening is a mean
 SHORTEST = 1e-3  # sides shorter than this, over the width, would only spoil the matrix
 
 
-def pieces(
+def cell_pieces(
     points: np.ndarray, cells: np.ndarray, strains: np.ndarray, dim: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Strains of cells, integrated over pieces of them, where the first one is not 0.

@@ -21,7 +21,7 @@ ALIKE = 0.5
 TILT = 1e-7
 
 
-def crest(
+def ridge(
     field: np.ndarray, *, sigma: float, lowest: float, sharpest: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The crest of a raster's field, smoothed by a Gaussian.

@@ -121,7 +121,7 @@ def held_by_bounds(
     return np.asarray(((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper))
 
 
-def unbalanced(
+def projected_gradient(
     energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
 ) -> float:
     """Largest force on an entry that could follow it, over the unit: 0 at a first-order minimum.

@@ -16,10 +16,10 @@ from staffa.errors import InputError, choices
 from staffa.geometry.block import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
 from staffa.geometry.block_simplices import unstructured
 from staffa.geometry.edges import cell_edges
-from staffa.geometry.layer import broken_layer
+from staffa.geometry.layer import cells_along_crack
 from staffa.geometry.outline import Outline, without_axis
 from staffa.geometry.places import SAME
-from staffa.geometry.simplices import Simplices, keys, outline
+from staffa.geometry.simplices import Simplices, keys, mesh_outline
 
 CELLS = {
     "quadrilateral": dmesh.CellType.quadrilateral,
@@ -171,7 +171,7 @@ def body(
 
     def described() -> tuple[Outline, _Names, bytes]:
         held.append(make())
-        around = outline(held[0])
+        around = mesh_outline(held[0])
         if axial:
             around = without_axis(around)
         return around, _Names.of(held[0]), _digest(held[0].x, held[0].cells)
@@ -220,7 +220,7 @@ class _Names:
 
     @staticmethod
     def of(mesh: Simplices) -> "_Names":
-        layers = {name: broken_layer(mesh.cells, rows) for name, rows in mesh.cracks.items()}
+        layers = {name: cells_along_crack(mesh.cells, rows) for name, rows in mesh.cracks.items()}
         return _Names(regions=mesh.regions, layers=layers, faces=mesh.faces)
 
 

@@ -20,7 +20,7 @@ from staffa.model import axis
 from staffa.model.contact import CrackFaces
 from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
 from staffa.model.domain import Domain
-from staffa.model.external_loads import External, crack_volume
+from staffa.model.external_loads import External, crack_volume_density
 from staffa.model.fields import Spaces, State, read_vector
 from staffa.model.openings import Openings, cell_integrals
 from staffa.model.quadrature import DEGREE, in_the_middle
@@ -138,7 +138,7 @@ class Energy:
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = axis.volume(domain, 4)
-        in_cracks = crack_volume(domain, u, alpha, cold) * dx
+        in_cracks = crack_volume_density(domain, u, alpha, cold) * dx
         self._in_cracks = (in_cracks, alpha * cold * dx, u, v)
 
         e = ufl.variable(strain(u, T, rock))

@@ -111,6 +111,6 @@ def _resistance(law: DamageLaw) -> tuple[np.ndarray, np.ndarray]:
     return alpha, slope(law.w, alpha) / softening
 
 
-def discrete_toughness_factor(law: DamageLaw, *, h: float, ell: float) -> float:
+def effective_gc_factor(law: DamageLaw, *, h: float, ell: float) -> float:
     """First guess 1 + h/(4 c_w ell) at a mesh's toughness over Gc; a run measures it."""
     return 1 + h / (4 * law.c_w * ell)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.errors import InputError, nearest
+from staffa.errors import InputError, did_you_mean
 
 LONGEST = 200  # characters
 # Functions of numpy, by their names there; `where` stands last.
@@ -26,7 +26,7 @@ ALLOWED = (
 Evaluated = Callable[[np.ndarray, float], np.ndarray]
 
 
-def names(dim: int, *, time: bool = True) -> tuple[str, ...]:
+def formula_variables(dim: int, *, time: bool = True) -> tuple[str, ...]:
     """What a formula may depend on."""
     return (*(("t",) if time else ()), *"xyz"[:dim])
 
@@ -105,7 +105,7 @@ def _plain(text: str, names: tuple[str, ...]) -> ast.expr:
         if isinstance(part, ast.Name):
             there = FUNCTIONS if id(part) in called else (*names, "pi")
             if part.id not in there:
-                hint = nearest(part.id, there)
+                hint = did_you_mean(part.id, there)
                 raise InputError(
                     f"'{part.id[:40]}' is not known there; {words}{hint and '.'}{hint}"
                 )

@@ -6,7 +6,7 @@ from staffa.records.cut_cells import CellSection, Coarse
 
 
 @dataclass(frozen=True, kw_only=True)
-class Section:
+class CracksAtHeight:
     """The cracks that cross a line through a 2-D body.
 
     Attributes
@@ -91,7 +91,7 @@ class Measures:
         Cracks in cells that are too long for them; None without any.
     """
 
-    sections: tuple[Section, ...]
+    sections: tuple[CracksAtHeight, ...]
     tips: tuple[Tip, ...]
     front: float
     length_surface: float

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from staffa.display_units import Magnitudes, Shown, Unit, shown
+from staffa.display_units import Magnitudes, Shown, Unit, choose_display_units
 from staffa.records.step import Measures
 
 
@@ -174,7 +174,7 @@ class Manifest:
             return Shown(**self.units)
         last = self.times[-1] if self.times else 1.0
         sizes = Magnitudes(extent=max(self.size), depth=self.L, last=last)
-        return shown(2 if self.plane else 3, sizes)
+        return choose_display_units(2 if self.plane else 3, sizes)
 
     @property
     def flat(self) -> bool:

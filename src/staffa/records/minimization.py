@@ -31,7 +31,7 @@ class Stop:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effort:
+class SolverStatistics:
     """Counts of what a minimization did besides sweeps.
 
     Attributes
@@ -67,9 +67,9 @@ class Effort:
     coarse_sweeps: int = 0
     direct: int = 0
 
-    def __add__(self, other: "Effort") -> "Effort":
+    def __add__(self, other: "SolverStatistics") -> "SolverStatistics":
         """Return the counts of both together."""
-        return Effort(**{k: v + getattr(other, k) for k, v in asdict(self).items()})
+        return SolverStatistics(**{k: v + getattr(other, k) for k, v in asdict(self).items()})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +108,7 @@ class Outcome:
     largest_rise: float
     energies: Energies
     before: float
-    effort: Effort = Effort()
+    effort: SolverStatistics = SolverStatistics()
     spread: float = 0.0
 
     @property

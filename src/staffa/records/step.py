@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
+from staffa.records.crack_measures import CracksAtHeight as CracksAtHeight
 from staffa.records.crack_measures import Fluid as Fluid
 from staffa.records.crack_measures import Measures as Measures
-from staffa.records.crack_measures import Section as Section
 from staffa.records.crack_measures import Tip as Tip
 from staffa.records.curvature import Curvature as Curvature
 from staffa.records.curvature import Stability as Stability
@@ -16,8 +16,8 @@ from staffa.records.energies import Energies as Energies
 from staffa.records.json_form import json_form
 from staffa.records.json_form import made as made
 from staffa.records.minimization import CANCELED as CANCELED
-from staffa.records.minimization import Effort as Effort
 from staffa.records.minimization import Outcome as Outcome
+from staffa.records.minimization import SolverStatistics as SolverStatistics
 from staffa.records.minimization import Stop as Stop
 from staffa.records.tip_release import Release
 
@@ -226,7 +226,7 @@ class Step:
     reason: str
     audit: Audit | None = None
     measures: Measures | None = None
-    effort: Effort = field(default_factory=Effort)
+    effort: SolverStatistics = field(default_factory=SolverStatistics)
     seconds: float = 0.0
     fields: str | None = None
     returned: Return | None = None

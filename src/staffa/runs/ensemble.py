@@ -82,7 +82,7 @@ def _reseeded(value: Any, shift: int) -> Any:
     return value
 
 
-def begun_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
+def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
     """The seeds whose runs are there, of this very case, and whether each is finished.
 
     Raises
@@ -157,7 +157,7 @@ def run_ensemble(
         A watcher asked to stop; members that are finished stay so, and others go on next time.
     """
     directory = path_of(directory, "directory")
-    begun = on_root(comm, lambda: begun_members(case, seeds, directory))
+    begun = on_root(comm, lambda: started_members(case, seeds, directory))
     failures: dict[int, str] = {}  # not the errors: they hold on to meshes
     refused: list[InputError] = []
     for seed in seeds:

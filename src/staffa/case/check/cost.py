@@ -6,7 +6,7 @@ from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import plan
 from staffa.case.schema.case import Case
 from staffa.case.values.elements import displacement_unknowns
-from staffa.evolution.schedule import Walk
+from staffa.evolution.schedule import AdaptiveSteps
 
 # Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
 # brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
@@ -42,7 +42,7 @@ class Steps:
 def steps(case: Case, derived: Numbers) -> Steps:
     """The number of steps of a run; of steps that adapt, those that it takes without cracks."""
     times = plan(case, derived)
-    walk, number = Walk(times), 0
+    walk, number = AdaptiveSteps(times), 0
     while number < MOST_STEPS and (time := walk.next()) is not None:
         walk.onward(time, 0.0)
         number += 1
