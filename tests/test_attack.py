@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,9 @@ from staffa.cases import provenance
 from staffa.cases.field_file import read_field
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
+from staffa.io.lock import Lock
 from staffa.io.run_directory import read_run, require_free
+from staffa.io.vtkhdf import read_vtkhdf
 from staffa.report.pieces import POLICY
 from staffa.report.series import csv_text
 from staffa.surroundings import elsewhere, python
@@ -464,6 +467,81 @@ def test_a_manifest_of_no_run_is_a_sentence(name: str, run: Path) -> None:
     (run / "manifest.json").write_text(json.dumps(manifest | {name: BROKEN[name]}))
     with pytest.raises(StaffaError, match=rf"damaged: .*\b{name}\b"):
         read_run(run)
+
+
+def spoiled(name: str, value) -> Callable[[h5py.Group], None]:
+    """Put numbers in the place of others in a file of fields."""
+
+    def spoil(root: h5py.Group) -> None:
+        where = root[name]
+        shape = where.shape
+        del root[name]
+        root[name] = np.full(shape, value) if np.isscalar(value) else value
+
+    return spoil
+
+
+def without_end(root: h5py.Group) -> None:
+    del root["Points"]
+    root.create_dataset("Points", shape=(10**11, 3), dtype="f8", chunks=(1000, 3))
+
+
+def elsewhere_kept(root: h5py.Group) -> None:
+    size = root["PointData/alpha"].size
+    del root["PointData/alpha"]
+    kept = [("/dev/zero", 0, 8 * size)]
+    root["PointData"].create_dataset("alpha", shape=size, dtype="f8", external=kept)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (spoiled("Connectivity", 2**40), "corners that are not there"),
+        (spoiled("Connectivity", -7), "corners that are not there"),
+        (spoiled("Points", np.nan), "no points with three coordinates"),
+        (spoiled("PointData/alpha", np.zeros(3)), "not one value at each place"),
+        (spoiled("PointData/alpha", b"a text"), "other things than numbers"),
+        (spoiled("Types", 99), "99"),
+        (without_end, "more numbers than it can hold"),
+        (elsewhere_kept, "keeps numbers in another file"),
+    ],
+)
+def test_damaged_fields_of_a_run_are_left_out(spoil, said: str, run: Path, tmp_path: Path) -> None:
+    """They ended in tracebacks as they were drawn, or asked for all memory."""
+    file = next((run / "fields").glob("*.vtkhdf"))
+    with h5py.File(file, "r+") as fields:
+        spoil(fields["VTKHDF"])
+    with pytest.raises((KeyError, ValueError), match=said):
+        read_vtkhdf(file)
+    done = staffa("report", run, folder=tmp_path)
+    assert done.returncode == 0 and "not drawn: fields/" in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize("name", ["case.toml", "steps.jsonl", "fields", "checkpoint"])
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(
+    name: str, run: Path, tmp_path: Path
+) -> None:
+    """Reports and resumed runs hung."""
+    files = list((run / name).iterdir()) if (run / name).is_dir() else [run / name]
+    for file in files:
+        file.unlink()
+        os.mkfifo(file)
+    command = "resume" if name == "checkpoint" else "report"
+    done = staffa(command, run, folder=tmp_path)
+    assert done.returncode in (0, 1, 2), done.stderr
+    assert done.returncode == 0 or "ordinary file" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("name", ["lock", "run.log"])
+def test_a_pipe_in_the_place_of_a_lock_or_a_log_is_not_waited_for(name: str, run: Path) -> None:
+    (run / name).unlink(missing_ok=True)
+    os.mkfifo(run / name)
+    if name == "lock":
+        with pytest.raises(InputError, match="lock is no ordinary file"):
+            Lock(run).take()
+    else:
+        with pytest.raises(OSError):
+            own_files.to_append(run / name)
 
 
 DEEP = "[" * 100_000 + "]" * 100_000

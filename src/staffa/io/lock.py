@@ -3,6 +3,7 @@
 import fcntl
 import os
 import socket
+import stat
 from contextlib import suppress
 from errno import EACCES, EAGAIN
 from pathlib import Path
@@ -36,6 +37,9 @@ class Lock:
                 f"{self._path.parent} cannot be written to ({error.strerror}); see to that first, "
                 f"or go on with a copy of it"
             ) from None
+        if not stat.S_ISREG(os.fstat(self._file).st_mode):
+            self._close()
+            raise InputError(f"{self._path} is no ordinary file; remove it")
         holder = os.pread(self._file, 200, 0).decode(errors="replace").strip()
         said = f"{holder} was cut while it wrote to {self._path.parent}" if holder else None
         try:
