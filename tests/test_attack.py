@@ -18,17 +18,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import meshes
 from bodies import needs_gmsh
 from staffa.apart import read_apart
 from staffa.cases import provenance
 from staffa.cases.field_file import read_field
-from staffa.errors import InputError, StaffaError
+from staffa.cli import commands
+from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io import own_files
 from staffa.io.lock import Lock
 from staffa.io.run_directory import read_run, require_free
 from staffa.io.vtkhdf import read_vtkhdf
+from staffa.plot.labels import TAU
+from staffa.plot.style import write_picture
 from staffa.report.pieces import POLICY
 from staffa.report.series import csv_text
 from staffa.surroundings import elsewhere, python
@@ -405,6 +409,29 @@ def test_sequences_that_rewrite_the_screen_are_spelled_out(run: Path, tmp_path: 
         said = done.stdout + done.stderr
         assert "\x1b" not in said and "\x07" not in said, repr(said)
         assert "canary" in said
+
+
+def test_a_warning_that_would_rewrite_the_screen_is_spelled_out(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    commands._warn(StaffaWarning(f"a {ESCAPE} name"), StaffaWarning)
+    said = capsys.readouterr().err
+    assert "canary" in said and "\x1b" not in said and "\x07" not in said
+
+
+def test_a_name_with_dollars_in_it_is_drawn_as_it_is(tmp_path: Path) -> None:
+    """Matplotlib took it for a formula, and ended in a traceback."""
+
+    def draw() -> Figure:
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot([0, 1], label=r"face $\frac{$")
+        axes.set_xlabel(TAU, parse_math=True)
+        axes.legend()
+        return figure
+
+    write_picture(tmp_path / "a.png", draw)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_cell_that_a_spreadsheet_would_compute_is_a_text() -> None:
