@@ -24,7 +24,9 @@ import meshes
 from bodies import needs_gmsh
 from staffa.apart import read_apart
 from staffa.cases import provenance
+from staffa.cases.ensemble import begun_members
 from staffa.cases.field_file import read_field
+from staffa.cases.reading import read_case
 from staffa.cli import commands
 from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io import own_files
@@ -186,6 +188,15 @@ def test_no_run_goes_through_a_symbolic_link(tmp_path: Path) -> None:
         require_free(tmp_path / "link")
     with pytest.raises(InputError, match="symbolic link"):
         own_files.make_folder(tmp_path / "link")
+
+
+def test_no_member_of_an_ensemble_is_a_link(run: Path, tmp_path: Path) -> None:
+    """A run elsewhere, of the same case, would have gone on."""
+    (tmp_path / "all").mkdir()
+    (tmp_path / "all/seed-0").symlink_to(run)
+    case = read_case(run / "case.toml")
+    with pytest.raises(InputError, match=r"seed-0 is a symbolic link"):
+        begun_members(case, range(1), tmp_path / "all")
 
 
 def test_a_link_in_the_place_of_a_file_is_replaced_and_not_followed(tmp_path: Path) -> None:
