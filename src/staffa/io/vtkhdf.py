@@ -89,7 +89,7 @@ def read_vtkhdf(path: Path) -> tuple[Grid, dict[str, np.ndarray]]:
     try:
         require_alone(path, "it")
     except InputError as error:
-        raise ValueError(str(error)) from None
+        raise ValueError(str(error).removeprefix("it: ")) from None
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         _is_of_sense(root, path.stat().st_size)
