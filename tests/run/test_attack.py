@@ -463,27 +463,56 @@ def test_nothing_can_run_on_a_page(run: Path, tmp_path: Path) -> None:
 
 
 CHROMIUM = os.environ.get("STAFFA_CHROMIUM") or shutil.which("chromium")
+needs_chromium = pytest.mark.skipif(
+    not CHROMIUM, reason="no chromium on the path, nor one named STAFFA_CHROMIUM"
+)
+SCRIPT = "<script>document.title='canary'</script>"
+IMAGE = "<img src=x onerror=document.title='canary'>"
+
+
+def shown_title(page: Path) -> str:
+    """The title of a page once Chromium has shown it."""
+    command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"]
+    shown = subprocess.run(
+        [*command, f"--user-data-dir={page.parent / 'profile'}", page.as_uri()],
+        capture_output=True, text=True, timeout=120,
+    ).stdout  # fmt: skip
+    return shown.split("<title>")[1].split("</title>")[0]
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not CHROMIUM, reason="no chromium on the path, nor one named STAFFA_CHROMIUM")
+@needs_chromium
 def test_a_browser_runs_no_script_that_finds_its_way_onto_a_page(run: Path, tmp_path: Path) -> None:
     """Without the policy it would: the same page, with that taken away."""
     assert staffa("report", run, folder=tmp_path).returncode == 0
     page = (run / "report.html").read_text()
-    traps = "<script>document.title='canary'</script><img src=x onerror=document.title='canary'>"
-    held = page.replace("<h1>", traps + "<h1>", 1)
+    held = page.replace("<h1>", f"{SCRIPT}{IMAGE}<h1>", 1)
     titles = {}
     for name, text in {"held": held, "open": held.replace(POLICY, "")}.items():
         (tmp_path / f"{name}.html").write_text(text)
-        command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"]
-        shown = subprocess.run(
-            [*command, f"--user-data-dir={tmp_path / 'profile'}", f"file://{tmp_path}/{name}.html"],
-            capture_output=True, text=True, timeout=120,
-        ).stdout  # fmt: skip
-        titles[name] = shown.split("<title>")[1].split("</title>")[0]
+        titles[name] = shown_title(tmp_path / f"{name}.html")
     assert titles["open"] == "canary", "the trap is none"
     assert titles["held"] != "canary"
+
+
+@pytest.mark.slow
+@needs_gmsh
+@needs_chromium
+def test_names_of_a_mesh_run_nothing_on_a_page(tmp_path: Path) -> None:
+    """Those of its file, of a face, of a region and of a crack; also without the policy."""
+    meshes.written(tmp_path / "plate.msh", meshes.plate, h=0.3)
+    text, case = (tmp_path / "plate.msh").read_text(), PLATE
+    for name, trap in {"the roof": SCRIPT, "sand": IMAGE, "fault": SCRIPT + IMAGE}.items():
+        text, case = text.replace(f'"{name}"', f'"{trap}"'), case.replace(f'"{name}"', f'"{trap}"')
+    case = case.replace("[regions.sand]", f'[regions."{IMAGE}"]')
+    (tmp_path / f"{IMAGE}.msh").write_text(text)
+    (tmp_path / "my.toml").write_text(case.replace("plate.msh", f"{IMAGE}.msh"))
+    done = staffa("run", "my.toml", "--out", "run", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "run/report.html").read_text()
+    assert "&lt;script" in page and "&lt;img src=x" in page
+    (tmp_path / "open.html").write_text(page.replace(POLICY, ""))
+    assert shown_title(tmp_path / "open.html") != "canary"
 
 
 BROKEN = {
