@@ -405,7 +405,7 @@ def test_a_library_that_fails_while_it_reads_is_a_sentence(
 ) -> None:
     monkeypatch.setattr("staffa.backend.guarded_reading.SECONDS", 1.0 if reader == "busy" else 60.0)
     with pytest.raises(InputError, match=said):
-        read_apart(Read, f"test_attack:{reader}", tmp_path / "a", [], where="domain.mesh")
+        read_apart(Read, f"run.test_attack:{reader}", tmp_path / "a", [], where="domain.mesh")
 
 
 ESCAPE = "\x1b[2J\x1b]0;canary\x07"

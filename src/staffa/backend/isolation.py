@@ -46,7 +46,7 @@ def isolated_python(*arguments: str, module: str | None = None) -> list[str]:
 
 def _paths() -> list[str]:
     """Folders of modules, without the current one, unless staffa itself is there."""
-    own = str(Path(__file__).resolve().parent.parent)
+    own = str(Path(__file__).resolve().parents[2])
     here = os.path.realpath(".")
     return [
         p for p in sys.path if p and (os.path.realpath(p) != here or os.path.realpath(p) == own)
