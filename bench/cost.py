@@ -1,4 +1,4 @@
-"""What a run in 3-D costs: laws fitted to runs of several sizes, and what they say of a larger one.
+"""The cost of a run in 3-D: laws fitted to runs of several sizes, and a forecast of a larger one.
 
 With N displacement unknowns on R ranks, a sweep takes seconds = c (N/R)^p R^s, and all ranks
 together hold bytes = a R + b N. p: how a rank's time grows with its share (1: in proportion).
@@ -36,7 +36,7 @@ class Law:
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Of a run: each of hours and core_hours holds within a factor; GB on all ranks together."""
+    """The cost of a run: hours and core_hours, each within a factor; GB on all ranks together."""
 
     sweeps: float
     seconds_a_sweep: float

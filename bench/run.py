@@ -52,7 +52,7 @@ def finish(process: subprocess.Popen) -> None:
 
 
 def record(folder: str, who: str, index: int) -> dict:
-    """What a side wrote down of a step."""
+    """The record of a step by one side."""
     return json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
 
 
@@ -133,14 +133,14 @@ def phases(case: BenchCase, steps: list[dict]) -> dict:
 
 
 def machine() -> dict:
-    """What it ran on."""
+    """The machine that it ran on."""
     cpu = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line]
     gib = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     return {"cpu": cpu[0].split(":")[1].strip(), "cores": os.cpu_count(), "GiB": round(gib, 1)}
 
 
 def versions() -> dict[str, str]:
-    """Of staffa, its commit, and the libraries that do the work."""
+    """The commit of staffa and the versions of the libraries that do the work."""
     command = ["git", "describe", "--always", "--dirty"]
     commit = subprocess.run(command, cwd=HERE, capture_output=True, text=True).stdout.strip()
     names = ("staffa", "dolfinx-solver-real", "numpy")

@@ -1,4 +1,4 @@
-"""What a cooled brick costs by size, ranks and cells; writes bench/scaling.json and the pages.
+"""The cost of a cooled brick by size, ranks and cells; writes bench/scaling.json and the pages.
 
     python bench/scaling.py [--largest UNKNOWNS] [--medium RUN] [--out FILE]
 
@@ -34,7 +34,7 @@ TIMEOUT = 1200
 
 
 def settings(columns: int, cells: str) -> list[str]:
-    """What makes the ready case `brick` one of these runs."""
+    """Settings that make the ready case `brick` one of these runs."""
     from staffa.case.reading.ready_cases import ready_case
 
     keys = ready_case("brick").domain
@@ -110,7 +110,7 @@ def launch(columns: int, cells: str, ranks: int) -> dict:
 
 
 def medium(folder: Path) -> dict:
-    """What a finished run of a brick took: sweeps and seconds, rejected steps included."""
+    """Sweeps and seconds of a finished run of a brick, rejected steps included."""
     from staffa.case.reading.read import parse_case
     from staffa.io.run_directory import read_run
 

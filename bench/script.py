@@ -228,5 +228,5 @@ class Script:
         raise RuntimeError("not converged")
 
     def state(self) -> dict[str, np.ndarray]:
-        """What this rank knows of the displacement and the damage, ghosts included, and where."""
+        """Displacement and damage on this rank, ghosts included, and their places."""
         return {"u": self.u.x.array, "alpha": self.alpha.x.array, "x": self.x}

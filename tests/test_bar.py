@@ -165,7 +165,7 @@ def test_a_broken_solid_bar_has_paid_for_its_section(cells: str) -> None:
 
 
 def half_width(system: System) -> float:
-    """How far damage reaches beyond the broken cells."""
+    """Reach of the damage beyond the broken cells."""
     x, alpha = vertices(system.spaces.alpha)[:, 0], system.state.alpha.x.array
     broken, damaged = x[alpha > 0.99], x[alpha > 1e-3]
     return max(broken.min() - damaged.min(), damaged.max() - broken.max())

@@ -80,7 +80,7 @@ def test_a_side_alone_writes_down_its_step(tmp_path: Path) -> None:
 
 
 def test_the_tables_of_the_documents_are_those_of_the_results(bench) -> None:
-    """What `bench/table.py` prints stands in the pages that quote it."""
+    """The pages quote `bench/table.py` as it prints."""
     table = bench("table")
     results = json.loads((BENCH / "results.json").read_text())
     pages = {
@@ -165,7 +165,7 @@ def test_a_run_of_the_scaling_is_counted_on_all_ranks() -> None:
 
 
 def test_the_costs_in_the_documents_are_those_of_the_results(bench) -> None:
-    """What `bench/scaling.py` fitted stands in the page, and at the head of the batch script."""
+    """The page and the head of the batch script quote the fit of `bench/scaling.py`."""
     pages = bench("scaling_pages")
     results = pages.measured()
     assert pages.page(results) in pages.PAGE.read_text(encoding="utf-8")

@@ -60,7 +60,7 @@ def whole(case: Problem) -> Problem:
 @pytest.mark.parametrize("rise", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize("h", [0.05, 0.04, 0.03])
 def test_a_crack_across_the_body_is_open(rise: float, h: float) -> None:
-    """What holds is the residual stiffness 1e-6 of a layer of about h: 1e-6/h, 2 to 4e-5 found."""
+    """The residual stiffness 1e-6 of a layer of about h remains: 1e-6/h, 2 to 4e-5 found."""
     ends = f"start=[0.0, {0.5 - rise / 2}], end=[1.0, {0.5 + rise / 2}]"
     case = plate(f"cracks=[{{{ends}}}]", f"domain.h={h}")
     left = held(case) / held(whole(case))

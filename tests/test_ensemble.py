@@ -263,7 +263,7 @@ def comparable(row: list[float | None]) -> list[float]:
 
 
 def expected(path: Path) -> list[float | None]:
-    """What the row of a member should be, from its steps."""
+    """The row of a member that follows from its steps."""
     run = read_run(path)
     L, last = 0.8, run.steps[-1].measures
     reach = run.manifest.tip_reach
@@ -477,7 +477,7 @@ def test_two_ranks_give_the_numbers_of_one(real: Path, tmp_path: Path) -> None:
 
 
 def test_a_member_has_other_seeds_in_every_random_property() -> None:
-    """Those of regions too; and what is not random stays."""
+    """Random properties of regions too; the others stay."""
     random = "{mean=1.0, variation=0.1, length=0.1, seed=7}"
     settings = [
         f"material.E={random}",

@@ -28,7 +28,7 @@ SHORT = [
 
 
 def named(heading: str) -> set[str]:
-    """What the first column of the tables below a heading names."""
+    """Names in the first column of the tables below a heading."""
     section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
     cells = re.findall(r"^\|([^|]*)\|", section, re.MULTILINE)
     return {name for cell in cells for name in re.findall(r"`([^`]+)`", cell)}
@@ -153,7 +153,7 @@ def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
 
 
 def own_files(directory: Path) -> dict[str, bytes]:
-    """What the run itself has written so far."""
+    """The files that the run itself has written so far."""
     made = ("report.html", "pictures", "network", ".csv")
     files = [file for file in directory.rglob("*") if file.is_file()]
     return {str(f): f.read_bytes() for f in files if not any(name in str(f) for name in made)}

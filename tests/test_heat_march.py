@@ -84,7 +84,7 @@ FEELING = {
 
 @pytest.mark.parametrize("name", FEELING)
 def test_temperature_and_cracks_agree_at_the_end_of_a_step(name: str) -> None:
-    """What the heat equation gives with the cracks of the step is what the step has."""
+    """The step has the temperature that the heat equation gives with the cracks of the step."""
     problem = plate(quenched(9.0, side="bottom", cracks=FEELING[name], agreement=1e-4))
     system = build(problem)
     before, start, passes = system.state.T.x.array.copy(), 0.0, 0

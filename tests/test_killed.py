@@ -49,13 +49,13 @@ def begin(place: Path, directory: Path, *more: str, ranks: int = 1) -> subproces
 
 
 def lines(directory: Path) -> int:
-    """How many steps are on record."""
+    """Number of steps on record."""
     file = directory / STEPS
     return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
 def wait_for(condition, process: subprocess.Popen, seconds: float = 240) -> bool:
-    """Whether it comes true before the process ends."""
+    """True if the condition is met before the process ends."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         if condition():
@@ -67,7 +67,7 @@ def wait_for(condition, process: subprocess.Popen, seconds: float = 240) -> bool
 
 
 def makes_a_step(process: subprocess.Popen, directory: Path) -> bool:
-    """Whether one more step comes on record before the process ends."""
+    """True if one more step is recorded before the process ends."""
     before = lines(directory)
     return wait_for(lambda: lines(directory) > before, process)
 

@@ -65,7 +65,7 @@ def test_damage_takes_no_more_than_all_of_the_energy(name: str) -> None:
 
 @pytest.mark.parametrize("name", OPEN_CRACKS)
 def test_pulled_apart(name: str) -> None:
-    """Where nothing is pressed, all of the energy goes with the stiffness."""
+    """If nothing is pressed, all of the energy goes with the stiffness."""
     pulled = (0.9, 0.5, 0.1)
     assert density(name, pulled, 0.2) == pytest.approx(0.2 * psi(pulled), rel=1e-12)
 
@@ -114,7 +114,7 @@ def largest_bend(function, order: int) -> float:
 @pytest.mark.parametrize("plane", [True, False])
 @pytest.mark.parametrize("name", SPLITS)
 def test_the_solvers_are_told_the_truth(name: str, plane: bool) -> None:
-    """Whether the energy is linear in g, and quadratic along lines of strains."""
+    """The energy is linear in g, or quadratic along strains, exactly if they are told so."""
     ends = np.random.default_rng(5).normal(size=(20, 2, 2 if plane else 3))
 
     def along(ends: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -47,17 +47,17 @@ class Ride:
 
     @property
     def speed(self) -> np.ndarray:
-        """Of the crack, over that of the tip; for each threshold."""
+        """Speed of the crack over that of the tip, for each threshold."""
         return np.polyfit(self.tip, self.ahead, 1)[0]
 
     @property
     def toughness(self) -> float:
-        """What a unit of the crack costs, over Gc."""
+        """Energy of a unit of the crack, over Gc."""
         return float(np.polyfit(self.tip, self.surface, 1)[0])
 
     @property
     def beyond(self) -> np.ndarray:
-        """How far the tip is beyond each threshold, less half a cell."""
+        """Distance of the tip beyond each threshold, less half a cell."""
         return (self.tip[:, None] - self.ahead).mean(axis=0) - self.h / 2
 
 

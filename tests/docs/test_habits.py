@@ -1,4 +1,4 @@
-"""What surrounds the code says one thing: versions, hooks, workflows, changelog."""
+"""Versions, hooks, workflows and the changelog agree with one another and with the project."""
 
 import json
 import re
