@@ -322,7 +322,7 @@ def test_memory_does_not_grow(displacement: str) -> None:
 
 
 def communicators_left() -> int:
-    """The number of further ones that this process can make."""
+    """Number of further communicators that this process can make."""
     made: list[MPI.Comm] = []
     MPI.COMM_SELF.Set_errhandler(MPI.ERRORS_RETURN)
     try:

@@ -186,7 +186,7 @@ def rows_where(x: np.ndarray, cells: np.ndarray, on: np.ndarray) -> np.ndarray:
 
 
 def held_together(x: np.ndarray, cells: np.ndarray, broken: np.ndarray, above: np.ndarray) -> int:
-    """Number of vertices that tie both sides: of cells that are not all broken, or of those below."""
+    """Number of vertices of cells that are not all broken which lie on both sides."""
     gone = np.isin(np.arange(len(x)), cells[broken])
     alive = ~gone[cells].all(axis=1)
     upper, lower = cells[alive & above], cells[alive & ~above]

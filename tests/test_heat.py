@@ -383,7 +383,7 @@ def rest_then(**side) -> Heated:
     "side", [{}, {"h": lambda x, t: FILM}, {"q": lambda x, t: -50 * max(0.0, t - 1)}]
 )
 def test_a_body_at_rest_stays_at_rest_and_then_does_not(side) -> None:
-    """Rounding of 300 K makes a change that is none."""
+    """Rounding of 300 K looks like a change, and is none."""
     body = rest_then(**side)
     heat = body.to(1.0)
     assert np.abs(body.T).max() < 1e-9 and heat.imbalance < 1e-8
