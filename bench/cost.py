@@ -86,7 +86,7 @@ def law(runs: Sequence[dict]) -> Law:
 
 
 def predict(law: Law, *, unknowns: float, ranks: int, steps: int, sweeps: float) -> Cost:
-    """The cost of a run of so many steps, of so many sweeps each."""
+    """The cost of a run, by its number of steps and of sweeps in each."""
     term = _terms(np.array([unknowns], dtype=float), np.array([ranks], dtype=float))[0]
     seconds = float(np.exp(term @ np.array([law.log_c, law.p, law.s])))
     spread = np.sqrt(law.scatter**2 + term @ np.array(law.covariance) @ term)

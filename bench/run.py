@@ -57,7 +57,7 @@ def record(folder: str, who: str, index: int) -> dict:
 
 
 def beside(case: BenchCase, steps: int) -> dict:
-    """Both sides on one case, as far as so many steps."""
+    """Both sides on one case, up to a number of steps."""
     case = replace(case, times=case.times[:steps])
     with tempfile.TemporaryDirectory() as folder:
         for process in [start(who, case, 1, folder) for who in SIDES]:
@@ -151,7 +151,7 @@ def main() -> None:
     """Run the chosen cases and write what came out after each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", help=f"of {', '.join(CASES)}; CASE:2 for two ranks")
-    parser.add_argument("--steps", type=int, help="only so many steps of each case")
+    parser.add_argument("--steps", type=int, help="number of steps of each case")
     parser.add_argument("--out", type=Path, default=HERE / "results.json")
     arguments = parser.parse_args()
     every = [f"{case.name}:{ranks}" for case in CASES.values() for ranks in case.ranks]

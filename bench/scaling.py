@@ -3,7 +3,7 @@
     python bench/scaling.py [--largest UNKNOWNS] [--medium RUN] [--out FILE]
 
 Each run is written down when it is done, and none that is there is run again: stop it and start it
-as you like; delete FILE to measure anew. On a quiet machine of two cores all but the largest size
+as you like; delete FILE to measure again. On a quiet machine of two cores all but the largest size
 took seven minutes, and that took four for hexahedra alone.
 RUN: a finished run directory of a brick, for the number of sweeps in a step, and to hold its cost
 against the prediction. Part of `make bench`.
@@ -93,7 +93,7 @@ def _peak_bytes() -> int:
 
 
 def launch(columns: int, cells: str, ranks: int) -> dict:
-    """One of the runs, in processes of its own."""
+    """One of the runs, in separate processes."""
     mpiexec = Path(sys.executable).parent / "mpiexec"
     this = [sys.executable, __file__, "--one", str(columns), cells]
     done = subprocess.run(

@@ -26,7 +26,7 @@ PAGE, PICTURE = DOCS / "performance.md", DOCS / "pictures" / "scaling.png"
 CASE, SCRIPT = DOCS / "cluster" / "brick-large.toml", DOCS / "cluster" / "brick-large.slurm"
 KEPT = HERE / "scaling.json"
 NOT_YET = "Not measured yet on a quiet machine.\n"
-# Runs whose cells have no law of their own, and the law that stands in.
+# Runs whose cells have no law, and the law that stands in.
 ALIKE = {"unstructured": "tetrahedron"}
 # Unknowns that count as twice as many, up to this part.
 TWICE = 0.1

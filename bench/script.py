@@ -1,6 +1,6 @@
 """Alternate minimization as a capable FEniCSx user writes it in an afternoon: the yardstick.
 
-UFL forms; stiffness assembled and factorized anew at each sweep in 2-D (MUMPS Cholesky), CG with
+UFL forms; stiffness assembled and factorized again at each sweep in 2-D (MUMPS Cholesky), CG with
 GAMG set up at each sweep in 3-D; SNES vinewtonrsls on the damage; stop on max |change of alpha|.
 Nothing of staffa is used here but the order in which it loads the libraries.
 """

@@ -169,7 +169,7 @@ def test_a_straight_crack_in_space_is_as_tough_as_check_says() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["AT1", "AT2"])
 def test_a_broken_bar_has_paid_for_little_less_than_a_straight_crack(law: str) -> None:
-    """It finds a way of its own: 0.5 % less, and its variation is its height's, 2 % more."""
+    """It finds another way: 0.5 % less, and its variation is its height's, 2 % more."""
     pulled = bar(law, "unstructured", STRAIN[law] * np.array([0.05, 1.5, 4.0]), toughness=weaker)
     factor = discrete_toughness(pulled.material, dim=2, h=pulled.domain.h, cells="unstructured")
     *_, system = pull(pulled)

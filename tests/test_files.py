@@ -94,7 +94,7 @@ def ran(*command: str | Path) -> str:
 def test_every_file_is_told(place: Path) -> None:
     of_a_run = written(place / "elsewhere" / "seed-3")
     assert of_a_run <= named("A run")
-    # Of 3-D, of a damaged run, and of cracks whose damage has a crest.
+    # Of 3-D, of a damaged run, and of cracks whose damage has a ridge.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
     assert named("A run") - of_a_run <= others
     of_all = {name for name in written(place / "all") if not name.startswith("seed-")}
@@ -136,7 +136,7 @@ def test_a_run_elsewhere_is_shown_and_reported_as_the_original_was(place: Path) 
 
 @pytest.mark.slow
 def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
-    """After its second step, which changes none of its own files."""
+    """After its second step, which changes none of its files."""
     said = []
 
     def look(step: Step) -> None:

@@ -63,7 +63,7 @@ def test_a_ring_widens_as_lame_says(cells: str) -> None:
 
 @pytest.mark.parametrize("cells", CELLS[:2])
 def test_the_error_falls_fourfold_however_incompressible_the_rock_is(cells: str) -> None:
-    """The sides are straight between vertices, so that a quadratic displacement gains no more."""
+    """The sides are straight from vertex to vertex, so that a quadratic displacement gains no more."""
     for nu in (0.45, 0.4999):
         errors = [abs(widened(quarter(cells, n, nu)).inner / lame(nu, INNER) - 1) for n in (4, 8)]
         assert 3.5 < errors[0] / errors[1] < 5, f"nu = {nu}: {errors}"
@@ -371,7 +371,7 @@ else:
 @pytest.mark.slow
 @pytest.mark.mpi
 def test_quadratic_elements_are_the_same_on_any_ranks(tmp_path: Path) -> None:
-    """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number of their own."""
+    """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number."""
     expected = whole_run(plate("triangle"), tmp_path / "on-1")
     for ranks in (2, 3):
         code = RANKS.format(tests=str(Path(__file__).parent), base=str(tmp_path))

@@ -29,7 +29,7 @@ CELLS = ["hexahedron", "tetrahedron"]
 
 
 def seeds(number: int) -> np.ndarray:
-    """So many points that lie apart."""
+    """This number of points that lie apart."""
     found = POINTS[:1]
     while len(found) < number:
         away = cKDTree(found).query(POINTS)[0]

@@ -22,7 +22,7 @@ WORDS = {kind.__name__: kind for kind in KINDS}
 
 
 def filled(kind: Any, numbers: Iterator[int]) -> Any:
-    """A record in which every field, of records within it too, has a value of its own."""
+    """A record in which every field, of records within it too, has another value."""
     hints = get_type_hints(kind)
     return kind(**{f.name: _value(hints[f.name], f, numbers) for f in fields(kind)})
 

@@ -19,7 +19,7 @@ CASES = Path(__file__).parent.parent / "src" / "staffa" / "case" / "ready"
 
 
 def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
-    """staffa in a process of its own, one thread a rank."""
+    """staffa in a separate process, one thread a rank."""
     command = [BIN / "staffa", *arguments]
     if ranks > 1:
         command = [BIN / "mpiexec", "-n", str(ranks), *command]

@@ -95,7 +95,7 @@ def order(domain: Domain, fold: int) -> float:
 
 @pytest.mark.parametrize("fold", [2, 4, 6, 8])
 def test_no_direction_is_preferred(fold: int) -> None:
-    """Order of 9000 edges: a triangular lattice has 1 of fold 6, four triangles a square .33 of 4."""
+    """Order of 9000 edges: a triangular lattice has 1 of fold 6, four triangles a square .33."""
     domain = block(MPI.COMM_SELF, size=(2.0, 1.0), h=0.03, cells="unstructured")
     found = order(domain, fold)
     assert found < 0.06, f"edges are ordered {fold}-fold by {found:.3f}"
