@@ -1,4 +1,4 @@
-"""Warnings and notes of `staffa check` on chance, tables, supports, ell and the opposite boundary."""
+"""Warnings and notes of `staffa check` on chance, tables, supports, ell and the cooled depth."""
 
 from math import erfc, exp, pi, sqrt
 

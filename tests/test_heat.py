@@ -1,4 +1,4 @@
-"""The heat equation against closed forms and manufactured solutions, its balance, and its purity."""
+"""The heat equation against closed forms and manufactured solutions, its balance and purity."""
 
 from staffa.backend.stack import MPI
 
@@ -39,7 +39,7 @@ CLOSED = {
 
 
 def worst_error(name: str, cells: str, *, since: float = 0.06) -> float:
-    """Over the drop, against a closed form, from sqrt(kappa t) = 3 h to where the opposite boundary is felt;
+    """Over the drop, against a closed form, from sqrt(kappa t) = 3 h to when L is felt;
     the slab until it is cold. since: another sqrt(kappa t) to begin with; h is .02."""
     form, side = CLOSED[name]
     conduction = Conduction(k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(side,))

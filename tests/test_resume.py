@@ -340,9 +340,9 @@ CHANGES = [
 
 
 @pytest.fixture(scope="module")
-def cut(tmp_path_factory) -> Path:
+def partial(tmp_path_factory) -> Path:
     """A run whose first two steps are finished."""
-    directory = tmp_path_factory.mktemp("cut") / "run"
+    directory = tmp_path_factory.mktemp("partial") / "run"
     case = small()
     looks, steps = 3, 0
     while steps != 2:
@@ -354,14 +354,14 @@ def cut(tmp_path_factory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("setting", "parts"), CHANGES, ids=lambda v: str(v)[:30])
-def test_what_has_been_computed_cannot_change(cut: Path, setting: str, parts) -> None:
-    before = {p: p.read_bytes() for p in cut.rglob("*") if p.is_file() and p.name != "lock"}
+def test_what_has_been_computed_cannot_change(partial: Path, setting: str, parts) -> None:
+    before = {p: p.read_bytes() for p in partial.rglob("*") if p.is_file() and p.name != "lock"}
     with pytest.raises(InputError) as caught:
-        resume(cut, settings=[setting])
+        resume(partial, settings=[setting])
     for part in parts:
         assert part in str(caught.value), str(caught.value)
-    after = {p: p.read_bytes() for p in cut.rglob("*") if p.is_file() and p.name != "lock"}
-    assert after == before and (cut / "lock").read_bytes() == b""
+    after = {p: p.read_bytes() for p in partial.rglob("*") if p.is_file() and p.name != "lock"}
+    assert after == before and (partial / "lock").read_bytes() == b""
 
 
 RANKS = """
