@@ -13,13 +13,17 @@ export PYTHONNOUSERSITE = 1
 # Tests compile hundreds of forms and compute little with each.
 FOR_TESTS = STAFFA_CFLAGS=-O1
 SHARED_OUT = -n $(RANKS) --dist worksteal
-.PHONY: help demo demo3d test check bench verify format clean FORCE
+.PHONY: help demo demo3d test test-serial test-mpi check lint types fast-tests docs coverage
+.PHONY: bench verify format clean FORCE
+.NOTPARALLEL:
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
 	@echo "make test    run every test but those of minutes, which make verify runs"
-	@echo "make check   format, lint, types and the fast tests, in a few minutes"
+	@echo "make check   format, lint, measures of the code, types and the fast tests, in a few minutes"
+	@echo "make docs    run the scripts of the docs, and check their links and words"
+	@echo "make coverage  the tests of one rank, with the lines that they leave out"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes hours"
 	@echo "make format  rewrite the code in the house format"
@@ -34,16 +38,33 @@ demo3d: $(READY)
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/brick.toml --out runs/demo3d
 
 # Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
-test: $(READY)
+test: test-serial test-mpi
+
+test-serial: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long"
+
+test-mpi: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest -m "mpi and not long"
 
-check: $(READY)
+check: lint types fast-tests
+
+lint: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
-	$(PYTHON_HERE) -m mypy
 	$(PYTHON_HERE) tools/measure_code.py
+
+types: $(READY)
+	$(PYTHON_HERE) -m mypy
+
+fast-tests: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
+
+docs: $(READY)
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/docs
+
+# The floor is in pyproject.toml.
+coverage: $(READY)
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long" --cov --cov-report=term:skip-covered
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
@@ -64,7 +85,7 @@ format: $(READY)
 	$(PYTHON_HERE) -m ruff format
 
 clean:
-	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache src/*.egg-info
+	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache .coverage src/*.egg-info
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamp holds the folder that the environment was made in: a copy of the tree that took

@@ -1,4 +1,4 @@
-"""What a run in 3-D costs: laws fitted to runs of several sizes, and what they say of a larger one.
+"""The cost of a run in 3-D: laws fitted to runs of several sizes, and a forecast of a larger one.
 
 With N displacement unknowns on R ranks, a sweep takes seconds = c (N/R)^p R^s, and all ranks
 together hold bytes = a R + b N. p: how a rank's time grows with its share (1: in proportion).
@@ -36,7 +36,7 @@ class Law:
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """Of a run: each of hours and core_hours holds within a factor; GB on all ranks together."""
+    """The cost of a run: hours and core_hours, each within a factor; GB on all ranks together."""
 
     sweeps: float
     seconds_a_sweep: float
@@ -86,7 +86,7 @@ def law(runs: Sequence[dict]) -> Law:
 
 
 def predict(law: Law, *, unknowns: float, ranks: int, steps: int, sweeps: float) -> Cost:
-    """The cost of a run of so many steps, of so many sweeps each."""
+    """The cost of a run, by its number of steps and of sweeps in each."""
     term = _terms(np.array([unknowns], dtype=float), np.array([ranks], dtype=float))[0]
     seconds = float(np.exp(term @ np.array([law.log_c, law.p, law.s])))
     spread = np.sqrt(law.scatter**2 + term @ np.array(law.covariance) @ term)

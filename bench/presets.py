@@ -50,7 +50,7 @@ def one(name: str, presets: dict[str, str]) -> dict:
 
 
 def every() -> list[dict]:
-    """Each choice on each case, in a process of its own."""
+    """Each choice on each case, in a separate process."""
     found = []
     for name, case in SMALL.items():
         for choice in CHOICES:

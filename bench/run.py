@@ -52,12 +52,12 @@ def finish(process: subprocess.Popen) -> None:
 
 
 def record(folder: str, who: str, index: int) -> dict:
-    """What a side wrote down of a step."""
+    """The record of a step by one side."""
     return json.loads((Path(folder) / f"{who}-{index}-0.json").read_text())
 
 
 def beside(case: BenchCase, steps: int) -> dict:
-    """Both sides on one case, as far as so many steps."""
+    """Both sides on one case, up to a number of steps."""
     case = replace(case, times=case.times[:steps])
     with tempfile.TemporaryDirectory() as folder:
         for process in [start(who, case, 1, folder) for who in SIDES]:
@@ -133,14 +133,14 @@ def phases(case: BenchCase, steps: list[dict]) -> dict:
 
 
 def machine() -> dict:
-    """What it ran on."""
+    """The machine that it ran on."""
     cpu = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line]
     gib = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     return {"cpu": cpu[0].split(":")[1].strip(), "cores": os.cpu_count(), "GiB": round(gib, 1)}
 
 
 def versions() -> dict[str, str]:
-    """Of staffa, its commit, and the libraries that do the work."""
+    """The commit of staffa and the versions of the libraries that do the work."""
     command = ["git", "describe", "--always", "--dirty"]
     commit = subprocess.run(command, cwd=HERE, capture_output=True, text=True).stdout.strip()
     names = ("staffa", "dolfinx-solver-real", "numpy")
@@ -151,7 +151,7 @@ def main() -> None:
     """Run the chosen cases and write what came out after each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("cases", nargs="*", help=f"of {', '.join(CASES)}; CASE:2 for two ranks")
-    parser.add_argument("--steps", type=int, help="only so many steps of each case")
+    parser.add_argument("--steps", type=int, help="number of steps of each case")
     parser.add_argument("--out", type=Path, default=HERE / "results.json")
     arguments = parser.parse_args()
     every = [f"{case.name}:{ranks}" for case in CASES.values() for ranks in case.ranks]

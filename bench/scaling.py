@@ -1,9 +1,9 @@
-"""What a cooled brick costs by size, ranks and cells; writes bench/scaling.json and the pages.
+"""The cost of a cooled brick by size, ranks and cells; writes bench/scaling.json and the pages.
 
     python bench/scaling.py [--largest UNKNOWNS] [--medium RUN] [--out FILE]
 
 Each run is written down when it is done, and none that is there is run again: stop it and start it
-as you like; delete FILE to measure anew. On a quiet machine of two cores all but the largest size
+as you like; delete FILE to measure again. On a quiet machine of two cores all but the largest size
 took seven minutes, and that took four for hexahedra alone.
 RUN: a finished run directory of a brick, for the number of sweeps in a step, and to hold its cost
 against the prediction. Part of `make bench`.
@@ -34,7 +34,7 @@ TIMEOUT = 1200
 
 
 def settings(columns: int, cells: str) -> list[str]:
-    """What makes the ready case `brick` one of these runs."""
+    """Settings that make the ready case `brick` one of these runs."""
     from staffa.case.reading.ready_cases import ready_case
 
     keys = ready_case("brick").domain
@@ -93,7 +93,7 @@ def _peak_bytes() -> int:
 
 
 def launch(columns: int, cells: str, ranks: int) -> dict:
-    """One of the runs, in processes of its own."""
+    """One of the runs, in separate processes."""
     mpiexec = Path(sys.executable).parent / "mpiexec"
     this = [sys.executable, __file__, "--one", str(columns), cells]
     done = subprocess.run(
@@ -110,7 +110,7 @@ def launch(columns: int, cells: str, ranks: int) -> dict:
 
 
 def medium(folder: Path) -> dict:
-    """What a finished run of a brick took: sweeps and seconds, rejected steps included."""
+    """Sweeps and seconds of a finished run of a brick, rejected steps included."""
     from staffa.case.reading.read import parse_case
     from staffa.io.run_directory import read_run
 

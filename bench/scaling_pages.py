@@ -1,4 +1,4 @@
-"""What bench/scaling.json says, as a page, a figure and the head of the batch script.
+"""bench/scaling.json as a page, a figure and the head of the batch script.
 
     python bench/scaling_pages.py
 
@@ -26,7 +26,7 @@ PAGE, PICTURE = DOCS / "performance.md", DOCS / "pictures" / "scaling.png"
 CASE, SCRIPT = DOCS / "cluster" / "brick-large.toml", DOCS / "cluster" / "brick-large.slurm"
 KEPT = HERE / "scaling.json"
 NOT_YET = "Not measured yet on a quiet machine.\n"
-# Runs whose cells have no law of their own, and the law that stands in.
+# Runs whose cells have no law, and the law that stands in.
 ALIKE = {"unstructured": "tetrahedron"}
 # Unknowns that count as twice as many, up to this part.
 TWICE = 0.1
@@ -35,7 +35,7 @@ NODES, CORES = 4, 128
 
 
 def measured() -> dict | None:
-    """What bench/scaling.py kept; None before it has run in full."""
+    """The results of bench/scaling.py; None before it has run in full."""
     return json.loads(KEPT.read_text()) if KEPT.exists() else None
 
 
@@ -173,7 +173,7 @@ def laws_table(results: dict) -> str:
 
 
 def checks_table(results: dict) -> str:
-    """What the laws say of runs that they were not fitted to."""
+    """The forecast of the laws for runs that they were not fitted to."""
     rows = [
         "| run | unknowns | ranks | measured | predicted | within a factor | memory | predicted |",
         "|" + " --- |" * 8,

@@ -1,6 +1,6 @@
 """Alternate minimization as a capable FEniCSx user writes it in an afternoon: the yardstick.
 
-UFL forms; stiffness assembled and factorized anew at each sweep in 2-D (MUMPS Cholesky), CG with
+UFL forms; stiffness assembled and factorized again at each sweep in 2-D (MUMPS Cholesky), CG with
 GAMG set up at each sweep in 3-D; SNES vinewtonrsls on the damage; stop on max |change of alpha|.
 Nothing of staffa is used here but the order in which it loads the libraries.
 """
@@ -228,5 +228,5 @@ class Script:
         raise RuntimeError("not converged")
 
     def state(self) -> dict[str, np.ndarray]:
-        """What this rank knows of the displacement and the damage, ghosts included, and where."""
+        """Displacement and damage on this rank, ghosts included, and their places."""
         return {"u": self.u.x.array, "alpha": self.alpha.x.array, "x": self.x}

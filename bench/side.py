@@ -29,7 +29,7 @@ class ScriptSide:
         self.script = Script(case, MPI.COMM_WORLD)
 
     def start(self) -> dict[str, np.ndarray]:
-        """Where the next step starts."""
+        """The start of the next step."""
         return {key: values.copy() for key, values in self.script.state().items()}
 
     def step(self, time: float) -> dict:

@@ -66,7 +66,7 @@ def growth(results: dict) -> list[str]:
 
 
 def ranks(results: dict) -> list[str]:
-    """What more ranks gain, and what an unknown weighs."""
+    """The gain of more ranks, and the memory of an unknown."""
     rows = [
         "| case | 1 rank | more ranks | gain | memory an unknown | without the libraries |",
         "| --- | --- | --- | --- | --- | --- |",

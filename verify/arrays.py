@@ -15,7 +15,7 @@ P = 0.1285
 
 
 def sharp_tip(run: Run, layers: int = 1) -> float:
-    """How far the sharp tip is beyond the last damage; a crack on a side breaks two layers."""
+    """Distance of the sharp tip beyond the last damage; a crack on a side breaks two layers."""
     m = run.manifest
     found = reach(m.law, threshold=0.8, ell=m.ell, h=m.h)
     assert found is not None

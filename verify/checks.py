@@ -1,4 +1,4 @@
-"""What is verified, by name; each in a module of its own."""
+"""The verifications by name; each has its module."""
 
 from arrays import array, doubling
 from columns import columns

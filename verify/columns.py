@@ -49,7 +49,7 @@ SHARP = "sharp-crack finite elements, half-space, ell0 for two blocked direction
 
 
 def settings(width: float, seed: int) -> list[str]:
-    """What a member changes in the case."""
+    """The settings of a member."""
     return [f"domain.size=[{width},{width},1.0]", f"toughness.seed={seed}"]
 
 
@@ -70,7 +70,7 @@ def run_members() -> dict:
 
 
 def digest(run: Run) -> dict:
-    """What is kept of a run."""
+    """The numbers that are kept of a run."""
     before, step = run.steps[-2:]  # `brick` ends before a crack runs through to the far face
     assert step.measures is not None and before.measures is not None
     return {
@@ -375,7 +375,7 @@ def table(
 
 
 def members(kept: dict) -> str:
-    """Where the numbers come from."""
+    """The source of the numbers."""
     head = ("member", "displacement unknowns", "sweeps", "s", "commit", "command", "audit")
     rows = [
         (

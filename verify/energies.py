@@ -42,7 +42,7 @@ def totals(run: Run) -> np.ndarray:
 
 
 def energies() -> Found:
-    """Where the ways part, which is lower there, and what becomes of it."""
+    """The step at which the two runs part, the lower one there, and its later course."""
     figures, text, runs = [], [], {}
     for body, (case, *settings) in BODIES.items():
         run = ready_case if body == "slab" else verify_case

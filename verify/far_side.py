@@ -20,7 +20,7 @@ def far_side() -> Found:
 
 
 def cracks(run: Run) -> dict[float, int]:
-    """How many are at each depth at the last step."""
+    """Number of cracks at each depth at the last step."""
     measures = run.steps[-1].measures
     assert measures is not None
     return {section.height: section.cracks for section in measures.sections}

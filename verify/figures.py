@@ -1,4 +1,4 @@
-"""What a verification measures: figures beside what they should be."""
+"""Figures of a verification, beside their expected values."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Figure:
 
     @property
     def met(self) -> bool:
-        """Whether it is within the tolerance."""
+        """True if it is within the tolerance."""
         scale = abs(self.reference) if self.relative else 1.0
         over = self.measured - self.reference
         off = {None: abs(over), "least": -over, "most": over}[self.bound]

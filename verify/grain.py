@@ -86,7 +86,7 @@ def averages(kept: dict, name: str) -> dict[str, Average]:
 
 
 def grain() -> Found:
-    """How well ten seeds tell spacing and depth, and what does not change with the variation."""
+    """Errors of spacing and depth from ten seeds, and results that no variation changes."""
     kept = json.loads(KEPT.read_text())
     figures = []
     for name in ("spacing", "depth"):

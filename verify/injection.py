@@ -157,7 +157,7 @@ def run_member(name: str) -> dict:
 
 
 def digest(name: str, run: Run, parts: int, dim: int) -> dict:
-    """What is kept of a run: of the whole crack."""
+    """The numbers that are kept of a run, of the whole crack."""
     m = run.manifest
     rows = []
     for step in run.steps:
@@ -179,7 +179,7 @@ def digest(name: str, run: Run, parts: int, dim: int) -> dict:
 
 
 def kept() -> dict[str, dict]:
-    """What is kept, by name."""
+    """The kept numbers by name."""
     return json.loads(KEPT.read_text()) if KEPT.exists() else {}
 
 

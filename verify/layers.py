@@ -43,7 +43,7 @@ class Contrast:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """What it changes in the case."""
+        """Its settings of the case."""
         return (
             f"regions.upper.E={self.E:g}",
             f"regions.upper.Gc={self.Gc:g}",
@@ -71,7 +71,7 @@ def run_members() -> dict:
 
 
 def outcome(run: Run) -> dict:
-    """How many of the cracks that come to the upper layer cross it, turn along the seam, turn and
+    """Number of cracks that come to the upper layer and cross it, turn along the seam, turn and
     cross, or stop there; and how many start beyond it."""
     ell, reach = run.manifest.ell, run.manifest.tip_reach or 0.0
     counts = dict.fromkeys(("cross", "turn", "both", "stop", "beyond"), 0)
@@ -127,12 +127,12 @@ WORDS = {
 
 
 def said_of(k: dict) -> str:
-    """What became of the cracks, in words."""
+    """The course of the cracks, in words."""
     return ", ".join(f"{k[key]} {word}" for key, word in WORDS.items() if k[key]) or "none"
 
 
 def layers() -> Found:
-    """What a contrast should do, and the table of what it does."""
+    """The expected effect of a contrast, and the table of the measured one."""
     kept = json.loads(KEPT.read_text())
     ell = 0.04  # as in the case
     depth = {name: k["deepest"] for name, k in kept.items()}

@@ -57,7 +57,7 @@ def history(name: str, run: Run) -> list[dict]:
 
 
 def look(name: str, found: Raster) -> dict:
-    """What `history` keeps of one step."""
+    """The record of one step in `history`."""
     cracks, tips, which = found.cracks(), [], []
     for x, low, _ in PAIRS[name]:
         away = [np.hypot(*(crack - [x, low]).T).min() for crack in cracks]
@@ -92,7 +92,7 @@ def chosen(name: str, run: Run) -> tuple[Step, Step, Step]:
 
 
 def neighbors() -> Found:
-    """What each pair should do, beside the crack that is alone."""
+    """The expected course of each pair, beside the crack that is alone."""
     kept = json.loads(KEPT.read_text())
     steps = {name: k["steps"] for name, k in kept.items()}
     meet = {name: next((s["tau"] for s in steps[name] if s["one"]), np.inf) for name in PAIRS}

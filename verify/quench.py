@@ -46,7 +46,7 @@ def run_strip() -> dict:
 
 
 def digest(run: Run) -> dict:
-    """What is kept of the run; depths are those of sharp tips (m)."""
+    """The numbers that are kept of the run; depths are those of sharp tips (m)."""
     m = run.manifest
     followed = tracks(run.steps, axis=1, sharp=m.sharp)
     heats = [step.heat for step in run.steps if step.heat]

@@ -31,7 +31,7 @@ missed.
 
 
 def record(found: Found) -> dict:
-    """What is kept of one check."""
+    """The record of one check."""
     return {
         "date": datetime.now(UTC).date().isoformat(),
         "figures": [{**vars(figure), "met": figure.met} for figure in found.figures],
@@ -50,7 +50,7 @@ def committed() -> dict:
 
 
 def verdicts(results: dict, names: Iterable[str]) -> dict[str, bool]:
-    """Whether each figure of these checks was met, by its check and what it is."""
+    """True or False for each figure of these checks, by its check and its name."""
     return {
         f"{name}: {f['what']}": f["met"]
         for name in names
@@ -95,7 +95,7 @@ def origin(name: str, found: dict) -> str:
 
 
 def balance(results: dict) -> str:
-    """How many figures each check has, and how many of them it missed."""
+    """Number of figures of each check, and of those that it missed."""
     rows, all_of, missed = [], 0, 0
     for name, check in CHECKS.items():
         figures = results.get(name, {}).get("figures", [])

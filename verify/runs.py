@@ -37,7 +37,7 @@ def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:
 
 
 def origin(run: Run, case: str, settings: Sequence[str]) -> dict:
-    """Where the numbers that are kept of a run come from."""
+    """The source of the numbers that are kept of a run."""
     return {
         "command": as_typed(run, case, settings),
         "commit": run.manifest.commit,

@@ -48,7 +48,7 @@ class Growing:
 
 
 def settings(name: str) -> list[str]:
-    """What a member changes in verify/slab.toml."""
+    """The settings of a member over verify/slab.toml."""
     section, ell, cells, seed = name.split("-")
     stop, steps = LAST[section]
     held = "rollers" if section == "free" else "free"
@@ -77,7 +77,7 @@ def run_member(name: str) -> dict:
 
 
 def digest(name: str, run: Run) -> dict:
-    """What is kept of a run."""
+    """The numbers that are kept of a run."""
     m, steps = run.manifest, run.steps
     assert m.tip_reach is not None and run.finished
     found = arrests(steps, axis=1, ell=m.ell, sharp=m.sharp)
@@ -143,7 +143,7 @@ def angles(path, length: float) -> list[float]:
 
 
 def kept() -> dict[str, dict]:
-    """What is kept, by name."""
+    """The kept numbers by name."""
     return {file.stem: json.loads(file.read_text()) for file in sorted(KEPT.glob("*.json"))}
 
 
@@ -260,7 +260,7 @@ def convergence() -> Found:
 
 
 def steering(one: list[dict], other: list[dict], ell: str) -> Figure:
-    """How much the directions of the cracks differ between two meshes (Kolmogorov and Smirnov)."""
+    """Difference of the cracks' directions between two meshes (Kolmogorov and Smirnov)."""
     here, there = (
         np.abs(np.concatenate([k["angles"] for k in members])) for members in (one, other)
     )

@@ -169,7 +169,7 @@ def critical(a: float, toughness: float) -> float:
 
 
 def radius(stored: float, s: float) -> float:
-    """Of the sharp disc that adds this energy to a block under a remote stress (Sack 1946):
+    """Radius of the sharp disc that adds this energy to a block under a remote stress (Sack 1946):
     8 (1 - nu^2) s^2 a^3/(3 E), which 2 pi a G sums up to."""
     return float(np.cbrt(3 * stored / (8 * (1 - NU**2) * s**2)))
 

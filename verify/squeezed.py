@@ -30,7 +30,7 @@ WIDTH = 1.0
 
 
 def settings(share: float) -> list[str]:
-    """What a member changes in the case: the prestress, all else is common to them."""
+    """The setting of a member: the prestress; all else is common to them."""
     return [
         f"domain.size=[{WIDTH},1.0]",
         "damage.ell=0.04",
@@ -79,7 +79,7 @@ def state(run: Run, step: Step) -> dict:
 
 
 def violations(run: Run) -> list[str]:
-    """What the audit found, step by step."""
+    """The findings of the audit, step by step."""
     return [f"tau = {step.tau:.2f}: {v}" for step in run.steps for v in step.audit.violations]
 
 
@@ -135,7 +135,7 @@ def squeezed() -> Found:
 
 
 def deep(state: dict, least: float) -> int:
-    """How many cracks are deeper than this."""
+    """Number of cracks that are deeper than this."""
     return sum(depth > least for depth in state["depths"])
 
 

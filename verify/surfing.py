@@ -50,7 +50,7 @@ ON_A_SIDE = {
 
 
 def on_a_side() -> list[Figure]:
-    """What a crack on a plane of symmetry costs, on the cells of the cases that have such."""
+    """Energy of a crack on a plane of symmetry, on the cells of the cases that have one."""
     sys.path.insert(0, str(ROOT / "tests"))
     from fem.test_surfing import ride
 

@@ -1,4 +1,4 @@
-"""Where cracks of rock whose toughness has directions go, behind a cold front; with a picture."""
+"""Paths of cracks behind a cold front in rock whose toughness has directions; with a picture."""
 
 import sys
 from typing import Any

@@ -998,7 +998,7 @@ def test_a_setting_quotes_names_as_toml_does():
 
 @pytest.mark.slow
 def test_a_damaged_field_is_told_of_once(tmp_path):
-    """In a process of its own: what VTK would print goes to a stream that pytest cannot catch."""
+    """In a separate process: what VTK would print goes to a stream that pytest cannot catch."""
     (tmp_path / "E.vtu").write_text("<VTKFile><hello>")
     text = f"{GOOD}[material]\nE = {{ file = 'E.vtu', name = 'E' }}\n"
     (tmp_path / "my.toml").write_text(text)

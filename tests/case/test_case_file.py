@@ -224,13 +224,13 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
 @pytest.mark.parametrize(
     ("table", "model", "until", "left_out"),
     [
-        ("heat", HeatKeys, "# [forces]", ("front", "back", "bands")),
+        ("heat", HeatKeys, "# [forces]\n", ("front", "back", "bands")),
         ("forces", ForceKeys, "# What holds the body", ("front", "back")),
     ],
 )
 def test_a_table_that_is_not_there_is_explained_by_one_that_reads(table, model, until, left_out):
     text = to_toml(parse_case(PULLED_IN_UNITS), explained=True)
-    start, end = text.index(f"# [{table}]"), text.index(until)
+    start, end = text.index(f"# [{table}]\n"), text.index(until)
     keys = re.findall(rf"^# ([a-z_]+ = .*|\[{table}\])$", text[start:end], re.MULTILINE)
     shown = tomllib.loads("\n".join(key for key in keys if not key.startswith(left_out)))
     found = model.model_validate(shown[table])

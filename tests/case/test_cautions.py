@@ -1,4 +1,4 @@
-"""Warnings and notes of `staffa check` on chance, tables, supports, ell and the far side."""
+"""Warnings and notes of `staffa check` on chance, tables, supports, ell and the cooled depth."""
 
 from math import erfc, exp, pi, sqrt
 

@@ -29,7 +29,7 @@ SHORT = [
 
 
 def named(heading: str) -> set[str]:
-    """What the first column of the tables below a heading names."""
+    """Names in the first column of the tables below a heading."""
     section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
     cells = re.findall(r"^\|([^|]*)\|", section, re.MULTILINE)
     return {name for cell in cells for name in re.findall(r"`([^`]+)`", cell)}
@@ -95,7 +95,7 @@ def ran(*command: str | Path) -> str:
 def test_every_file_is_told(place: Path) -> None:
     of_a_run = written(place / "elsewhere" / "seed-3")
     assert of_a_run <= named("A run")
-    # Of 3-D, of a damaged run, and of cracks whose damage has a crest.
+    # Of 3-D, of a damaged run, and of cracks whose damage has a ridge.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
     assert named("A run") - of_a_run <= others
     of_all = {name for name in written(place / "all") if not name.startswith("seed-")}
@@ -137,7 +137,7 @@ def test_a_run_elsewhere_is_shown_and_reported_as_the_original_was(place: Path) 
 
 @pytest.mark.slow
 def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
-    """After its second step, which changes none of its own files."""
+    """After its second step, which changes none of its files."""
     said = []
 
     def look(step: Step) -> None:
@@ -154,7 +154,7 @@ def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
 
 
 def own_files(directory: Path) -> dict[str, bytes]:
-    """What the run itself has written so far."""
+    """The files that the run itself has written so far."""
     made = ("report.html", "pictures", "network", ".csv")
     files = [file for file in directory.rglob("*") if file.is_file()]
     return {str(f): f.read_bytes() for f in files if not any(name in str(f) for name in made)}

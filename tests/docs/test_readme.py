@@ -20,7 +20,7 @@ KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 
 
 def pointers(document: Path) -> list[str]:
-    """What a document links to or shows, on this disk."""
+    """Links and pictures of a document, on this disk."""
     found = POINTER.findall(document.read_text(encoding="utf-8"))
     return [name for name in found if not re.match(r"https?:|mailto:|#", name)]
 

@@ -80,22 +80,22 @@ def test_no_accepted_step_runs_too_far_unless_it_is_the_shortest() -> None:
 def test_requested_times_are_hit_and_rejected_steps_are_no_part_of_the_run() -> None:
     steps = run(plate())
     assert any(step.status == "rejected" for step in steps)
-    standing = kept(steps)
-    assert [step.index for step in standing] == list(range(len(standing)))
-    assert all(step.status == "converged" for step in standing)
-    assert {time_at(0.17), time_at(0.3)} <= {step.time for step in standing}
-    assert standing[-1].time == time_at(0.4)
+    kept_steps = kept(steps)
+    assert [step.index for step in kept_steps] == list(range(len(kept_steps)))
+    assert all(step.status == "converged" for step in kept_steps)
+    assert {time_at(0.17), time_at(0.3)} <= {step.time for step in kept_steps}
+    assert kept_steps[-1].time == time_at(0.4)
 
 
 def test_what_was_rejected_leaves_no_trace() -> None:
     """A run at just the times that were accepted, with none rejected, has the same energies."""
-    standing = kept(run(plate()))
+    kept_steps = kept(run(plate()))
     problem = plate()
 
-    plain = replace(problem, schedule=schedule([step.time for step in standing]))
+    plain = replace(problem, schedule=schedule([step.time for step in kept_steps]))
     expected = [step.energies.total for step in run(plain)]
-    assert [step.energies.total for step in standing] == pytest.approx(expected, rel=1e-9)
-    assert all(step.audit.violations == () for step in standing)
+    assert [step.energies.total for step in kept_steps] == pytest.approx(expected, rel=1e-9)
+    assert all(step.audit.violations == () for step in kept_steps)
 
 
 def test_steps_follow_the_cracks_also_after_going_back() -> None:
@@ -103,11 +103,11 @@ def test_steps_follow_the_cracks_also_after_going_back() -> None:
         shortest=0.004, longest=0.05, advance=0.5, growth=0.5, clock=np.sqrt, time_at=np.square
     )
     steps = run(replace(front(), schedule=schedule([0.05**2, 0.4**2], pace=pace)))
-    standing = kept(steps)
+    kept_steps = kept(steps)
     assert any(step.returned for step in steps), "it never went back: the test sees nothing"
     assert any(step.status == "rejected" for step in steps)
-    assert [step.index for step in standing] == list(range(len(standing)))
-    times = [step.time for step in standing]
+    assert [step.index for step in kept_steps] == list(range(len(kept_steps)))
+    times = [step.time for step in kept_steps]
     assert times == sorted(times) and times[-1] == 0.4**2
 
 

@@ -62,7 +62,7 @@ def reference(problem: Problem) -> list[Step]:
 
 
 def test_without_newton_where_it_fails() -> None:
-    """What fails after a Newton move is done again without; the record says so."""
+    """A step that fails after a Newton move is done again without; the record says so."""
     problem = cooled()
     system = build(problem)
     moves = []
@@ -322,7 +322,7 @@ def test_memory_does_not_grow(displacement: str) -> None:
 
 
 def communicators_left() -> int:
-    """How many more this process can make."""
+    """Number of further communicators that this process can make."""
     made: list[MPI.Comm] = []
     MPI.COMM_SELF.Set_errhandler(MPI.ERRORS_RETURN)
     try:

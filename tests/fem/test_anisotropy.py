@@ -206,7 +206,7 @@ def readings(energy: Energy) -> list[float]:
 
 
 def splits(name: str, state: str) -> tuple[str, ...]:
-    """Of any rock, and of isotropic rock alone; in space these take minutes to compile."""
+    """Splits of any rock, and of isotropic rock alone; in 3-D these take minutes to compile."""
     both = ("none", "volumetric-deviatoric")
     return (*both, "spectral", "no-tension") if name == "E and nu" and state != "solid" else both
 

@@ -108,7 +108,7 @@ def test_the_first_time_that_differs_has_a_lower_energy() -> None:
 
 @pytest.mark.parametrize("make", [bar, front])
 def test_the_energies_compared_are_those_of_the_frozen_damage_then(make) -> None:
-    """Against elasticity solved at the earlier time by a system of its own."""
+    """Against elasticity solved at the earlier time by a separate system."""
     problem, steps = make(), run(make())
     number = next(n for n, step in enumerate(steps) if step.returned)
     back = steps[number].returned

@@ -14,14 +14,13 @@ from staffa.minimize.alternate import support_reactions
 from staffa.model.domain import block
 from staffa.model.fields import vertices
 from staffa.model.supports import SideSupport, no_displacement
-from staffa.physics.damage import LAWS
+from staffa.physics.damage import LAWS, damage_at_strength, strength
 from staffa.records.step import Step, Stop
 from support.bodies import body, rock
 
 LENGTH, HEIGHT, E, ELL, H = 1.0, 0.3, 100.0, 0.1, 1 / 51  # a cell, not a vertex, in the middle
-# sqrt(3 Gc E/(8 ell)) at once; (3/16) sqrt(3 E Gc/ell) at alpha = 1/4, where a = 9/16.
-STRENGTH = {"AT1": 19.365, "AT2": 3 / 16 * np.sqrt(3 * E / ELL)}
-STRAIN = {"AT1": STRENGTH["AT1"] / E, "AT2": STRENGTH["AT2"] / E * 16 / 9}
+STRENGTH = {name: strength(law, E=E, Gc=1.0, ell=ELL) for name, law in LAWS.items()}
+STRAIN = {name: STRENGTH[name] / (E * law.a(damage_at_strength(law))) for name, law in LAWS.items()}
 
 
 def weaker_middle(x: np.ndarray) -> np.ndarray:
@@ -61,7 +60,14 @@ def pull(problem: Problem) -> tuple[list[Step], list[float], System]:
     return steps, stresses, system
 
 
-@pytest.mark.parametrize("law", ["AT1", "AT2"])
+def test_strengths_of_at1_and_at2_are_those_of_theory() -> None:
+    """sqrt(3 Gc E/(8 ell)) at once; (3/16) sqrt(3 E Gc/ell) at alpha = 1/4, where a = 9/16."""
+    at1, at2 = np.sqrt(3 * E / (8 * ELL)), 3 / 16 * np.sqrt(3 * E / ELL)
+    assert [STRENGTH["AT1"], STRENGTH["AT2"]] == pytest.approx([at1, at2], rel=1e-6)
+    assert [STRAIN["AT1"], STRAIN["AT2"]] == pytest.approx([at1 / E, at2 / E * 16 / 9], rel=1e-3)
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_strength(law: str) -> None:
     """The largest stress over steps of 0.25 % of the critical strain, within 0.5 %."""
     strains = STRAIN[law] * np.arange(0.98, 1.02, 0.0025)
@@ -159,7 +165,7 @@ def test_a_broken_solid_bar_has_paid_for_its_section(cells: str) -> None:
 
 
 def half_width(system: System) -> float:
-    """How far damage reaches beyond the broken cells."""
+    """Reach of the damage beyond the broken cells."""
     x, alpha = vertices(system.spaces.alpha)[:, 0], system.state.alpha.x.array
     broken, damaged = x[alpha > 0.99], x[alpha > 1e-3]
     return max(broken.min() - damaged.min(), damaged.max() - broken.max())

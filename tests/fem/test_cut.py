@@ -60,7 +60,7 @@ def whole(case: Problem) -> Problem:
 @pytest.mark.parametrize("rise", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize("h", [0.05, 0.04, 0.03])
 def test_a_crack_across_the_body_is_open(rise: float, h: float) -> None:
-    """What holds is the residual stiffness 1e-6 of a layer of about h: 1e-6/h, 2 to 4e-5 found."""
+    """The residual stiffness 1e-6 of a layer of about h remains: 1e-6/h, 2 to 4e-5 found."""
     ends = f"start=[0.0, {0.5 - rise / 2}], end=[1.0, {0.5 + rise / 2}]"
     case = plate(f"cracks=[{{{ends}}}]", f"domain.h={h}")
     left = held(case) / held(whole(case))
@@ -169,7 +169,7 @@ def test_a_straight_crack_in_space_is_as_tough_as_check_says() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["AT1", "AT2"])
 def test_a_broken_bar_has_paid_for_little_less_than_a_straight_crack(law: str) -> None:
-    """It finds a way of its own: 0.5 % less, and its variation is its height's, 2 % more."""
+    """It finds another way: 0.5 % less, and its variation is its height's, 2 % more."""
     pulled = bar(law, "unstructured", STRAIN[law] * np.array([0.05, 1.5, 4.0]), toughness=weaker)
     factor = effective_gc(pulled.material, dim=2, h=pulled.domain.h, cells="unstructured")
     *_, system = pull(pulled)

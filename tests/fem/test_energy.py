@@ -121,7 +121,7 @@ def test_elasticity_converges_at_second_order(name: str) -> None:
 
 
 def displacement_error(size, h: float, cells: str, state_name: str) -> float:
-    """Of the discrete solution with the body force and boundary values of a smooth one."""
+    """Error of the discrete solution with the body force and boundary values of a smooth one."""
     dim = len(size)
     size = (1.0,) * dim
     problem = body(size, h, cells=cells, material=rock(state=state_name, nu=0.3))

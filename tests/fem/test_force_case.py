@@ -83,7 +83,7 @@ def test_forces_without_pores_read_back() -> None:
 
 
 def split_fact(case) -> tuple[str, str]:
-    """What check says of the split."""
+    """The words of check on the split."""
     ((value, meaning),) = (f[1:] for f in preview(case).facts if f[0] == "energy split")
     return value, meaning
 

@@ -304,7 +304,7 @@ def test_cold_rock_holds_no_volume() -> None:
 
 
 def test_a_fluid_does_not_pull() -> None:
-    """Where a crack is wider than its fluid fills, it has no pressure."""
+    """A crack that is wider than its fluid fills has no pressure."""
     apart = (
         SideSupport(side="bottom", components={1: no_displacement}),
         SideSupport(side="top", components={1: lambda x, t: 0.02 * t}),
@@ -330,7 +330,7 @@ def test_a_crack_s_own_pressure_counts_in_it() -> None:
 
 @pytest.mark.parametrize("split", ["volumetric-deviatoric", "no-tension"])
 def test_the_first_prediction_is_no_equilibrium(split: str) -> None:
-    """What is prescribed anew is solved for to the end: no force is left on what is free."""
+    """A new prescribed displacement is solved for to the end: no force is left on what is free."""
     problem = edge_crack(Forces())
     pressed = (
         SideSupport(side="bottom", components={1: no_displacement}),
@@ -377,7 +377,7 @@ def test_no_crack_to_fill() -> None:
     ],
 )
 def test_stress(split: str, state: str, elasticity) -> None:
-    """Of a body at rest: the prestress itself, with what the pores carry, in every cell."""
+    """Stress of a body at rest: the prestress and the share of the pores, in every cell."""
     dim = 3 if state == "solid" else 2
     components = np.array([-0.5, 0.3, 0.2, 0.0, 0.0, 0.1])
     if state == "plane stress":

@@ -100,7 +100,7 @@ def test_what_varies_is_looked_at_inside_of_the_body_and_of_each_region(name: st
 @needs_gmsh
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_mean_is_over_the_body_however_fine_its_parts_are(name: str) -> None:
-    """Of 1 + 9 z, and of x y: those of the mesh by its cells' sizes, to what 21 places tell."""
+    """Means of 1 + 9 z and of x y: those of the mesh by its cells' sizes, as 21 places show."""
     shape, h = SHAPES[name]
     mesh = meshed(shape, h, name)
     cells = mesh.x[mesh.cells]
@@ -185,7 +185,7 @@ def rows_where(x: np.ndarray, cells: np.ndarray, on: np.ndarray) -> np.ndarray:
 
 
 def held_together(x: np.ndarray, cells: np.ndarray, broken: np.ndarray, above: np.ndarray) -> int:
-    """How many vertices of cells that are not all broken, or of those below, tie both sides."""
+    """Number of vertices of cells that are not all broken which lie on both sides."""
     gone = np.isin(np.arange(len(x)), cells[broken])
     alive = ~gone[cells].all(axis=1)
     upper, lower = cells[alive & above], cells[alive & ~above]

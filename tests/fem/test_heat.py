@@ -1,4 +1,4 @@
-"""The heat equation against closed forms and made-up solutions, its balance, and its purity."""
+"""The heat equation against closed forms and manufactured solutions, its balance and purity."""
 
 from staffa.backend.stack import MPI
 
@@ -46,7 +46,7 @@ CLOSED = {
 
 
 def worst_error(name: str, cells: str, *, since: float = 0.06) -> float:
-    """Over the drop, against a closed form, from sqrt(kappa t) = 3 h to where the far side is felt;
+    """Over the drop, against a closed form, from sqrt(kappa t) = 3 h to when L is felt;
     the slab until it is cold. since: another sqrt(kappa t) to begin with; h is .02."""
     form, side = CLOSED[name]
     conduction = Conduction(k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(side,))
@@ -200,7 +200,7 @@ MADE_UP = [
 
 @pytest.mark.parametrize(("k", "cells", "size", "steps"), MADE_UP)
 def test_the_error_falls_with_the_square_of_the_cells(k, cells, size, steps) -> None:
-    """Of a made-up solution with held, flux and film sides and a source; linear in time."""
+    """Error of a manufactured solution with a source and all three conditions; linear in time."""
     errors = [made_up(k, cells, size, h) for h in steps]
     assert rates(errors, steps)[-1] == pytest.approx(2.0, abs=0.15), errors
 
@@ -374,7 +374,7 @@ def rest_then(**side) -> Heated:
     "side", [{}, {"h": lambda x, t: FILM}, {"q": lambda x, t: -50 * max(0.0, t - 1)}]
 )
 def test_a_body_at_rest_stays_at_rest_and_then_does_not(side) -> None:
-    """Of 300 K, rounding makes a change that is none."""
+    """Rounding of 300 K looks like a change, and is none."""
     body = rest_then(**side)
     heat = body.to(1.0)
     assert np.abs(body.T).max() < 1e-9 and heat.imbalance < 1e-8
@@ -436,7 +436,7 @@ def layer(ell: float, cells_per_ell: int, conduction: Conduction) -> tuple[Heate
 
 
 def resistance(ell: float, cells_per_ell: int, residual: float) -> tuple[float, float]:
-    """Of the crack, times the conductivity (a length); measured, and cells in series."""
+    """Resistance of the crack times the conductivity (a length): measured, and in series."""
     conduction = Conduction(
         k=tensor(K, K),
         rho_c=RHO_C,

@@ -70,10 +70,10 @@ def test_backtracking_keeps_each_steps_temperature() -> None:
     """The states that stand are those of a march whose damage is given: heat knows no return."""
     steps = run(front(load=quenched(8.0)))
     assert any(step.returned for step in steps)
-    standing = kept(steps)
+    kept_steps = kept(steps)
     alone = run(front(None, load=quenched(8.0)))
-    assert [s.heat.stored for s in standing] == pytest.approx([s.heat.stored for s in alone])
-    assert all(s.heat.imbalance < 1e-8 and s.audit.violations == () for s in standing)
+    assert [s.heat.stored for s in kept_steps] == pytest.approx([s.heat.stored for s in alone])
+    assert all(s.heat.imbalance < 1e-8 and s.audit.violations == () for s in kept_steps)
 
 
 FEELING = {
@@ -84,7 +84,7 @@ FEELING = {
 
 @pytest.mark.parametrize("name", FEELING)
 def test_temperature_and_cracks_agree_at_the_end_of_a_step(name: str) -> None:
-    """What the heat equation gives with the cracks of the step is what the step has."""
+    """The step has the temperature that the heat equation gives with the cracks of the step."""
     problem = plate(quenched(9.0, side="bottom", cracks=FEELING[name], agreement=1e-4))
     system = build(problem)
     before, start, passes = system.state.T.x.array.copy(), 0.0, 0
@@ -135,7 +135,7 @@ def feeling_front(residual: float = 0.05) -> Problem:
 
 @pytest.mark.slow
 def test_earlier_energies_are_compared_at_the_temperatures_that_the_cracks_would_give() -> None:
-    """Against a system of its own, whose heat is led there from the step before."""
+    """Against a separate system, whose heat is led there from the step before."""
     steps = run(feeling_front())
     number = next(n for n, step in enumerate(steps) if step.returned)
     back, at = steps[number].returned, steps[number]

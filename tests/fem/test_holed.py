@@ -45,7 +45,7 @@ def test_no_crack_runs_through_a_hole(holed: VtkMesh) -> None:
 
 
 def test_room_is_the_way_to_the_surface() -> None:
-    """To the far side of a block, along an axis; none within reach is inf."""
+    """To the opposite boundary of a block, along an axis; none within reach is inf."""
     domain = body((1.0, 0.6), 0.05, material=rock()).domain
     places = np.array([[0.5, 0.45], [0.0, 0.6], [0.3, 0.2]])
     found = room(domain, places, np.array([0.0, 1.0]), reach=0.2)

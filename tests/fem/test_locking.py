@@ -63,7 +63,7 @@ def test_a_ring_widens_as_lame_says(cells: str) -> None:
 
 @pytest.mark.parametrize("cells", CELLS[:2])
 def test_the_error_falls_fourfold_however_incompressible_the_rock_is(cells: str) -> None:
-    """The sides are straight between vertices, so that a quadratic displacement gains no more."""
+    """Sides are straight from vertex to vertex, so that a quadratic displacement gains no more."""
     for nu in (0.45, 0.4999):
         errors = [abs(widened(quarter(cells, n, nu)).inner / lame(nu, INNER) - 1) for n in (4, 8)]
         assert 3.5 < errors[0] / errors[1] < 5, f"nu = {nu}: {errors}"

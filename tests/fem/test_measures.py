@@ -28,7 +28,7 @@ def drawn(x: np.ndarray, layer: float) -> np.ndarray:
 
 
 def gauge(h: float) -> Gauge:
-    """What is measured of a body cooled from below, with cells of this edge."""
+    """Measures of a body cooled from below, with cells of this edge."""
     return Gauge(
         face=BOTTOM,
         depths=(0.1, 0.2, 0.25, 0.4),

@@ -49,10 +49,10 @@ def measured(problem, face: Face, alpha, depths: tuple[float, ...] = DEPTHS) -> 
 
 
 def end(h: float, ell: float) -> tuple[float, float]:
-    """What the end of a drawn crack adds to its length by surface, and by geometry.
+    """Length that the end of a drawn crack adds, by surface and by geometry.
 
     Surface, 1/2 int alpha^2/ell + ell |grad alpha|^2, over half the plane around the end:
-    pi/4 ell, and h/2 beyond the end of the layer of width h; over the discrete toughness.
+    pi/4 ell, and h/2 beyond the end of the layer of width h; over the effective Gc.
     Geometry, 1/2 int |grad alpha^4|: pi/8 ell and h/2.
     """
     return (np.pi / 4 * ell + h / 2) / (1 + h / (2 * ell)), np.pi / 8 * ell + h / 2

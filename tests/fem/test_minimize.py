@@ -317,7 +317,7 @@ def test_iterative_solver_is_as_good_at_any_modulus(E: float) -> None:
     ],
 )
 def test_bounds_hold_forces_that_push_against_them(x: float, force: float, left: float) -> None:
-    """What counts is the force over its unit, here 2, unless a bound takes it up."""
+    """The force counts over its unit, here 2, unless a bound takes it up."""
     at, lower, upper, unit, work = (PETSc.Vec().createSeq(1) for _ in range(5))
     at.set(x), upper.set(1.0), unit.set(2.0)
     energy = BoundedEnergy(

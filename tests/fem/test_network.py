@@ -60,7 +60,7 @@ def profile(law: str, distance: np.ndarray, h: float, ell: float) -> np.ndarray:
 
 
 def cap(law: str, h: float, ell: float) -> float:
-    """How far from the end of a drawn crack its damage is that of a tip (AT1)."""
+    """Distance from the end of a drawn crack within which its damage is that of a tip (AT1)."""
     return h / 2 + 2 * ell * (1 - np.sqrt(damage_at_tip(law, threshold=0.8)))
 
 

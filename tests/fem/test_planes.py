@@ -29,7 +29,7 @@ CELLS = ["hexahedron", "tetrahedron"]
 
 
 def seeds(number: int) -> np.ndarray:
-    """So many points that lie apart."""
+    """This number of points that lie apart."""
     found = POINTS[:1]
     while len(found) < number:
         away = cKDTree(found).query(POINTS)[0]
@@ -95,7 +95,7 @@ def test_a_cylinder_is_seen_on_its_disc() -> None:
 
 
 def words(cells: str) -> list[str]:
-    """What must be the same of two planes, in words, then their areas."""
+    """The parts of two planes that must be the same, in words, then their areas."""
     found = seen(cells, FACES["bottom"])
     counts = [n for s in found for n in (s.number, *s.sides, *s.ends, *s.junctions.values())]
     return [" ".join(map(str, row)) for row in (counts, (area for s in found for area in s.areas))]

@@ -111,7 +111,7 @@ def test_the_same_seed_gives_the_same_field_and_another_another() -> None:
 
 
 def test_random_toughness_is_the_lognormal_field_that_it_was() -> None:
-    """Of the table [toughness], number by number: exp(s z - s^2/2) of GSTools' field."""
+    """Values of the table [toughness], one by one: exp(s z - s^2/2) of GSTools' field."""
     case = parse_case(
         "domain = {size=[1.0,1.0], h=0.1}\ndamage = {ell=0.3}\ntemperature = {dT=1.0}\n"
         "time = {t=[0.1]}\ntoughness = {amplitude=0.2, correlation_length=0.4, seed=5}"

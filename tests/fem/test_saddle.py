@@ -156,7 +156,7 @@ def at_its_bounds(system: System, problem: Problem) -> tuple[float, Loads]:
 @pytest.mark.parametrize(("tau", "stable"), [(0.16, True), (0.24, False)])
 def test_an_even_layer_whose_damage_cannot_heal_is_left_where_the_cone_says_so(tau, stable) -> None:
     """All damage lies on its bound, without a force. The softest direction would heal half of it;
-    whether one that heals nothing lowers the energy is told by the exact value on the cone."""
+    whether one that heals nothing lowers the energy is told by the exact value in the cone."""
     case = even("quadrilateral", *SMALL, f"time.tau=[{tau}]")
     problem = replace(case, second_order=None)
     system = build(problem)

@@ -165,7 +165,7 @@ def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
 
 
 def test_a_run_can_be_stopped_within_a_guess() -> None:
-    """What is done on the coarser mesh is no sweep of the step."""
+    """Work on the coarser mesh is no sweep of the step."""
     problem, seen = plate(dT=9.0, h=0.016), []
 
     def stop() -> None:

@@ -85,7 +85,7 @@ def uniform(length: float, n: int = 120, alpha: float = 1e-6) -> System:
 
 
 def values(length: float) -> tuple[float, float | None]:
-    """On the space, and on the cone."""
+    """In the space V, and in the cone of admissible rates."""
     system = uniform(length)
     space, cone = modes(system)
     system.destroy()

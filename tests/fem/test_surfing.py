@@ -47,17 +47,17 @@ class Ride:
 
     @property
     def speed(self) -> np.ndarray:
-        """Of the crack, over that of the tip; for each threshold."""
+        """Speed of the crack over that of the tip, for each threshold."""
         return np.polyfit(self.tip, self.ahead, 1)[0]
 
     @property
     def toughness(self) -> float:
-        """What a unit of the crack costs, over Gc."""
+        """Energy of a unit of the crack, over Gc."""
         return float(np.polyfit(self.tip, self.surface, 1)[0])
 
     @property
     def beyond(self) -> np.ndarray:
-        """How far the tip is beyond each threshold, less half a cell."""
+        """Distance of the tip beyond each threshold, less half a cell."""
         return (self.tip[:, None] - self.ahead).mean(axis=0) - self.h / 2
 
 
@@ -70,7 +70,7 @@ def ride(
     on_a_side: float = 0.0,
     look: Callable[[Problem, System], None] = lambda problem, system: None,
 ) -> Ride:
-    """Follow a crack for so many cells, five steps in each, once it has begun to move.
+    """Follow a crack for a number of cells, five steps in each, once it moves.
 
     on_a_side: the toughness over Gc that a crack on a plane of symmetry is loaded for; of the
     plate there is only the part above it. 0 for a crack within a whole plate. look: called at each
@@ -130,7 +130,7 @@ def test_a_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
     assert speed == pytest.approx(1, abs=0.03), f"the crack runs at {speed:.3f} of the tip's speed"
     # The edge is where the field of a sharp crack holds but for the profile's width over radius.
     cost = found.toughness / found.factor
-    assert cost == pytest.approx(1, abs=0.03), f"it costs {cost:.3f} of the discrete toughness"
+    assert cost == pytest.approx(1, abs=0.03), f"it costs {cost:.3f} of the effective Gc"
     assert found.beyond[1:4] == pytest.approx(BEYOND["AT1"][1:4], abs=0.05), (
         "in ell; the vertices of four cells an ell do not see more"
     )

@@ -103,7 +103,7 @@ def test_secant_expansion_is_zero_where_the_body_is_free_of_stress(tmp_path) -> 
 
 
 def test_properties_of_temperature_differ_by_region_and_place(tmp_path) -> None:
-    """Two halves in parallel, each with a law of its own, one with a factor by place too."""
+    """Two halves in parallel, each with another law, one with a factor by place too."""
     steps = heated(
         tmp_path,
         'material.E={formula="70e9*(1 + 20*(y - 0.0025))*(1 - 1e-3*(T - 293.15))"}',

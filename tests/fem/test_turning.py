@@ -71,7 +71,7 @@ def cost(A: np.ndarray, angle: float) -> float:
 @pytest.mark.parametrize("law", [AT1(), AT2()], ids=["AT1", "AT2"])
 @pytest.mark.parametrize("axis", [0.0, 35.0, 90.0])
 def test_a_straight_crack_along_cells_costs_what_its_normal_says(law, axis: float) -> None:
-    """Gc sqrt(n . A n), by the discrete toughness of a profile that is sqrt(n . A n) ell wide."""
+    """Gc sqrt(n . A n), by the effective Gc of a profile that is sqrt(n . A n) ell wide."""
     A = roughness(2.0, axis)
     material = rock(ell=1.0, law=law, roughness=A, Gc=3.0)
     # AT2's profile along the crack ends as exp(-distance/2), of which the square counts: 1e-4.

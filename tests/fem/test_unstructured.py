@@ -95,7 +95,7 @@ def order(domain: Domain, fold: int) -> float:
 
 @pytest.mark.parametrize("fold", [2, 4, 6, 8])
 def test_no_direction_is_preferred(fold: int) -> None:
-    """Of 9000 edges: a triangular lattice has 1 of fold 6, four triangles to a square .33 of 4."""
+    """Order of 9000 edges: a triangular lattice has 1 of fold 6, four triangles a square .33."""
     domain = block(MPI.COMM_SELF, size=(2.0, 1.0), h=0.03, cells="unstructured")
     found = order(domain, fold)
     assert found < 0.06, f"edges are ordered {fold}-fold by {found:.3f}"
@@ -108,7 +108,7 @@ def test_blocks_prefer_directions_by_the_same_measure(cells: str, most: float) -
 
 
 def anisotropy(domain: Domain) -> float:
-    """How far the mean of d_i d_j is from 1/3, and of the sum of d_i^4 from 3/5; d: of length 1."""
+    """Error of the mean of d_i d_j from 1/3, and of the sum of d_i^4 from 3/5; d: of length 1."""
     way = edges(domain, margin=2 * domain.h)
     d = way / np.linalg.norm(way, axis=1)[:, None]
     second = np.abs(np.linalg.eigvalsh(d.T @ d / len(d)) - 1 / 3).max()

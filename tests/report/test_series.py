@@ -1,4 +1,4 @@
-"""What is read off at every step: reactions in equilibrium, fields at points, on any ranks."""
+"""Series of every step: reactions in equilibrium, fields at points, on any ranks."""
 
 import csv
 from dataclasses import replace

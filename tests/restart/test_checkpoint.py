@@ -1,4 +1,4 @@
-"""What is damaged on disk is found out: the last good checkpoint is used, and that is said."""
+"""Damage on disk is found: the last good checkpoint is used, and the run says so."""
 
 import json
 import re

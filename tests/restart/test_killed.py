@@ -43,19 +43,19 @@ def expected(place: Path) -> Run:
 
 
 def begin(place: Path, directory: Path, *more: str, ranks: int = 1) -> subprocess.Popen:
-    """The run of many steps in a process of its own."""
+    """The run of many steps in a separate process."""
     arguments = ("run", place / "my.toml", "--set", MANY, "--out", directory, "--quiet", *more)
     return started("staffa", *arguments, ranks=ranks)
 
 
 def lines(directory: Path) -> int:
-    """How many steps are on record."""
+    """Number of steps on record."""
     file = directory / STEPS
     return file.read_bytes().count(b"\n") if file.exists() else 0
 
 
 def wait_for(condition, process: subprocess.Popen, seconds: float = 240) -> bool:
-    """Whether it comes true before the process ends."""
+    """True if the condition is met before the process ends."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         if condition():
@@ -67,7 +67,7 @@ def wait_for(condition, process: subprocess.Popen, seconds: float = 240) -> bool
 
 
 def makes_a_step(process: subprocess.Popen, directory: Path) -> bool:
-    """Whether one more step comes on record before the process ends."""
+    """True if one more step is recorded before the process ends."""
     before = lines(directory)
     return wait_for(lambda: lines(directory) > before, process)
 
@@ -101,7 +101,7 @@ def test_a_run_that_is_killed_goes_on_as_if_nothing_had_happened(place, expected
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 def test_fifty_kills_lose_nothing(place, expected) -> None:
-    """In runs of 20 steps each, begun again until there were 50 kills."""
+    """In runs of 20 steps each, started again until there were 50 kills."""
     killed = number = 0
     while killed < 50:
         directory = place / f"many-{number}"
@@ -177,7 +177,7 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path: Path) -> None:
 
 @pytest.fixture
 def disk(tmp_path: Path):
-    """A small disk of its own, in memory."""
+    """A small separate disk, in memory."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=150k", "tmpfs", str(folder)]
@@ -199,8 +199,8 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     with pytest.raises(StoppedError, match="cannot be written to") as full:
         run(case, disk / "run")
     assert full.value.exit_code == 3 and f"`staffa resume {disk / 'run'}`" in str(full.value)
-    begun = read_run(disk / "run")
-    assert_steps(begun.steps, expected.steps[: len(begun.steps)], EXACT)
+    cut = read_run(disk / "run")
+    assert_steps(cut.steps, expected.steps[: len(cut.steps)], EXACT)
     remount(disk, "size=10m,ro")
     with pytest.raises(StaffaError, match=r"cannot be written to \(Read-only") as refused:
         resume(disk / "run")
@@ -228,7 +228,7 @@ def test_a_network_and_a_picture_on_a_full_disk_are_errors_and_leave_nothing(dis
 
 
 def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) -> None:
-    """The disk is full before the run has begun: the same command does once there is room."""
+    """The disk is full before the run has started: the same command does once there is room."""
     (disk / "full").write_bytes(bytes(143 * 1024))
     case = small("time.tau=[0.1]", "output.at=[]")
     with pytest.raises(StaffaError, match="nothing was begun") as full:

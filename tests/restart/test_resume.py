@@ -95,13 +95,13 @@ def test_a_run_cut_again_and_again_is_the_same_to_the_last_bit(case, tmp_path: P
 def test_nothing_is_repeated_but_the_step_that_was_cut(tmp_path: Path) -> None:
     """By default every step is kept as soon as it is finished."""
     said = cut_run(small("time.tau=[0.1,0.2,0.3]", "output.at=[]"), tmp_path / "run", 7)
-    begun = read_run(tmp_path / "run")
+    cut = read_run(tmp_path / "run")
     seen: list[int] = []
     watcher = Watcher(stepped=lambda step: seen.append(step.index))
     resume(tmp_path / "run", watcher=watcher)
-    assert seen == list(range(len(begun.steps), 3)) and begun.steps
+    assert seen == list(range(len(cut.steps), 3)) and cut.steps
     assert said == (
-        f"stopped, since enough was seen: step {len(begun.steps) - 1} is finished; `staffa resume "
+        f"stopped, since enough was seen: step {len(cut.steps) - 1} is finished; `staffa resume "
         f"{tmp_path / 'run'}` goes on"
     )
 
@@ -250,8 +250,8 @@ def test_what_failed_is_tried_again_with_other_solvers(tmp_path: Path, monkeypat
     with monkeypatch.context() as patched:
         patched.setattr(loop, "go_back", fails)
         run(case, tmp_path / "run")
-    begun = read_run(tmp_path / "run")
-    assert begun.rejected and not begun.superseded
+    cut = read_run(tmp_path / "run")
+    assert cut.rejected and not cut.superseded
     resume(
         tmp_path / "run",
         settings=["solver.sweeps=9000", PAST.replace("1.0", "1.1").replace("9", "10")],
@@ -338,9 +338,9 @@ CHANGES = [
 
 
 @pytest.fixture(scope="module")
-def begun(tmp_path_factory) -> Path:
+def partial(tmp_path_factory) -> Path:
     """A run whose first two steps are finished."""
-    directory = tmp_path_factory.mktemp("begun") / "run"
+    directory = tmp_path_factory.mktemp("partial") / "run"
     case = small()
     looks, steps = 3, 0
     while steps != 2:
@@ -352,11 +352,11 @@ def begun(tmp_path_factory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("setting", "parts"), CHANGES, ids=lambda v: str(v)[:30])
-def test_what_has_been_computed_cannot_change(begun: Path, setting: str, parts) -> None:
-    before = {p: p.read_bytes() for p in begun.rglob("*") if p.is_file() and p.name != "lock"}
+def test_what_has_been_computed_cannot_change(partial: Path, setting: str, parts) -> None:
+    before = {p: p.read_bytes() for p in partial.rglob("*") if p.is_file() and p.name != "lock"}
     with pytest.raises(InputError) as caught:
-        resume(begun, settings=[setting])
+        resume(partial, settings=[setting])
     for part in parts:
         assert part in str(caught.value), str(caught.value)
-    after = {p: p.read_bytes() for p in begun.rglob("*") if p.is_file() and p.name != "lock"}
-    assert after == before and (begun / "lock").read_bytes() == b""
+    after = {p: p.read_bytes() for p in partial.rglob("*") if p.is_file() and p.name != "lock"}
+    assert after == before and (partial / "lock").read_bytes() == b""

@@ -263,7 +263,7 @@ def comparable(row: list[float | None]) -> list[float]:
 
 
 def expected(path: Path) -> list[float | None]:
-    """What the row of a member should be, from its steps."""
+    """The row of a member that follows from its steps."""
     run = read_run(path)
     L, last = 0.8, run.steps[-1].measures
     reach = run.manifest.tip_reach
@@ -444,7 +444,7 @@ def test_where_all_fail_each_is_listed_and_the_exit_code_tells(real: Path, tmp_p
 
 
 def test_a_member_has_other_seeds_in_every_random_property() -> None:
-    """Those of regions too; and what is not random stays."""
+    """Random properties of regions too; the others stay."""
     random = "{mean=1.0, variation=0.1, length=0.1, seed=7}"
     settings = [
         f"material.E={random}",

@@ -1,4 +1,4 @@
-"""What goes wrong while a run goes on, for real: it ends in a sentence, and never hangs."""
+"""Real faults during a run: it ends in a sentence, and never hangs."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ def case(tmp_path: Path) -> Path:
 
 
 def failed(done: subprocess.CompletedProcess, *parts: str) -> None:
-    """Whether a run ended with code 1 and one sentence of these parts."""
+    """True if a run ended with code 1 and one sentence of these parts."""
     assert (done.returncode, done.stdout) == (1, ""), done
     assert done.stderr.count("staffa: ") == 1 and "Traceback" not in done.stderr, done.stderr
     for part in parts:

@@ -1,4 +1,4 @@
-"""What a run leaves on disk is what was computed: fields at the right vertices, every step."""
+"""Files of a run hold the computed fields, at the right vertices, at every step."""
 
 import json
 from dataclasses import replace

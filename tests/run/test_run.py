@@ -18,7 +18,7 @@ CASES = READY
 
 
 def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
-    """staffa in a process of its own, one thread a rank."""
+    """staffa in a separate process, one thread a rank."""
     command = [BIN / "staffa", *arguments]
     if ranks > 1:
         command = [BIN / "mpiexec", "-n", str(ranks), *command]

@@ -53,7 +53,7 @@ def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypa
 
 
 def test_the_tables_of_the_documents_are_those_of_the_results(bench) -> None:
-    """What `bench/table.py` prints stands in the pages that quote it."""
+    """The pages quote `bench/table.py` as it prints."""
     table = bench("table")
     results = json.loads((BENCH / "results.json").read_text())
     pages = {
@@ -117,7 +117,7 @@ def test_a_law_of_too_few_runs_is_refused(bench) -> None:
 
 
 def test_the_costs_in_the_documents_are_those_of_the_results(bench) -> None:
-    """What `bench/scaling.py` fitted stands in the page, and at the head of the batch script."""
+    """The page and the head of the batch script quote the fit of `bench/scaling.py`."""
     pages = bench("scaling_pages")
     results = pages.measured()
     assert pages.page(results) in pages.PAGE.read_text(encoding="utf-8")

@@ -118,7 +118,7 @@ def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
 
 
 def test_nothing_but_the_two_cracks_breaks() -> None:
-    """The walls of the ready case reach from the face to the far side, 3 ell from each crack."""
+    """The walls of the ready case reach through the whole depth, 3 ell from each crack."""
     case = tomllib.loads(
         (Path(staffa.__file__).parent / "case" / "ready" / "two-cracks.toml").read_text()
     )

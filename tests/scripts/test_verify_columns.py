@@ -1,4 +1,4 @@
-"""What `verify/columns.py` asks of cells cannot be met by none, by few, or by shrinking ones."""
+"""The conditions of `verify/columns.py` cannot be met by no cells, by few, or by shrinking ones."""
 
 import importlib
 import tomllib

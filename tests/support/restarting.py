@@ -64,12 +64,12 @@ def stopped(call: Callable[[], object]) -> str:
 
 
 def cut_run(case: Case, directory: Path, looks: int) -> str:
-    """Run until so many looks, and give what it says then."""
+    """Run until this number of looks, and give what it says then."""
     return stopped(lambda: run(case, directory, watcher=Watcher(stop=After(looks))))
 
 
 def finish(directory: Path, looks: int, most: int = 20) -> int:
-    """Resume, stopping again and again after so many looks, to the end; how many times."""
+    """Resume, stopping again and again after this number of looks, to the end; how many times."""
     for times in range(1, most):
         try:
             resume(directory, watcher=Watcher(stop=After(looks)))
@@ -82,7 +82,7 @@ def finish(directory: Path, looks: int, most: int = 20) -> int:
 def launch(
     *arguments: str | Path, ranks: int = 1, timeout: float = 300
 ) -> subprocess.CompletedProcess:
-    """Python or staffa in a process of its own, to its end."""
+    """Python or staffa in a separate process, to its end."""
     process = started(*arguments, ranks=ranks)
     try:
         out, err = process.communicate(timeout=timeout)

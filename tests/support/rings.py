@@ -56,7 +56,7 @@ class Widened:
 def quarter(cells: str, n: int, nu: float, settings: Sequence[str] = ()) -> Problem:
     """A quarter of the ring, plane strain or a slice of it between rollers.
 
-    cells: of a block; n: so many across the wall.
+    cells: of a block; n: number across the wall.
     """
     solid, h = cells in ("hexahedron", "tetrahedron"), WALL / n
     text = CASE.format(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from staffa.loads.closed_form import Convective, Face, HalfSpace, Slab
+from staffa.loads.closed_form import PROFILES, Convective, CooledFace, Face, HalfSpace, Slab
 
 KAPPA, DT, L, H = 0.7, 3.0, 1.3, 4.0
 BOTTOM = Face(axis=1, position=0.0, inward=1)
@@ -16,6 +16,9 @@ LOADS = {
 TIMES = [0.05**2 * L**2 / KAPPA, 0.3**2 * L**2 / KAPPA, 0.44**2 * L**2 / KAPPA, 0.8 * L**2 / KAPPA]
 
 
+COOLED = CooledFace(dT=DT, kappa=KAPPA, face=BOTTOM, L=L, biot=H * L)
+
+
 def at(y: np.ndarray) -> np.ndarray:
     return np.array([np.full_like(y, 0.4), y, np.zeros_like(y)])
 
@@ -23,6 +26,23 @@ def at(y: np.ndarray) -> np.ndarray:
 def derivative(f, x: float, step: float) -> np.ndarray:
     """Fourth-order central difference."""
     return (f(x - 2 * step) - 8 * f(x - step) + 8 * f(x + step) - f(x + 2 * step)) / (12 * step)
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_a_case_names_the_load(name: str) -> None:
+    assert PROFILES[name](COOLED) == LOADS[name]
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_profile_is_a_function_of_place_and_time_that_only_cools(name: str) -> None:
+    """One finite number a point, the same when asked again; no change before cooling begins."""
+    load, x = PROFILES[name](COOLED), at(np.linspace(0.01, 1.0, 30) * L)
+    for t in TIMES:
+        found = load.temperature(x, t)
+        assert found.shape == (30,) and np.isfinite(found).all()
+        assert found.max() <= 0
+    assert np.array_equal(load.temperature(x, TIMES[0]), load.temperature(x, TIMES[0]))
+    assert np.all(load.temperature(x, 0.0) == 0)
 
 
 @pytest.mark.parametrize("name", LOADS)

@@ -1,5 +1,6 @@
 """Temperatures known in closed form, all zero at t = 0, after one face is cooled by dT."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Protocol
@@ -118,3 +119,43 @@ class Convective:
         eta = y / (2 * sqrt(self.kappa * t))
         film = np.exp(-(eta**2)) * erfcx(eta + self.h * sqrt(self.kappa * t))
         return np.asarray(-self.dT * (erfc(eta) - film))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CooledFace:
+    """What a case says of its cooling in closed form.
+
+    Parameters
+    ----------
+    dT
+        Temperature drop of the face, or of the fluid beyond it (K).
+    kappa
+        Diffusivity (m^2/s).
+    face
+        The face.
+    L
+        Depth of the body (m).
+    biot
+        h L/k of a convective face; None if the case gives none.
+    """
+
+    dT: float
+    kappa: float
+    face: Face
+    L: float
+    biot: float | None = None
+
+
+def _convective(cooled: CooledFace) -> Load:
+    assert cooled.biot is not None  # a rule of cases
+    h = cooled.biot / cooled.L
+    return Convective(dT=cooled.dT, kappa=cooled.kappa, face=cooled.face, h=h)
+
+
+# Closed forms by the name that a case gives as `temperature.profile`. Each only cools: the default
+# split of a case relies on that.
+PROFILES: dict[str, Callable[[CooledFace], Load]] = {
+    "half-space": lambda c: HalfSpace(dT=c.dT, kappa=c.kappa, face=c.face),
+    "slab": lambda c: Slab(dT=c.dT, kappa=c.kappa, face=c.face, L=c.L),
+    "convective": _convective,
+}

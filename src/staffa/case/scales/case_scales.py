@@ -13,7 +13,7 @@ from staffa.case.values.diffusion_time import depth, diffusivity, times_in
 from staffa.case.values.subdomains import Averages, averages, subdomains_of
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
-from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
+from staffa.loads.closed_form import PROFILES, CooledFace, Face, Load, NoLoad
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID
@@ -209,14 +209,12 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
 
 
 def load(case: Case, derived: Numbers) -> Load:
-    """The temperature of a case that is known in closed form."""
-    profile, face = case.temperature.profile, derived.face
+    """Return the temperature of a case in closed form.
+
+    The heat equation counts as a half-space; without a flat cooled face nothing is cooled.
+    """
+    keys, face = case.temperature, derived.face
     if face is None:
         return NoLoad()
-    dT, kappa = derived.dT, derived.kappa
-    if profile == "slab":
-        return Slab(dT=dT, kappa=kappa, face=face, L=derived.L)
-    if profile == "convective":
-        assert case.temperature.biot is not None
-        return Convective(dT=dT, kappa=kappa, face=face, h=case.temperature.biot / derived.L)
-    return HalfSpace(dT=dT, kappa=kappa, face=face)
+    cooled = CooledFace(dT=derived.dT, kappa=derived.kappa, face=face, L=derived.L, biot=keys.biot)
+    return PROFILES.get(keys.profile, PROFILES["half-space"])(cooled)

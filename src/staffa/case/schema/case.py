@@ -29,6 +29,7 @@ from staffa.case.schema.support_keys import SupportKeys as SupportKeys
 from staffa.case.schema.time_keys import TimeKeys
 from staffa.case.schema.tolerances import Better, Change, Residual
 from staffa.geometry.outline import Outline
+from staffa.loads.closed_form import PROFILES
 from staffa.physics.damage import LAWS
 from staffa.physics.split import SPLITS
 from staffa.records.step import Stop
@@ -108,7 +109,7 @@ class ToughnessKeys(CaseTable):
 class TemperatureKeys(CaseTable):
     """The cooling: known in closed form, or from the heat equation of the table [heat]."""
 
-    profile: Literal["half-space", "slab", "convective", "heat", "none"] = Field(
+    profile: Annotated[str, one_of((*PROFILES, "heat", "none"))] = Field(
         default="half-space",
         description="half-space (endlessly deep, its face cold at once); slab (far side "
         "insulated); convective (a half-space behind a film); heat (from the heat equation, see "
