@@ -42,6 +42,7 @@ check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
+	$(PYTHON_HERE) tools/measure_code.py
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
@@ -55,7 +56,7 @@ bench: $(READY)
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
 	[ -n "$(ONLY)" ] || $(FOR_TESTS) $(PYTHON_HERE) -m pytest -m long
-	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/test_fuzz.py
+	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/case/test_fuzz.py
 	$(PYTHON_HERE) verify/run.py $(ONLY)
 
 format: $(READY)

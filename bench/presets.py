@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 from cases import SMALL
+
 from run import HERE, environment, machine, versions
 
 CHOICES = (

@@ -16,7 +16,7 @@ import numpy as np
 from cost import CONFIDENCE, Cost, Law, beside, held_out, law, predict
 
 from staffa.case.reading.read import read_case
-from staffa.case.scales.case_scales import numbers
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.evolution.schedule import schedule
 from staffa.geometry.block import divisions
 
@@ -53,7 +53,7 @@ def by_cells(results: dict) -> dict[str, list[dict]]:
 def large(results: dict) -> tuple[int, Cost]:
     """Displacement unknowns and expected cost of the case of the batch script."""
     case, medium = read_case(CASE), results["medium"]
-    derived = numbers(case)
+    derived = derived_numbers(case)
     assert case.domain.size is not None and case.domain.h is not None
     counts = divisions(tuple(float(s) for s in case.domain.size), float(case.domain.h))
     unknowns = 3 * int(np.prod([n + 1 for n in counts]))

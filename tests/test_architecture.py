@@ -122,7 +122,7 @@ def test_a_file_among_the_ready_cases_is_one(
 ) -> None:
     (tmp_path / "mine.toml").write_text((SOURCE / "case" / "ready" / "slab.toml").read_text())
     monkeypatch.setattr(ready_cases, "files", lambda package: tmp_path)
-    assert ready_cases.names() == ("mine",)
+    assert ready_cases.ready_case_names() == ("mine",)
     assert ready_cases.ready_case("mine").domain.size
 
 

@@ -1,7 +1,7 @@
 """Draw the rooms of the package and the way of the data, from the code's own imports.
 
-    .venv/bin/python tools/draw_rooms.py                       # docs/pictures/{rooms,data-flow}.svg
-    .venv/bin/python tools/draw_rooms.py --source DIR --out F  # the rooms of another tree
+.venv/bin/python tools/draw_rooms.py                       # docs/pictures/{rooms,data-flow}.svg
+.venv/bin/python tools/draw_rooms.py --source DIR --out F  # the rooms of another tree
 """
 
 import argparse

@@ -217,7 +217,7 @@ CHECKS = {
         "mean; without variation every seed gives the same rock, whose cracks start from the ends. "
         "The more the toughness varies, the farther apart and the deeper the cracks are. Depths "
         "of sharp tips. That one seed gives one rock "
-        "on 1, 2 and 3 ranks is tested (`tests/test_rock.py`).",
+        "on 1, 2 and 3 ranks is tested (`tests/fem/test_rock.py`).",
         measure=grain,
         kept="grain.json",
     ),

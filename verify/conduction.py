@@ -7,7 +7,7 @@ from figures import Figure, Found
 from runs import ROOT, ready_case
 from slit import END, HEIGHT, START, Slit, slit
 
-from staffa.heat.thermal_body import Conduction, Held, Insulating
+from staffa.heat.thermal_body import Conduction, Dirichlet, Insulating
 
 sys.path.insert(0, str(ROOT / "tests"))
 CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
@@ -15,7 +15,7 @@ CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
 
 def heat() -> Found:
     """Errors, orders, overshoot."""
-    import test_heat as tests
+    from fem import test_heat as tests
 
     figures = [
         _figure(f"{name}, {cells}: error over dT", CLOSED_FORM, 0.0, error, 0.005)
@@ -64,11 +64,11 @@ def _figure(what: str, source: str, expected: float, measured: float, tolerance:
 
 def smeared(ell: float, residual: float = 1e-5) -> Slit:
     """The plate with a crack in place of the slit, four cells an ell, in its steady state."""
-    from heated import Heated, broken_layer, tensor
+    from support.heated import Heated, broken_layer, tensor
 
     n = round(4 / ell)
     n += 1 - n % 2  # the crack in the middle of a row of cells
-    ends = (Held(side="bottom", T=lambda x, t: 0.0), Held(side="top", T=lambda x, t: 1.0))
+    ends = (Dirichlet(side="bottom", T=lambda x, t: 0.0), Dirichlet(side="top", T=lambda x, t: 1.0))
     conduction = Conduction(
         k=tensor(1.0, 1.0),
         rho_c=1.0,
@@ -90,7 +90,7 @@ APART = 0.16  # of the points between which the jump is measured: beyond 2 ell o
 
 def cracks() -> Found:
     """Resistance of an insulating crack, jump across it, heat that one with a bath takes up."""
-    import test_heat as tests
+    from fem import test_heat as tests
 
     figures, rows = [], ["| ell | h | residual | R k | h/residual |", "| --- " * 5 + "|"]
     for ell, cells in ((0.04, 2), (0.04, 4), (0.04, 8), (0.02, 4), (0.01, 4)):

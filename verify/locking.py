@@ -2,7 +2,7 @@
 
     python verify/locking.py
 
-prints the table of docs/how-to-choose-a-solver.md, of Lame's ring (`tests/rings.py`).
+prints the table of docs/how-to-choose-a-solver.md, of Lame's ring (`tests/support/rings.py`).
 """
 
 import sys
@@ -11,8 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
-from rings import INNER, lame, quarter, widened  # noqa: E402
 from staffa.physics.locking import too_stiff  # noqa: E402
+from support.rings import INNER, lame, quarter, widened  # noqa: E402
 
 NUS = (0.3, 0.45, 0.49, 0.499)
 CELLS = {"quadrilateral": (4, 16), "triangle": (4, 16), "hexahedron": (8,), "tetrahedron": (8,)}

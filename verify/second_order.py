@@ -10,7 +10,7 @@ from runs import ROOT
 def second_order() -> list[Figure]:
     """The bar at onset, and the Rayleigh quotient on the space and on the cone."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from test_stability import onset, rayleigh
+    from fem.test_stability import onset, rayleigh
 
     variation = rayleigh(1000)
     space = variation.on_the_space()

@@ -21,7 +21,7 @@ from runs import ROOT, keep
 
 import staffa
 from staffa.case.reading.read import read_case
-from staffa.evolution.effective_toughness import discrete_toughness
+from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.model.fields import vertices
 from staffa.records.step import Step
@@ -54,7 +54,7 @@ def bar(cells: str) -> list[Figure]:
     system = staffa.build(problem)
     *_, last = march(problem, system)
     h = problem.domain.h
-    factor = discrete_toughness(problem.material, dim=3, h=h, cells=cells)
+    factor = effective_gc(problem.material, dim=3, h=h, cells=cells)
     x, alpha = vertices(system.spaces.alpha)[:, 0], system.state.alpha.x.array
     # Each damage, on both sides of the broken cells, as it would be from a sharp crack: exact
     # profiles are 1 - sqrt(alpha) = r/(2 ell).
@@ -195,7 +195,7 @@ def disc() -> dict:
         if step.status != "converged" or rows[-1][2] > GROWN * rows[max(len(rows) - 2, 0)][2]:
             break
     space = system.state.u.function_space
-    factor = discrete_toughness(problem.material, dim=3, h=SIZES["h"], cells="unstructured")
+    factor = effective_gc(problem.material, dim=3, h=SIZES["h"], cells="unstructured")
     system.destroy()
     return {
         "command": "python verify/solid.py",

@@ -13,8 +13,8 @@ THEORY = "mode I field of a sharp crack"
 def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
     """The crack's cost and speed, and how far the sharp tip is beyond the damage."""
     sys.path.insert(0, str(ROOT / "tests"))
+    from fem.test_surfing import ride
     from staffa.measure.tip import BEYOND, THRESHOLDS
-    from test_surfing import ride
 
     figures = []
     for cells_per_ell in meshes:
@@ -52,7 +52,7 @@ ON_A_SIDE = {
 def on_a_side() -> list[Figure]:
     """What a crack on a plane of symmetry costs, on the cells of the cases that have such."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from test_surfing import ride
+    from fem.test_surfing import ride
 
     figures = []
     for case, (cells_per_ell, used) in ON_A_SIDE.items():

@@ -28,7 +28,7 @@ PICTURE = ROOT / "docs" / "pictures" / "verify-toughness-direction.png"
 def toughness_direction() -> Found:
     """The angles of the cracks, and what the mesh makes of them; a picture."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from test_turning import direction, roughness, turning
+    from fem.test_turning import direction, roughness, turning
 
     uneven = 3 / (8 * PLATE["cells_per_ell"])  # h/(4 c_w ell) of AT1
     figures, lines, paths = [], [], []

@@ -1,25 +1,37 @@
 """staffa predicts how cooling cracks rock: where cracks start, which way they run, which stop."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING
 
-# Loaded when first used, so that `import staffa` needs no finite-element stack.
-_WHERE = {
-    "Case": "staffa.case.schema.case",
-    "read_case": "staffa.case.reading.read",
-    "parse_case": "staffa.case.reading.read",
-    "ready_case": "staffa.case.reading.ready_cases",
-    "problem": "staffa.setup.build",
-    "run": "staffa.runs.run",
-    "resume": "staffa.runs.resume",
-    "build": "staffa.evolution.system",
-    "march": "staffa.evolution.march",
-    "read_run": "staffa.io.run_directory",
-}
-__all__ = sorted(_WHERE)
+# Editors and type checkers read the first part. Python runs the second one, which loads a name
+# when it is first used, so that `import staffa` needs no finite-element stack.
+if TYPE_CHECKING:
+    from staffa.case.reading.read import parse_case as parse_case
+    from staffa.case.reading.read import read_case as read_case
+    from staffa.case.reading.ready_cases import ready_case as ready_case
+    from staffa.case.schema.case import Case as Case
+    from staffa.evolution.march import march as march
+    from staffa.evolution.system import build as build
+    from staffa.io.run_directory import read_run as read_run
+    from staffa.runs.resume import resume as resume
+    from staffa.runs.run import run as run
+    from staffa.setup.build import problem as problem
+else:
+    _WHERE = {
+        "Case": "staffa.case.schema.case",
+        "build": "staffa.evolution.system",
+        "march": "staffa.evolution.march",
+        "parse_case": "staffa.case.reading.read",
+        "problem": "staffa.setup.build",
+        "read_case": "staffa.case.reading.read",
+        "read_run": "staffa.io.run_directory",
+        "ready_case": "staffa.case.reading.ready_cases",
+        "resume": "staffa.runs.resume",
+        "run": "staffa.runs.run",
+    }
+    __all__ = sorted(_WHERE)
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _WHERE:
-        raise AttributeError(f"staffa has no '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(_WHERE[name]), name)
+    def __getattr__(name: str) -> object:
+        if name not in _WHERE:
+            raise AttributeError(f"staffa has no '{name}'; it has {', '.join(__all__)}")
+        return getattr(import_module(_WHERE[name]), name)

@@ -20,7 +20,7 @@ def require(value: Any, kind: type | tuple[type, ...], name: str, way_out: str) 
         With the argument's name, what it is, and the way out.
     """
     if not isinstance(value, kind):
-        raise InputError(f"{name} = {shown(value)} is {told(value)}; {way_out}")
+        raise InputError(f"{name} = {py_text(value)} is {told(value)}; {way_out}")
 
 
 def path_of(value: Any, name: str) -> Path:
@@ -33,7 +33,7 @@ def settings_of(value: Any) -> tuple[str, ...]:
     """The settings of a case, each a text like "domain.h=0.1"."""
     way_out = 'give a list of texts, like ["domain.h=0.1"]'
     if isinstance(value, str):
-        raise InputError(f"settings = {shown(value)} is one text; {way_out}")
+        raise InputError(f"settings = {py_text(value)} is one text; {way_out}")
     require(value, Iterable, "settings", way_out)
     settings = tuple(value)
     for setting in settings:
@@ -41,7 +41,7 @@ def settings_of(value: Any) -> tuple[str, ...]:
     return settings
 
 
-def shown(value: Any) -> str:
+def py_text(value: Any) -> str:
     """A value as Python writes it, cut short."""
     text = re.sub(" at 0x[0-9a-f]+", "", repr(value))
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."

@@ -31,6 +31,7 @@ class Unit:
 
     def of[V](self, value: V) -> V:
         """An SI value, or an array of them, counted in this unit."""
+        # No bound says that V is a number or an array, and stays one of its kind.
         return (value - self.zero) / self.size  # type: ignore[operator, return-value]
 
     def text(self, value: float, digits: int = 4) -> str:
@@ -106,7 +107,9 @@ class Magnitudes:
     stress: float = 1e6
 
 
-def shown(dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None) -> Shown:
+def choose_display_units(
+    dim: int, sizes: Magnitudes, written: Mapping[str, Unit] | None = None
+) -> Shown:
     """Choose the units of a run that has units: the written ones, else readable prefixes.
 
     Parameters

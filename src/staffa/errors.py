@@ -70,7 +70,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
-def nearest(name: str, valid: Iterable[str]) -> str:
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """The question after a wrong name, " Did you mean 'face'?", or nothing if none is close."""
     names = {valid_name.casefold(): valid_name for valid_name in valid}
     near = get_close_matches(name.casefold(), names, n=1, cutoff=0.6)
@@ -82,4 +82,4 @@ def choices(name: str, valid: Iterable[str]) -> str:
     names = sorted(valid)
     if not names:
         return "it has none"
-    return f"it has {', '.join(names)}.{nearest(name, names)}"
+    return f"it has {', '.join(names)}.{did_you_mean(name, names)}"

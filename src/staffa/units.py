@@ -91,6 +91,7 @@ class Quantity(float):
         as_given = plain_serializer_function_ser_schema(lambda self: self.given, when_used="json")
         return is_instance_schema(cls, serialization=as_given)
 
+    # A float is made of one argument, and this one of two.
     def __getnewargs__(self) -> tuple[float, str | float]:  # type: ignore[override]
         return float(self), self.given
 

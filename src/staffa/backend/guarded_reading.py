@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.backend.isolation import python
+from staffa.backend.isolation import isolated_python
 from staffa.errors import InputError
 
 # Limits: of any file, and more for each of its bytes.
@@ -52,7 +52,7 @@ def read_apart[Read](
     asked = {"function": function, "arguments": [str(file.absolute()), *arguments]}
     job = json.dumps(asked | {"memory": memory, "seconds": int(seconds) + 1}).encode()
     process = subprocess.Popen(
-        python(module="staffa.backend.guarded_reading"),
+        isolated_python(module="staffa.backend.guarded_reading"),
         cwd="/",
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

@@ -28,7 +28,7 @@ def elsewhere() -> Iterator[None]:
         os.close(here)
 
 
-def python(*arguments: str, module: str | None = None) -> list[str]:
+def isolated_python(*arguments: str, module: str | None = None) -> list[str]:
     """Command of a Python like this one that imports nothing from the current folder.
 
     Parameters

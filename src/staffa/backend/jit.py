@@ -1,12 +1,11 @@
 """How forms are compiled: with the vector instructions that every rank's processor has."""
 
-import fcntl
 import os
 import stat
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from dolfinx.jit import get_options
 from ffcx.options import get_options as form_options
 
 from staffa.backend.isolation import elsewhere
+from staffa.backend.lock import Lock
 from staffa.backend.parallel import any_over_ranks, on_root
 from staffa.errors import StaffaWarning
 
@@ -105,7 +105,7 @@ def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Co
             "cache_dir": folder,
         }
         try:
-            with _lock(folder, fcntl.LOCK_SH, mine=comm.rank == 0):
+            with Lock(folder).held(shared=True) if comm.rank == 0 else nullcontext():
                 return make(options)
         except (TimeoutError, RuntimeError) as problem:
             late = comm.bcast("timed out" in str(problem), root=0)
@@ -127,28 +127,16 @@ def chosen_flags() -> list[str]:
     return os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
 
 
-@contextmanager
-def _lock(cache: Path, kind: int, mine: bool = True) -> Iterator[bool]:
-    """Hold the cache's lock, if `mine`; whether it was had."""
-    if not mine:
-        yield False
-        return
-    cache.mkdir(parents=True, exist_ok=True)
-    with open(cache / "lock", "a") as file:
-        try:
-            fcntl.flock(file, kind)
-        except OSError:  # held by another, or a file system without locks
-            yield False
-        else:
-            yield True
+def _clear(cache: Path, *, wait: bool) -> bool:
+    """Remove sources that were never compiled, if no process is compiling; return whether none is.
 
-
-def _clear(cache: Path, wait: bool) -> bool:
-    """Remove sources that were never compiled, if no process is compiling, or once none is.
-
-    Whether it could.
+    Parameters
+    ----------
+    cache : the folder of compiled forms.
+    wait : whether to wait until no process is compiling.
     """
-    with _lock(cache, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB) as alone:
+    cache.mkdir(parents=True, exist_ok=True)
+    with Lock(cache).held(wait=wait) as alone:
         names = set(os.listdir(cache)) if alone else set()
         for name in names:
             if name.endswith(".c") and f"{name}.cached" not in names:

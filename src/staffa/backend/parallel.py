@@ -17,7 +17,8 @@ TOGETHER = 20.0
 
 def sum_over_ranks[N: (float, np.ndarray)](comm: MPI.Comm, value: N) -> N:
     """Sum of a number, or an array of one shape, that each rank holds a part of. Collective."""
-    return comm.allreduce(value, op=MPI.SUM)
+    total: N = comm.allreduce(value, op=MPI.SUM)
+    return total
 
 
 def max_over_ranks(comm: MPI.Comm, values: np.ndarray | float) -> float:
@@ -35,20 +36,22 @@ def any_over_ranks(comm: MPI.Comm, flag: bool) -> bool:
 
 def gather(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray] | None:
     """The ranks' arrays in the order of the ranks, on rank 0; None elsewhere. Collective."""
-    return comm.gather(part, root=0)
+    found: list[np.ndarray] | None = comm.gather(part, root=0)
+    return found
 
 
 def everywhere(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray]:
     """The ranks' arrays in the order of the ranks, on every rank. Collective."""
-    return comm.allgather(part)
+    found: list[np.ndarray] = comm.allgather(part)
+    return found
 
 
 def scatter(comm: MPI.Comm, parts: list[np.ndarray] | None) -> np.ndarray:
     """Each rank's array of those that rank 0 has, in the order of the ranks. Collective."""
-    return comm.scatter(parts, root=0)
+    return np.asarray(comm.scatter(parts, root=0))
 
 
-def best_candidate[C: tuple](comm: MPI.Comm, candidate: C | None) -> C | None:
+def best_candidate[C: tuple[object, ...]](comm: MPI.Comm, candidate: C | None) -> C | None:
     """The largest tuple that any rank proposes, the same on all ranks. Collective."""
     found = [c for c in comm.allgather(candidate) if c is not None]
     return max(found) if found else None
@@ -73,21 +76,23 @@ def require_together(comm: MPI.Comm, error: StaffaError) -> None:
 
 def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:
     """Act on rank 0 only; give the result, or raise the error, on every rank. Collective."""
-    outcome: tuple[bool, Any] = (True, None)
+    outcome: tuple[Any, Exception | None] = (None, None)
     if comm.rank == 0:
         try:
-            outcome = (True, action())
+            outcome = (action(), None)
         except Exception as error:
-            outcome = (False, _portable(error))
-    succeeded, value = comm.bcast(outcome, root=0)
-    if not succeeded:
-        raise value
-    return value
+            outcome = (None, _portable(error))
+    value, failure = comm.bcast(outcome, root=0)
+    if failure is not None:
+        raise failure
+    result: R = value
+    return result
 
 
 def _portable(error: Exception) -> Exception:
     """The error itself if it survives the way to another rank, else one with the same words."""
     try:
-        return pickle.loads(pickle.dumps(error))
+        copy: Exception = pickle.loads(pickle.dumps(error))
+        return copy
     except Exception:
         return RuntimeError(f"{type(error).__name__}: {error}")

@@ -15,7 +15,7 @@ from staffa.case.reading import ready_cases
 from staffa.case.reading.read import read_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
-from staffa.cli.walltime import seconds
+from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
@@ -53,7 +53,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no
 def cases() -> None:
     """List the ready cases."""
     table = Table(box=None, show_header=False)
-    for name in ready_cases.names():
+    for name in ready_cases.ready_case_names():
         table.add_row(f"[bold]{name}[/bold]", escape(ready_cases.ready_case(name).title))
     out.print(table)
 
@@ -97,7 +97,7 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Run a case, also under mpiexec -n N."""
-    limit = seconds(wall_time)
+    limit = wall_time_seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
     where = directory or Path("runs") / case_file.stem
@@ -120,7 +120,7 @@ def resume(
     quiet: Quiet = False,
 ) -> None:
     """Go on with a run that was stopped or killed, also under mpiexec -n N."""
-    limit = seconds(wall_time)
+    limit = wall_time_seconds(wall_time)
     if is_ensemble(directory):
         raise InputError(
             f"{directory} is an ensemble; give its `staffa ensemble` command again with --out "
@@ -151,7 +151,7 @@ def ensemble(
 ) -> None:
     """Run a case with several seeds, for means and errors; members that are there are taken, or
     go on."""
-    limit = seconds(wall_time)
+    limit = wall_time_seconds(wall_time)
     from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
 
     where = directory or Path("runs") / f"{case_file.stem}-ensemble"

@@ -4,7 +4,7 @@ from staffa.errors import InputError
 from staffa.units import Quantity, parse
 
 
-def seconds(text: str | None) -> float | None:
+def wall_time_seconds(text: str | None) -> float | None:
     """Seconds of a wall time with its unit, like "12 h"; None of None.
 
     Raises

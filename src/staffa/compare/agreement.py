@@ -70,7 +70,7 @@ def _sizes(side: Side, step: Step) -> float:
 
 def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """A quotient, 0 where there is nothing to divide by."""
-    return np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+    return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0))
 
 
 def gaps(pair: Pair, shared: Sequence[Steps], energy: Reading) -> np.ndarray:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from staffa.compare.agreement import gap_between_steps
 from staffa.compare.pair import Pair, Side
 from staffa.compare.readings import Reading, named, readings
-from staffa.plot.frames import Frame, read_frames, spread
+from staffa.plot.frames import Frame, evenly_spread, read_frames
 from staffa.plot.labels import TAU, add_tau, tau_label
 from staffa.plot.pair_pictures import (
     FEW,
@@ -111,7 +111,7 @@ def _in_common_units(pair: Pair) -> list[Manifest]:
 def _frames(pair: Pair) -> tuple[list[tuple[Frame, Frame]], list[str]]:
     """Fields at times that both runs kept, and a sentence on each file that cannot be read."""
     kept = [steps for steps in pair.common() if steps[0].fields and steps[1].fields]
-    chosen = spread(kept)
+    chosen = evenly_spread(kept)
     width, height = pair.first.run.manifest.size[:2]
     if pair.dim == 2 and width > LONG * height:
         chosen = chosen[-FEW:]  # in one column

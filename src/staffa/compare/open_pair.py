@@ -5,7 +5,7 @@ from pathlib import Path
 
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.compare.pair import Pair, Side
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
@@ -98,5 +98,5 @@ def _in_units(first: Side, second: Side) -> tuple[Side, Side]:
 
 def _over_sizes(side: Side) -> Side:
     """With L and Gc L (in 3-D Gc L^2) to divide by."""
-    L, Gc = side.run.manifest.L, averages(pieces(side.case)[0]).Gc
+    L, Gc = side.run.manifest.L, averages(subdomains_of(side.case)[0]).Gc
     return replace(side, length=L, energy=Gc * L ** (side.extents - 1))

@@ -47,7 +47,8 @@ def spoken(command: Sequence[str | Path], *, seconds: float, folder: Path | None
 
 def python(code: str, *, seconds: float = 60, launcher: Sequence[str] = ()) -> str:
     """What this Python prints in another process, or in several; errors as of `spoken`."""
-    return spoken([*launcher, *isolation.python(code)], seconds=seconds)
+    command = [*launcher, *isolation.isolated_python(code)]
+    return spoken(command, seconds=seconds, folder=Path(isolation.NOWHERE))
 
 
 def _last_words(text: str) -> str:

@@ -12,7 +12,11 @@ from staffa.doctor.child import python as in_python
 from staffa.errors import StaffaError
 
 LITTLE = 1e9  # bytes; the fields and pictures of one run of the size of the slab take some 10 MB
-GMSH = "import gmsh\ngmsh.initialize(interruptible=False)\nprint(gmsh.__version__)"
+GMSH = """
+import gmsh
+gmsh.initialize(readConfigFiles=False, interruptible=False)
+print(gmsh.__version__)
+"""
 PICTURE = """
 import pyvista
 plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))

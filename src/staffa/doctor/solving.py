@@ -97,9 +97,9 @@ def two_ranks() -> str:
         case, directory = Path(name) / "bar.toml", Path(name) / "run"
         case.write_text(ready_cases.text("bar"), encoding="utf-8")
         settings = [word for setting in SMALL for word in ("--set", setting)]
-        launch = [_launcher(), "-n", "2", *isolation.python(STAFFA)]
+        launch = [_launcher(), "-n", "2", *isolation.isolated_python(STAFFA)]
         asked: list[str | Path] = ["run", case, "--out", directory, "--quiet", *settings]
-        spoken([*launch, *asked], seconds=300)
+        spoken([*launch, *asked], seconds=300, folder=Path(name))
         run = read_run(directory)
     said = [sentence for step in run.steps if step.audit for sentence in step.audit.violations]
     if said or not run.finished or not run.steps[-1].energies.surface > 0:

@@ -8,14 +8,14 @@ from staffa.backend.parallel import max_over_ranks
 from staffa.errors import LoadError, PartedError, SolveError
 from staffa.evolution.apply_loads import Loading, change_loads, put_on
 from staffa.evolution.equilibrate import Loads, descend, raise_bounds, settle
-from staffa.evolution.loose_parts import loose_piece
+from staffa.evolution.loose_parts import loose_part
 from staffa.evolution.problem import Problem
 from staffa.evolution.sliding import renew, rub
 from staffa.evolution.system import System
 from staffa.heat.transient import HeatEquation
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.model.fields import owned, read_vector
-from staffa.records.step import CANCELED, Curvature, Effort, Heat, Outcome, Return
+from staffa.records.step import CANCELED, Curvature, Heat, Outcome, Return, SolverStatistics
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
 # then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
@@ -68,7 +68,7 @@ class Advance:
         """Of all parts of a step that was cut."""
         return _together(self.earlier, self.heat)
 
-    def after(self, tried: Effort) -> "Advance":
+    def after(self, tried: SolverStatistics) -> "Advance":
         """The same, with what was tried before it on record."""
         effort = tried + self.outcome.effort
         return replace(self, outcome=replace(self.outcome, effort=effort))
@@ -79,7 +79,7 @@ class Advance:
         outcome = replace(
             both,
             reason=f"{both.reason}, in the second half of a step cut in two",
-            effort=both.effort + Effort(halvings=1),
+            effort=both.effort + SolverStatistics(halvings=1),
         )
         return Advance(
             outcome=outcome,
@@ -143,20 +143,20 @@ def advance_to(
         raise
     except SolveError as error:
         failure = error
-        loose = loose_piece(problem, system, solved=False)
+        loose = loose_part(problem, system, solved=False)
         restore(system, kept)
         if loose is not None:
             raise PartedError(loose.sentence()) from error
     if proposes:
         plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:
-            return _sound(problem, plain, kept, start, end, watch).after(Effort(plain=1))
+            return _sound(problem, plain, kept, start, end, watch).after(SolverStatistics(plain=1))
         except SolveError as error:
             failure = error
             restore(system, kept)
     if not cuts:
         raise failure
-    tried = Effort(plain=1 if proposes else 0)
+    tried = SolverStatistics(plain=1 if proposes else 0)
     time = (start.time + end.time) / 2
     middle = Loads(time=time, values=system.supports.values(time))
     try:
@@ -258,7 +258,7 @@ def imbalance(loading: Loading, outcome: Outcome) -> float:
     return abs(loading.end - loading.start - loading.work) / scale
 
 
-def difference(one: float, other: float, outcome: Outcome) -> float:
+def relative_difference(one: float, other: float, outcome: Outcome) -> float:
     """Difference of two energies of one state, over its energy."""
     return abs(one - other) / max(abs(one), abs(other), outcome.scale)
 
@@ -266,12 +266,12 @@ def difference(one: float, other: float, outcome: Outcome) -> float:
 def _apart(outcome: Outcome, began: float | None) -> float:
     """The same of what a part of the step ended and the next began with."""
     total = outcome.energies.total
-    return 0.0 if began is None else difference(total, began, outcome)
+    return 0.0 if began is None else relative_difference(total, began, outcome)
 
 
 def _taken_up(loading: Loading, outcome: Outcome) -> float:
     """The same of what new loads left and the minimization began with."""
-    return difference(loading.end, outcome.before, outcome)
+    return relative_difference(loading.end, outcome.before, outcome)
 
 
 def agree(

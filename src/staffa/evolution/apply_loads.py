@@ -10,7 +10,7 @@ from staffa.evolution.equilibrate import Loads
 from staffa.evolution.load_path import Path, power_of_loads
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.minimize.alternate import equilibrium, reactions
+from staffa.minimize.alternate import equilibrium, support_reactions
 from staffa.records.step import CANCELED, Heat
 
 # To which the work is found with a split, over the energy.
@@ -70,7 +70,7 @@ def put_on(
     start_time = energy.external.time
 
     def power() -> float:
-        of_supports = float(reactions(parts) @ (end.values - before))
+        of_supports = float(support_reactions(parts) @ (end.values - before))
         return (
             energy.thermal_power()
             + power_of_loads(energy, start_time, end.time)

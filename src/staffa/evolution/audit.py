@@ -8,12 +8,12 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
-from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, difference
+from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, relative_difference
 from staffa.evolution.equilibrate import irreversible
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.heat.transient import HeatEquation
-from staffa.minimize.bounded import unbalanced
+from staffa.minimize.bounded import projected_gradient
 from staffa.model.fields import State, owned, read_vector
 from staffa.physics.split import NO_SPLIT
 from staffa.records.step import Audit, Curvature, Stability, Stop
@@ -79,10 +79,10 @@ def _healed(problem: Problem, before: np.ndarray, state: State) -> float:
 def _gap(system: System, before: Before, advance: Advance) -> float:
     """Between the energies on record and those of the states that the step began and ended with."""
     outcome = advance.outcome
-    ended = difference(outcome.energies.total, system.energy.total(), outcome)
+    ended = relative_difference(outcome.energies.total, system.energy.total(), outcome)
     if before.total is None or advance.began is None:
         return ended
-    return max(ended, difference(before.total, advance.began, outcome))
+    return max(ended, relative_difference(before.total, advance.began, outcome))
 
 
 def _residual(system: System) -> float:
@@ -90,7 +90,7 @@ def _residual(system: System) -> float:
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
-    return unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+    return projected_gradient(parts.damage, parts.alpha, lower, upper, parts.work)
 
 
 def _broken(

@@ -52,7 +52,7 @@ class Past:
     heat: Heat | None
 
 
-class History:
+class StepHistory:
     """The steps kept so far; their damage and temperature lie on disk, each rank's own part, ghosts
     included.
 
@@ -132,7 +132,7 @@ class Better:
     found: float
 
 
-def better_earlier(problem: Problem, system: System, history: History) -> Better | None:
+def better_earlier(problem: Problem, system: System, history: StepHistory) -> Better | None:
     """The earliest step whose energy the last step's damage lowers; the state stays as it is.
 
     The damage is frozen, so that one factorization serves all times; times whose whole energy is
@@ -162,7 +162,9 @@ def better_earlier(problem: Problem, system: System, history: History) -> Better
         restore(system, kept)
 
 
-def _temperature(system: System, history: History, index: int) -> tuple[np.ndarray, Heat | None]:
+def _temperature(
+    system: System, history: StepHistory, index: int
+) -> tuple[np.ndarray, Heat | None]:
     """The temperature change (K) at an earlier step, with the damage at hand if that matters."""
     past = history.steps[index]
     if not system.cooling.feels_cracks:
@@ -175,7 +177,7 @@ def _temperature(system: System, history: History, index: int) -> tuple[np.ndarr
 def go_back(
     problem: Problem,
     system: System,
-    history: History,
+    history: StepHistory,
     better: Better,
     watch: Watch = lambda sweep: None,
 ) -> Advance:

@@ -42,7 +42,7 @@ def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
             f'the domain is {body}, and material.state is "{state_of}"; a section made with '
             f'axial=True goes with "{AXIAL}"'
         )
-    places = Places(problem.domain, problem.material, problem.regions)
+    places = CellValues(problem.domain, problem.material, problem.regions)
     external = External(
         problem.domain, spaces, problem.forces, places.number(lambda m: m.rho, "density")
     )
@@ -106,7 +106,7 @@ def warmth(problem: Problem, spaces: Spaces, state: State) -> Warmth | None:
     )
 
 
-class Places:
+class CellValues:
     """Numbers of the rock by cell: those of the body, and of each region its own. Collective."""
 
     def __init__(self, domain: Domain, material: Material, regions: Mapping[str, Material]) -> None:
@@ -154,7 +154,7 @@ class Places:
         return any(of(rock) for rock in (self.material, *(rock for _, rock in self._regions)))
 
 
-def rock(places: Places, forces: Forces | None = None, warm: Warmth | None = None) -> Rock:
+def rock(places: CellValues, forces: Forces | None = None, warm: Warmth | None = None) -> Rock:
     """The rock of a body, its properties evaluated at the middle of each cell.
 
     warm: its temperatures, at which laws are evaluated; None without any.
@@ -193,7 +193,7 @@ def rock(places: Places, forces: Forces | None = None, warm: Warmth | None = Non
 
 
 def _at(
-    elastic: IsotropicRock | AnisotropicRock, places: Places, warm: Warmth, T: Expression
+    elastic: IsotropicRock | AnisotropicRock, places: CellValues, warm: Warmth, T: Expression
 ) -> IsotropicRock:
     """The elasticity at a temperature (K)."""
     if isinstance(elastic, AnisotropicRock):
@@ -210,7 +210,7 @@ def _at(
     return replace(elastic, **scaled)
 
 
-def _elasticity(places: Places) -> IsotropicRock | AnisotropicRock:
+def _elasticity(places: CellValues) -> IsotropicRock | AnisotropicRock:
     material = places.material
     if not places.any(lambda m: m.elasticity is not None):
         E, nu = places.number(lambda m: m.E, "E"), places.number(lambda m: m.nu, "nu")
@@ -229,7 +229,7 @@ def _stiffness(material: Material, x: np.ndarray) -> np.ndarray:
     return elasticity.stiffness(x)
 
 
-def _expansion(places: Places) -> Coefficient:
+def _expansion(places: CellValues) -> Coefficient:
     """A number, or where some rock has a tensor, a tensor."""
 
     def tensor(material: Material, x: np.ndarray) -> np.ndarray:
@@ -239,10 +239,11 @@ def _expansion(places: Places) -> Coefficient:
 
     if places.any(lambda m: isinstance(m.expansion, np.ndarray)):
         return places.field(places.values(tensor), "expansion")
+    # No rock has a tensor here, which the type of `expansion` does not know.
     return places.number(lambda m: m.expansion, "expansion")  # type: ignore[arg-type,return-value]
 
 
-def _roughness(places: Places) -> Coefficient | None:
+def _roughness(places: CellValues) -> Coefficient | None:
     """A of all rock, of the body's dimension; None if it is the identity everywhere."""
     if not places.any(lambda m: m.roughness is not None):
         return None

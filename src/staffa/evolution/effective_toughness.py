@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI
 import numpy as np
 
 from staffa.backend.parallel import on_root
-from staffa.evolution.coefficients import Places, rock
+from staffa.evolution.coefficients import CellValues, rock
 from staffa.evolution.problem import Material, Problem
 from staffa.evolution.system import bounded_energy, bounded_solver
 from staffa.geometry.block import UNSTRUCTURED, divisions
@@ -26,7 +26,7 @@ BLOCKS, UNEVEN = 2, {2: 160, 3: 12}
 _measured: dict[tuple[object, ...], float] = {}
 
 
-def toughness_factor(problem: Problem) -> float:
+def effective_gc_ratio(problem: Problem) -> float:
     """The discrete toughness over Gc of a problem's cells, measured once for all that are alike.
     Collective."""
     domain, material = problem.domain, problem.material
@@ -34,14 +34,14 @@ def toughness_factor(problem: Problem) -> float:
     key = (type(law), law_values(law), plane, domain.dim, domain.cell_kind, material.ell, domain.h)
 
     def measured() -> float:
-        return discrete_toughness(material, dim=domain.dim, h=domain.h, cells=domain.cell_kind)
+        return effective_gc(material, dim=domain.dim, h=domain.h, cells=domain.cell_kind)
 
     if key not in _measured:
         _measured[key] = on_root(domain.comm, measured)
     return _measured[key]
 
 
-def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) -> float:
+def effective_gc(material: Material, *, dim: int, h: float, cells: str) -> float:
     """Surface energy of a unit of straight crack over Gc, on cells of edge h.
 
     The cells of a strip that its middle line cuts are broken (alpha = 1), the damage around them is
@@ -53,7 +53,7 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
     size = (columns * h, *[extent * h] * (dim - 1))
     strip = block(MPI.COMM_SELF, size=size, h=h, cells=cells)
     spaces = linear_spaces(strip)
-    state, bounds = zero_state(strip, spaces), unit_bounds(strip, spaces)
+    state, bounds = zero_state(spaces), unit_bounds(spaces)
     middle = FlatCrack(center=(size[0] / 2, 0.0, 0.0), normal=(1.0, 0.0, 0.0), radius=np.inf)
     layer = broken(spaces.alpha, middle, h=h)
     bounds.lower.x.array[layer] = 1.0
@@ -67,7 +67,7 @@ def discrete_toughness(material: Material, *, dim: int, h: float, cells: str) ->
         law=material.law,
         state=_state(material, dim),
     )
-    rock_of_strip = rock(Places(strip, uniform, {}))
+    rock_of_strip = rock(CellValues(strip, uniform, {}))
     energy = Energy(domain=strip, spaces=spaces, state=state, rock=rock_of_strip)
     damage = bounded_energy(energy)
     solver = bounded_solver("snes", damage, 1e-6, of="toughness")

@@ -9,9 +9,9 @@ from staffa.errors import SolveError
 from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
 from staffa.minimize.alternate import Watch, alternate, equilibrium
-from staffa.minimize.bounded import unbalanced
+from staffa.minimize.bounded import projected_gradient
 from staffa.model.fields import corners, owned, read_vector, write_vector
-from staffa.records.step import Effort, Outcome
+from staffa.records.step import Outcome, SolverStatistics
 
 # Damage in the middle of a cell that makes it one of a crack's. Through nucleation on the slab of
 # 120k unknowns 0.95 led to the lowest energies of 0.9, 0.95, 0.98 and none at all.
@@ -56,7 +56,7 @@ def settle(
     Collective.
     """
     raise_bounds(problem.irreversibility, system)
-    parts, guessed, before = system.alternation, Effort(), None
+    parts, guessed, before = system.alternation, SolverStatistics(), None
     if damage is not None:
         system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
         equilibrium(parts, loads.values)
@@ -95,7 +95,7 @@ def _moves(problem: Problem, system: System) -> bool:
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
-    force = unbalanced(parts.damage, parts.alpha, lower, upper, parts.work)
+    force = projected_gradient(parts.damage, parts.alpha, lower, upper, parts.work)
     return bool(force > problem.solvers.stop.residual)
 
 
@@ -104,11 +104,11 @@ def _first_guess(
     coarser: Coarser,
     loads: Loads,
     watch: Watch = lambda sweep: None,
-) -> Effort:
+) -> SolverStatistics:
     """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
-    before, effort = system.energy.total(), Effort()
+    before, effort = system.energy.total(), SolverStatistics()
     try:
         gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time, watch)
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
@@ -116,12 +116,12 @@ def _first_guess(
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
         equilibrium(parts, loads.values)
         if system.energy.total() < before - ROUND_OFF * abs(before):
-            return effort + Effort(guesses=1)
+            return effort + SolverStatistics(guesses=1)
     except SolveError:  # a guess may fail: the step goes on without it
         pass
     state.u.x.array[:], state.alpha.x.array[:] = u, alpha
     read_vector(state.u, parts.u)
-    return effort + Effort(refused=1)
+    return effort + SolverStatistics(refused=1)
 
 
 def _coarse_gain(
@@ -130,7 +130,7 @@ def _coarse_gain(
     T: np.ndarray,
     time: float,
     watch: Watch = lambda sweep: None,
-) -> tuple[np.ndarray, Effort]:
+) -> tuple[np.ndarray, SolverStatistics]:
     """How the damage would change in a step to these loads, as seen on the coarser mesh.
 
     A crack is a layer of broken cells. The damage between its vertices, twice as far apart here,
@@ -151,6 +151,6 @@ def _coarse_gain(
     equilibrium(system.alternation, loads.values)
     outcome, _ = settle(problem, system, loads, lambda sweep: watch(None), guess=True)
     below = outcome.effort
-    return coarser.up(state.alpha.x.array - start), Effort(
+    return coarser.up(state.alpha.x.array - start), SolverStatistics(
         coarse_sweeps=below.coarse_sweeps + outcome.sweeps, fallbacks=below.fallbacks
     )

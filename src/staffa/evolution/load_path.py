@@ -57,7 +57,7 @@ def integral(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place:
+class PathPoint:
     """A state on the path: displacement and temperature change, ghosts included; what the external
     loads keep."""
 
@@ -107,10 +107,10 @@ class Path:
         finally:
             self._go_to(end)
 
-    def _slope(self, end: Place, s: float) -> float:
+    def _slope(self, end: PathPoint, s: float) -> float:
         """Derivative of the energy along the path, at a fraction s of it."""
         energy, start, external = self.energy, self.start, self.energy.external
-        here = Place(
+        here = PathPoint(
             **{name: (1 - s) * a + s * getattr(end, name) for name, a in vars(start).items()}
         )
         self._go_to(here)
@@ -123,18 +123,18 @@ class Path:
             slope += (end.loads[1] - start.loads[1]) * (given - energy.crack_volume())
         return slope
 
-    def _of_displacement(self, end: Place) -> float:
+    def _of_displacement(self, end: PathPoint) -> float:
         """The part of the slope that is due to the displacement."""
         forces = self.parts.elastic.rhs
         self.parts.forces(forces)
         own = slice(forces.getLocalSize())
         return sum_over_ranks(self.energy.comm, float(forces.array_r @ (end.u - self.start.u)[own]))
 
-    def _at_hand(self) -> Place:
+    def _at_hand(self) -> PathPoint:
         state, external = self.energy.state, self.energy.external
-        return Place(u=state.u.x.array.copy(), T=state.T.x.array.copy(), loads=external.kept())
+        return PathPoint(u=state.u.x.array.copy(), T=state.T.x.array.copy(), loads=external.kept())
 
-    def _go_to(self, place: Place) -> None:
+    def _go_to(self, place: PathPoint) -> None:
         state = self.energy.state
         state.u.x.array[:], state.T.x.array[:] = place.u, place.T
         self.energy.external.put_back(place.loads)

@@ -29,7 +29,7 @@ FREE, CANCELS = 1e-9, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
-class Piece:
+class LoosePart:
     """A piece that nothing holds against its load.
 
     place: its middle (m). share: of the whole body. loads: what acts on it, by name. broken: True
@@ -62,12 +62,12 @@ def require_whole(problem: Problem, system: System) -> None:
     PartedError
         Something is.
     """
-    piece = loose_piece(problem, system)
+    piece = loose_part(problem, system)
     if piece is not None:
         raise PartedError(piece.sentence())
 
 
-def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Piece | None:
+def loose_part(problem: Problem, system: System, *, solved: bool = True) -> LoosePart | None:
     """The piece with the largest load that nothing holds; None without one. Collective.
 
     A piece is what is joined by cells that are not broken; what is in none of them counts as one
@@ -87,7 +87,7 @@ def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Pie
     known = solved or not energy.linear
     if known and not _stores_much(system):
         return None
-    labels, number = pieces(alpha, BROKEN)
+    labels, number = number_parts(alpha, BROKEN)
     n_owned = system.spaces.nodes.dofmap.index_map.size_local
     dim, fixed = problem.domain.dim, system.supports.fixed
     labels = _at_nodes(system.spaces, alpha, labels)
@@ -114,7 +114,7 @@ def loose_piece(problem: Problem, system: System, *, solved: bool = True) -> Pie
     return _piece(problem, system, mine == worst, broken=worst == number)
 
 
-def pieces(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
+def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
     """Number the piece of each vertex, ghosts included, -1 if it has none; and count them.
 
     Cells belong together if they share a vertex and neither has this damage at all its corners.
@@ -195,7 +195,7 @@ def _net(
     return sum_over_ranks(comm, found), float(sum_over_ranks(comm, float(np.abs(works).sum())))
 
 
-def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> Piece:
+def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> LoosePart:
     """The piece of the owned nodes where `mine` is True. Collective."""
     space, forces, domain = system.spaces.nodes, problem.forces, problem.domain
     comm = domain.comm
@@ -210,7 +210,7 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
     names += ["the fluid in cracks"] if forces.in_cracks else []
     names += ["the pressure in its pores"] if forces.pore_pressure is not None else []
     place = tuple(middle.tolist())
-    return Piece(place=place, share=n_here / n_all, loads=tuple(names), broken=broken)
+    return LoosePart(place=place, share=n_here / n_all, loads=tuple(names), broken=broken)
 
 
 def _touches(problem: Problem, system: System, side: str, mine: np.ndarray) -> bool:

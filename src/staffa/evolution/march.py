@@ -13,14 +13,14 @@ from staffa.backend.parallel import require_together
 from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to, restore, snapshot
 from staffa.evolution.audit import audit
-from staffa.evolution.backtrack import Better, History, better_earlier, go_back
+from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import come_to_rest
 from staffa.evolution.loose_parts import require_whole
 from staffa.evolution.measures import measuring
 from staffa.evolution.problem import Problem
-from staffa.evolution.restart_state import Loop, Standing
-from staffa.evolution.schedule import Walk
+from staffa.evolution.restart_state import Loop, RestartState
+from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
 from staffa.evolution.system import System
 from staffa.measure.growth import crack_advance
@@ -29,11 +29,11 @@ from staffa.minimize.alternate import Sweep, Watch
 from staffa.records.step import (
     REJECTED,
     Audit,
-    Effort,
     Measures,
     Moment,
     Outcome,
     Return,
+    SolverStatistics,
     Stability,
     Step,
 )
@@ -57,7 +57,7 @@ class Observers:
     save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
     release: Callable[[], tuple[Release, ...]] = lambda: ()
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
-    keep: Callable[[Standing, bool], None] = lambda standing, now: None
+    keep: Callable[[RestartState, bool], None] = lambda standing, now: None
     pause: Callable[[], None] = lambda: None
 
 
@@ -65,7 +65,7 @@ def march(
     problem: Problem,
     system: System,
     observers: Observers | None = None,
-    standing: Standing | None = None,
+    standing: RestartState | None = None,
 ) -> Iterator[Step]:
     """Visit the times of the problem; yield each step when it is complete. Collective.
 
@@ -97,9 +97,9 @@ def march(
     observers = replace(observers, measure=observers.measure or measuring(problem, system))
     if standing is None:
         come_to_rest(problem, system, lambda sweep: observers.pause())
-        history = History(system.state) if problem.backtracking else None
+        history = StepHistory(system.state) if problem.backtracking else None
         rest = system.energy.total()
-        loop = Loop(walk=Walk(problem.schedule), history=history, total=rest)
+        loop = Loop(walk=AdaptiveSteps(problem.schedule), history=history, total=rest)
     else:
         loop = standing.taken_up(problem, system)
     try:
@@ -161,7 +161,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         if rejected:
             yield _rejected(problem, moment, advance, ran, seconds)
             continue
-        advance = advance.after(Effort(direct=elastic.linear.takeovers - direct))
+        advance = advance.after(SolverStatistics(direct=elastic.linear.takeovers - direct))
         outcome = advance.outcome
         if not outcome.converged:
             observers.keep(standing, True)
@@ -194,7 +194,7 @@ def _try(
     system: System,
     start: Loads,
     end: Loads,
-    walk: Walk,
+    walk: AdaptiveSteps,
     watch: Watch,
 ) -> tuple[Advance, Stability | None, float, bool]:
     """Take a step: what it was, its second order, how far cracks ran, and whether they ran too far.
@@ -238,7 +238,7 @@ def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> fl
 
 
 def _look_back(
-    problem: Problem, system: System, observers: Observers, loop: Loop, history: History
+    problem: Problem, system: System, observers: Observers, loop: Loop, history: StepHistory
 ) -> None:
     """Whether, and where, to go back; where that fails it stays due, for a run that is resumed."""
     try:
@@ -323,7 +323,7 @@ def _rejected(
 def _not_returned(
     system: System,
     moment: Moment,
-    history: History,
+    history: StepHistory,
     better: Better,
     error: SolveError,
     spent: Outcome | None,
@@ -338,7 +338,7 @@ def _not_returned(
         **vars(moment),
         energies=system.energy.energies(),
         sweeps=spent.sweeps if spent else 0,
-        effort=spent.effort if spent else Effort(),
+        effort=spent.effort if spent else SolverStatistics(),
         status=REJECTED,
         reason=f"the return to it failed ({error}), and step {last} stands",
         seconds=seconds,

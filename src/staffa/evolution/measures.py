@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 
 from staffa.backend.parallel import gather, on_root
-from staffa.evolution.effective_toughness import toughness_factor
+from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.measure.coarse import local
 from staffa.measure.crack import Gauge, measures, planes
-from staffa.measure.energy_release import EnergyRelease, surface
+from staffa.measure.energy_release import EnergyRelease, body_surface
 from staffa.measure.fronts import Front, fronts
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
@@ -26,7 +26,7 @@ def measuring(
 
     factor: the discrete toughness over Gc; measured on the same cells if it is not given.
     """
-    factor = toughness_factor(problem) if factor is None else factor
+    factor = effective_gc_ratio(problem) if factor is None else factor
     gauge = Gauge(
         face=problem.face,
         depths=problem.measuring.depths,
@@ -56,9 +56,9 @@ def releasing(
         vertices), in VTK's order, on rank 0; None elsewhere.
     """
     domain, material = problem.domain, problem.material
-    factor = toughness_factor(problem) if factor is None else factor
+    factor = effective_gc_ratio(problem) if factor is None else factor
     threshold, law = problem.measuring.threshold, material.law.name
-    around = surface(domain)
+    around = body_surface(domain)
     rates: list[EnergyRelease] = []  # compiled where there is a tip
 
     def found() -> tuple[Release, ...]:

@@ -14,8 +14,8 @@ from staffa.loads.closed_form import Face, Load, NoLoad
 from staffa.loads.forces import Forces
 from staffa.model.domain import Domain
 from staffa.model.initial_cracks import FlatCrack
-from staffa.model.supports import Section, SideSupport
-from staffa.physics.damage import DamageLaw, discrete_toughness_factor
+from staffa.model.supports import GeneralizedPlaneStrain, SideSupport
+from staffa.physics.damage import DamageLaw, effective_gc_factor
 from staffa.physics.elasticity import Elasticity, PointFunction, Property
 from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
@@ -162,7 +162,7 @@ class Problem:
     forces: Forces = field(default_factory=Forces)
     schedule: Schedule
     sides: tuple[SideSupport, ...] = ()
-    section: Section | None = None
+    section: GeneralizedPlaneStrain | None = None
     anchor: str | None = None
     face: Face | None = None
     tau_of: Callable[[float], float] | None = None
@@ -190,7 +190,7 @@ def coarser(problem: Problem) -> Problem | None:
     if material.ell < 2 * RESOLVED * domain.h * (1 - 1e-9):  # round-off decides nothing
         return None
     body = domain.coarser()
-    factor = partial(discrete_toughness_factor, material.law, ell=material.ell)
+    factor = partial(effective_gc_factor, material.law, ell=material.ell)
     share = factor(h=domain.h) / factor(h=body.h)
 
     def tougher(rock: Material) -> Material:

@@ -8,35 +8,111 @@ ranks as before to round-off.
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from staffa.evolution.advance import restore, snapshot
 from staffa.evolution.audit import Before
-from staffa.evolution.backtrack import Better, History, Past
+from staffa.evolution.backtrack import Better, Past, StepHistory
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
-from staffa.evolution.schedule import Walk
+from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.system import System
-from staffa.records.step import Energies, Heat, made
+from staffa.records.energies import Energies
+from staffa.records.json_form import json_form, made
+from staffa.records.step import Heat
 
 # The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
 # for each cell, and is there where faces of cracks touch.
 FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
-# Those of a state of `History`.
+# Those of a state of `StepHistory`.
 PAST_FIELDS = ("alpha", "T")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class PastNumbers:
+    """A step of `StepHistory`, as a checkpoint keeps it.
+
+    Attributes
+    ----------
+    loads
+        Time (s) of its loads, which tells the displacements prescribed then.
+    total
+        Its total energy, see `Energies`; so are `scale`, `loaded`, `work` and `imbalance`.
+    scale
+        Scale of its energy.
+    loaded
+        Energy on frozen cracks that it started with.
+    work
+        Work of the loads on the way there.
+    imbalance
+        Error in the account of that work.
+    heat
+        Account of the heat equation; None without one.
+    """
+
+    loads: float
+    total: float
+    scale: float
+    loaded: float
+    work: float
+    imbalance: float
+    heat: Heat | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopNumbers:
+    """The numbers of a checkpoint: all of a `RestartState` but its fields.
+
+    Attributes
+    ----------
+    index
+        Index of the next step, unless `better` is an earlier one to go back to.
+    start
+        Time (s) that `AdaptiveSteps` has come to; None before the first step.
+    length
+        Length of its next step (s).
+    loads
+        Numbers of the external loads, the last part of `snapshot`.
+    rest
+        Energies that others count from.
+    total
+        Energy that the step before ended with; None in checkpoints of older versions.
+    better
+        Earlier step that is gone back to next; None for going on.
+    past
+        Steps of the history; empty without backtracking.
+    returns
+        Number of returns to each step, by its index.
+    failed
+        Indices of steps that could not be returned to.
+    due
+        True if the last step is still to be looked back from.
+    """
+
+    index: int
+    start: float | None
+    length: float
+    loads: tuple[float, ...]
+    rest: Energies
+    total: float | None = None
+    better: Better | None = None
+    past: tuple[PastNumbers, ...] = ()
+    returns: dict[int, int] = field(default_factory=dict)
+    failed: tuple[int, ...] = ()
+    due: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestartState:
     """What a checkpoint keeps.
 
     index: of the next step, unless `better` is an earlier one to go back to. start, length: of
-    `Walk`. kept: `snapshot` of the state. components: of u (a rank may have no vertex). rest:
-    energies that others count from. total: energy that the step before ended with, None in
+    `AdaptiveSteps`. kept: `snapshot` of the state. components: of u (a rank may have no vertex).
+    rest: energies that others count from. total: energy that the step before ended with, None in
     checkpoints of older versions. past, returns, states: of `history`, as they were then; empty
     without backtracking.
     """
@@ -54,23 +130,24 @@ class Standing:
     failed: tuple[int, ...] = ()
     due: bool = False
     states: tuple[int, ...] = ()
-    history: History | None = None
+    history: StepHistory | None = None
 
     def numbers(self) -> dict[str, Any]:
-        """All but the fields, as JSON can hold it."""
-        return {
-            "index": self.index,
-            "start": self.start,
-            "length": self.length,
-            "loads": self.kept[-1].tolist(),
-            "rest": asdict(self.rest),
-            "total": self.total,
-            "better": None if self.better is None else asdict(self.better),
-            "past": [_numbers_of(past) for past in self.past],
-            "returns": {str(index): times for index, times in self.returns.items()},
-            "failed": list(self.failed),
-            "due": self.due,
-        }
+        """Return all but the fields, as JSON holds it."""
+        told = LoopNumbers(
+            index=self.index,
+            start=self.start,
+            length=self.length,
+            loads=tuple(self.kept[-1].tolist()),
+            rest=self.rest,
+            total=self.total,
+            better=self.better,
+            past=tuple(map(_numbers_of, self.past)),
+            returns=dict(self.returns),
+            failed=self.failed,
+            due=self.due,
+        )
+        return json_form(told)
 
     def fields(self) -> dict[str, np.ndarray]:
         """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
@@ -86,7 +163,7 @@ class Standing:
         assert self.history is not None
         return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
 
-    def anew(self) -> "Standing":
+    def anew(self) -> "RestartState":
         """The same, for solvers that may do what others could not: returns that failed are tried
         again."""
         if self.history:
@@ -99,9 +176,9 @@ class Standing:
         system.energy.rest = self.rest
         history = None
         if problem.backtracking:  # before the first step it may be new
-            history = self.history or History(system.state)
+            history = self.history or StepHistory(system.state)
         return Loop(
-            walk=Walk(problem.schedule, self.start, self.length),
+            walk=AdaptiveSteps(problem.schedule, self.start, self.length),
             history=history,
             index=self.index,
             total=self.total,
@@ -110,58 +187,54 @@ class Standing:
         )
 
 
-def standing(
+def restart_state(
     numbers: Mapping[str, Any],
     fields: Mapping[str, np.ndarray],
     past_fields: Iterable[Mapping[str, np.ndarray]] | None,
     system: System,
-) -> Standing:
+) -> RestartState:
     """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
 
     fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
     has FACES too, where faces of cracks touch.
     """
-    past = tuple(_past(record, system) for record in numbers["past"])
-    returns = Counter({int(index): times for index, times in numbers["returns"].items()})
+    told = made(LoopNumbers, numbers)
+    past = tuple(_past(one, system) for one in told.past)
     history = None
     if past_fields is not None:
-        history = History()
-        history.steps, history.returns = list(past), returns
-        history.failed = set(numbers.get("failed", ()))
+        history = StepHistory()
+        history.steps, history.returns = list(past), Counter(told.returns)
+        history.failed = set(told.failed)
         for state in past_fields:
             history.remember(state["alpha"], state["T"])
-    return Standing(
-        index=numbers["index"],
-        start=numbers["start"],
-        length=numbers["length"],
+    return RestartState(
+        index=told.index,
+        start=told.start,
+        length=told.length,
         kept=(
             *(fields[name].ravel() for name in (*FIELDS, FACES) if name in fields),
-            np.array(numbers["loads"]),
+            np.array(told.loads),
         ),
         components=system.spaces.u.dofmap.index_map_bs,
-        rest=made(Energies, numbers["rest"]),
-        total=numbers.get("total"),
-        better=None if numbers["better"] is None else made(Better, numbers["better"]),
+        rest=told.rest,
+        total=told.total,
+        better=told.better,
         past=past,
-        returns=returns,
-        failed=tuple(numbers.get("failed", ())),
-        due=numbers.get("due", False),
+        returns=told.returns,
+        failed=told.failed,
+        due=told.due,
         states=tuple(history.states) if history else (),
         history=history,
     )
 
 
-def _numbers_of(past: Past) -> dict[str, Any]:
-    """A past step without its prescribed displacements, which its time tells."""
-    heat = None if past.heat is None else asdict(past.heat)
-    return {**vars(past), "loads": past.loads.time, "heat": heat}
+def _numbers_of(past: Past) -> PastNumbers:
+    return PastNumbers(**{**vars(past), "loads": past.loads.time})
 
 
-def _past(record: Mapping[str, Any], system: System) -> Past:
-    time, heat = record["loads"], record["heat"]
-    loads = Loads(time=time, values=system.supports.values(time))
-    known = Past(**{**record, "loads": loads})
-    return replace(known, heat=None if heat is None else made(Heat, heat))
+def _past(told: PastNumbers, system: System) -> Past:
+    loads = Loads(time=told.loads, values=system.supports.values(told.loads))
+    return Past(**{**vars(told), "loads": loads})
 
 
 @dataclass(kw_only=True)
@@ -172,8 +245,8 @@ class Loop:
     step before ended with. due: whether the last step is still to be looked back from.
     """
 
-    walk: Walk
-    history: History | None
+    walk: AdaptiveSteps
+    history: StepHistory | None
     total: float | None
     index: int = 0
     better: Better | None = None
@@ -206,10 +279,10 @@ class Loop:
         _, alpha, T, *_ = kept
         return Before(alpha=alpha, T=T, total=self.total)
 
-    def standing(self, system: System) -> Standing:
+    def standing(self, system: System) -> RestartState:
         """What of it is to be kept."""
         history = self.history
-        return Standing(
+        return RestartState(
             index=self.index,
             start=self.walk.start,
             length=self.walk.length,

@@ -128,7 +128,7 @@ def _scattered(problem: Problem, system: System) -> np.ndarray:
     """Numbers between -1 and 1 at owned vertices that look random, a function of position alone."""
     x = vertices(system.state.alpha.function_space)[: len(owned(system.state.alpha))]
     waves = 43758.5453 * np.sin(x / problem.domain.h @ np.array([12.9898, 78.233, 37.719]))
-    return 2 * (waves - np.floor(waves)) - 1
+    return np.asarray(2 * (waves - np.floor(waves)) - 1)
 
 
 def _left(

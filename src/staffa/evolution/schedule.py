@@ -14,7 +14,7 @@ SAFETY = 0.8
 FACTOR = 2.0
 
 
-def seconds(time: float) -> float:
+def time_itself(time: float) -> float:
     """The clock of a run that counts in time itself."""
     return time
 
@@ -47,8 +47,8 @@ class Pace:
     growth: float | None = None
     knots: tuple[float, ...] = ()
     onsets: tuple[tuple[float, float], ...] = (FROM_THE_START,)
-    clock: Callable[[float], float] = seconds
-    time_at: Callable[[float], float] = seconds
+    clock: Callable[[float], float] = time_itself
+    time_at: Callable[[float], float] = time_itself
 
     def ceiling(self, time: float) -> float:
         """The longest step from this time (s)."""
@@ -108,7 +108,7 @@ def _apart(times: Sequence[float], others: Sequence[float]) -> list[float]:
     return [time for time, kept in zip(times, far, strict=True) if kept]
 
 
-class Walk:
+class AdaptiveSteps:
     """A schedule as it is walked: the time of the next step, and how long steps are now.
 
     start: the time (s) that the next step begins at, None before the first step; length: of steps

@@ -14,7 +14,7 @@ from staffa.evolution.problem import Problem, coarser
 from staffa.measure.hoop import Hoop
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
-from staffa.minimize.convex import ConvexEnergy, Held
+from staffa.minimize.convex import ConvexEnergy, LinearCondition
 from staffa.minimize.coupled import CoupledModel, Coupling
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 from staffa.minimize.newton import CoupledNewton
@@ -104,7 +104,7 @@ def build(problem: Problem) -> System:
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     domain = problem.domain
     spaces = spaces_on(domain, problem.elements)
-    state, bounds = zero_state(domain, spaces), unit_bounds(domain, spaces)
+    state, bounds = zero_state(spaces), unit_bounds(spaces)
     _start_cracked(problem, state, bounds)
     cold = cooling(problem.load, domain, spaces)
     state.T.x.array[:] = cold.start()
@@ -233,7 +233,7 @@ def _convex(energy: Energy, matrix: PETSc.Mat, length: float) -> ConvexEnergy | 
     )
 
 
-def _held(energy: Energy) -> Held | None:
+def _held(energy: Energy) -> LinearCondition | None:
     external = energy.external
     if not external.controlled:
         return None
@@ -241,7 +241,7 @@ def _held(energy: Energy) -> Held | None:
     def press(pressure: float) -> None:
         external.pressure.value = pressure
 
-    return Held(
+    return LinearCondition(
         widening=energy.widening,
         offset=energy.crack_swelling,
         target=lambda: external.volume,

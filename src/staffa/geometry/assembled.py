@@ -8,7 +8,7 @@ import numpy as np
 
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
-from staffa.geometry.simplices import Simplices, facets, keys, parts
+from staffa.geometry.simplices import Simplices, count_bodies, facets, keys
 from staffa.geometry.splitting import around_middle, fans, tetrahedra
 
 KINDS = {0: "a point", 1: "a curve", 2: "a surface", 3: "a volume"}
@@ -219,7 +219,7 @@ def _is_sound(mesh: Simplices, where: str) -> None:
     content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
     if content.min() <= 1e-12 * content.max():
         raise InputError(f"{where} has cells without any extent; mesh the body again")
-    pieces = parts(mesh)
+    pieces = count_bodies(mesh)
     if pieces > 1:
         raise InputError(
             f"{where} falls into {pieces} pieces that share no point; join them before meshing "

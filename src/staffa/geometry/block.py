@@ -44,7 +44,7 @@ def divisions(size: tuple[float, ...], h: float) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Raster:
+class PixelGrid:
     """Pixels over a rectangle: how many along both axes, and their edges (m)."""
 
     counts: tuple[int, int]
@@ -56,10 +56,10 @@ class Raster:
         return (np.indices(self.counts).reshape(2, -1).T + 0.5) * self.pixel
 
 
-def section_raster(size: tuple[float, float], h: float) -> Raster:
+def section_raster(size: tuple[float, float], h: float) -> PixelGrid:
     """On which the cells of a section are found: no pixel is longer than h/2 (m)."""
     across, along = divisions(size, h / 2)
-    return Raster(counts=(across, along), pixel=(size[0] / across, size[1] / along))
+    return PixelGrid(counts=(across, along), pixel=(size[0] / across, size[1] / along))
 
 
 def edge(size: tuple[float, ...], h: float, cells: str) -> float:
@@ -82,7 +82,7 @@ def cells_and_vertices(size: tuple[float, ...], h: float, cells: str) -> tuple[i
     return per_block * blocks, corners + (blocks if cells == "triangle" else 0)
 
 
-def broken_layer(dim: int, cells: str) -> float:
+def broken_layer_thickness(dim: int, cells: str) -> float:
     """Thickness in h, in the mean, of the layer of cells that a crack breaks.
 
     Of unstructured cells as `evolution.toughness` finds it, from ell = 3 h to 6 h, with both laws.

@@ -66,7 +66,7 @@ def edges(
 def cell_edges(corners: np.ndarray) -> np.ndarray:
     """The mean edge (m) of each simplex, shape (m,). corners: their places, (m, dim + 1, dim)."""
     one, other = np.array(list(combinations(range(corners.shape[1]), 2))).T
-    return np.linalg.norm(corners[:, one] - corners[:, other], axis=2).mean(axis=1)
+    return np.asarray(np.linalg.norm(corners[:, one] - corners[:, other], axis=2).mean(axis=1))
 
 
 def _mean_at(ends: np.ndarray, length: np.ndarray, n: int) -> np.ndarray:
@@ -78,7 +78,7 @@ def _mean_at(ends: np.ndarray, length: np.ndarray, n: int) -> np.ndarray:
 def _content(corners: np.ndarray) -> np.ndarray:
     """A number in proportion to the length, area or volume of each simplex."""
     legs = corners[:, 1:] - corners[:, :1]
-    return np.sqrt(np.abs(np.linalg.det(legs @ legs.transpose(0, 2, 1))))
+    return np.asarray(np.sqrt(np.abs(np.linalg.det(legs @ legs.transpose(0, 2, 1)))))
 
 
 def _quantile(values: np.ndarray, weight: np.ndarray, share: float) -> float:

@@ -45,7 +45,6 @@ GROUPS = (
     *("gmsh:physical", "medit:ref", "nastran:ref", "CellEntityIds", "MaterialIDs"),
     *("cell_tags", "material", "region", "group"),
 )
-INCLUDE = re.compile(rb"^\s*\*?\s*INCLUDE\b", re.IGNORECASE | re.MULTILINE)
 ELEMENTS = re.compile(r"^\s*\*ELEMENT\b(.*)$", re.IGNORECASE | re.MULTILINE)
 ELSET = re.compile(r"ELSET\s*=\s*([^,\s]+)", re.IGNORECASE)
 
@@ -63,7 +62,7 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
     import meshio  # takes a while to load, and few cases need it
 
     kind = FORMATS[path.suffix.lower()]
-    if kind in ("abaqus", "nastran") and INCLUDE.search(path.read_bytes()):
+    if kind in ("abaqus", "nastran") and _includes(path):
         raise InputError(
             f"{where} includes another file, and a run keeps one; write the mesh as one file"
         )
@@ -85,6 +84,12 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
     if kind == "abaqus":
         blocks += _of_nodes(mesh.point_sets, blocks)
     return assembled(unit * points, blocks, where)
+
+
+def _includes(path: Path) -> bool:
+    """A line of it is an INCLUDE, in any spelling that meshio takes for one."""
+    with path.open(errors="replace") as lines:
+        return any(line.replace("*", "").strip().upper().startswith("INCLUDE") for line in lines)
 
 
 def _line(error: BaseException, said: StringIO) -> str:

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from threading import current_thread, main_thread
 from typing import Any
 
+from staffa.backend.isolation import elsewhere
 from staffa.errors import InputError
 
 # Gmsh's plain Delaunay refinement, in 2-D and on the faces of a box. How well its edges spread over
@@ -52,7 +53,8 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
 
         mine = not gmsh.isInitialized()
         if mine:
-            gmsh.initialize(readConfigFiles=False, interruptible=False)
+            with elsewhere():  # Gmsh has a PETSc of its own, which reads `.petscrc`
+                gmsh.initialize(readConfigFiles=False, interruptible=False)
             _take_back_signals()
     except ImportError as error:
         raise InputError(missing(what, way_out)) from error

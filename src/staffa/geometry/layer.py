@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from staffa.geometry.simplices import facets, keys
 
 
-def broken_layer(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
+def cells_along_crack(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
     """The cells, by their numbers, that a crack breaks: all that touch it from one side.
 
     A vertex of a crack is inside it, and not on its rim, if the crack parts the cells around it.
@@ -67,7 +67,7 @@ def _parted(
 def _components(n: int, links: np.ndarray) -> np.ndarray:
     one, two = links.T
     graph = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(n, n))
-    return connected_components(graph, directed=False)[1]
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _cover(beside: np.ndarray, weight: np.ndarray) -> list[int]:

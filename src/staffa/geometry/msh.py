@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from staffa.backend.one_file import require_alone
 from staffa.errors import InputError
 from staffa.geometry.assembled import KINDS, Block, assembled, listed
 from staffa.geometry.gmsh_model import opened
@@ -46,7 +47,7 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
     if of_gmsh and beginning != BEGINNING:
         raise InputError(f"{where} is no .msh file; save the mesh as one, with Gmsh or meshio")
     if path.suffix.lower() == ".med":
-        _names_no_other_file(path, where)
+        require_alone(path, where)
     with opened(where, WAY_OUT) as gmsh, TemporaryDirectory() as alone:
         # Gmsh runs an options file that lies beside the one it opens.
         link = Path(alone) / f"mesh{path.suffix}"
@@ -59,31 +60,6 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
         for dim, name in _announced(path) if of_gmsh else ():
             _is_held(dim, name, held, where)
         return collected(gmsh, where, unit)
-
-
-def _names_no_other_file(path: Path, where: str) -> None:
-    """A file of HDF5 holds all that it shows: a run reads and keeps one."""
-    import h5py
-
-    def look(group: Any) -> None:
-        for name in group:
-            link = group.get(name, getlink=True)
-            if isinstance(link, h5py.ExternalLink):
-                raise InputError(
-                    f"{where} shows what is in another file, {link.filename}, and a run keeps one; "
-                    f"save it as one file"
-                )
-            found = group[name]
-            if isinstance(found, h5py.Group):
-                look(found)
-            elif isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
-                raise InputError(f"{where} keeps numbers in another file; save it as one file")
-
-    try:
-        with h5py.File(path, "r") as file:
-            look(file)
-    except (OSError, RecursionError, KeyError) as error:
-        raise InputError(f"{where}: it cannot be read as HDF5 ({error}); save it again") from None
 
 
 def _is_held(dim: int, name: str, held: set[str], where: str) -> None:

@@ -8,11 +8,11 @@ import numpy as np
 
 from staffa.geometry.block import SIDES, cells_and_vertices, edge
 from staffa.geometry.edges import Edges
-from staffa.geometry.places import SAME, Grid, Places
+from staffa.geometry.places import SAME, BoxGrid, Places
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plane:
+class FlatFace:
     """A face that is flat across an axis: where it lies along it (m), and which way is out, +-1."""
 
     axis: int
@@ -36,7 +36,7 @@ class Outline:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     h: float
-    faces: Mapping[str, Plane | None]
+    faces: Mapping[str, FlatFace | None]
     touching: frozenset[frozenset[str]]
     regions: tuple[str, ...] = ()
     cracks: tuple[str, ...] = ()
@@ -78,7 +78,7 @@ class Outline:
         ]
         return next(iter([*facing, *others]), None)
 
-    def _side(self, plane: Plane | None) -> str | None:
+    def _side(self, plane: FlatFace | None) -> str | None:
         if plane is None:
             return None
         end = (self.upper if plane.out > 0 else self.lower)[plane.axis]
@@ -121,19 +121,19 @@ def of_block(
         touching=box_edges(len(size)),
         n_cells=n_cells,
         n_vertices=n_vertices,
-        places=Grid(boxes=(("", (lower, upper)),), flat=flat(faces)),
+        places=BoxGrid(boxes=(("", (lower, upper)),), flat=flat_faces(faces)),
     )
 
 
-def flat(faces: Mapping[str, Plane | None]) -> dict[str, tuple[int, float]]:
+def flat_faces(faces: Mapping[str, FlatFace | None]) -> dict[str, tuple[int, float]]:
     """Axis and position of the faces that are flat."""
     return {name: (plane.axis, plane.position) for name, plane in faces.items() if plane}
 
 
-def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, Plane]:
+def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, FlatFace]:
     """The sides of a box by name."""
     return {
-        name: Plane(axis=axis, position=float((upper if out > 0 else lower)[axis]), out=out)
+        name: FlatFace(axis=axis, position=float((upper if out > 0 else lower)[axis]), out=out)
         for name, (axis, out) in SIDES[len(lower)].items()
     }
 

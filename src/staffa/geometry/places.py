@@ -50,7 +50,7 @@ class Places(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class BoxGrid:
     """Of a body that is made of boxes, or of what a shape leaves of them.
 
     boxes: region, lower and upper corner of each. flat: axis and position of the faces that are
@@ -108,7 +108,7 @@ def some(n: int) -> np.ndarray:
     return np.sort(np.random.default_rng(0).choice(n, MOST, replace=False))
 
 
-def in_space(x: np.ndarray) -> np.ndarray:
+def as_space_points(x: np.ndarray) -> np.ndarray:
     """Points of 2-D or 3-D, shape (n, dim), as points of space: shape (3, n)."""
     return np.vstack([x.T, np.zeros((3 - x.shape[1], len(x)))])
 
@@ -128,4 +128,4 @@ def _ends(
 
 
 def _grid(along: list[np.ndarray]) -> np.ndarray:
-    return in_space(np.array([x.ravel() for x in np.meshgrid(*along)]).T)
+    return as_space_points(np.array([x.ravel() for x in np.meshgrid(*along)]).T)

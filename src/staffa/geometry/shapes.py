@@ -11,8 +11,8 @@ from staffa.errors import StaffaError
 from staffa.geometry.block import simplices
 from staffa.geometry.gmsh_model import generate, opened
 from staffa.geometry.msh import collected
-from staffa.geometry.outline import Outline, box_edges, flat, flat_sides, pairs
-from staffa.geometry.places import SAME, Bounds, Grid
+from staffa.geometry.outline import Outline, box_edges, flat_faces, flat_sides, pairs
+from staffa.geometry.places import SAME, Bounds, BoxGrid
 from staffa.geometry.simplices import Simplices
 
 ROCK = "rock"  # the region of a body that has but one
@@ -48,7 +48,7 @@ class Shape(Protocol):
         """Model it with Gmsh; the tags of each region."""
 
 
-def outline(shape: Shape, h: float) -> Outline:
+def shape_outline(shape: Shape, h: float) -> Outline:
     """What is known of a shape from outside, meshed with cells of mean edge h."""
     lower, upper = shape.bounds()
     sides = flat_sides(lower, upper)
@@ -64,7 +64,7 @@ def outline(shape: Shape, h: float) -> Outline:
         regions=tuple(dict.fromkeys(region for region, _ in shape.boxes())),
         n_cells=n_cells,
         n_vertices=n_vertices,
-        places=Grid(boxes=shape.boxes(), flat=flat(faces), contains=shape.contains, h=h),
+        places=BoxGrid(boxes=shape.boxes(), flat=flat_faces(faces), contains=shape.contains, h=h),
     )
 
 
@@ -166,7 +166,7 @@ class Bored:
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is not in the hole."""
         away = np.hypot(x[0] - self.center[0], x[1] - self.center[1])
-        return away >= (1 - SAME) * self.radius + _sagitta(h, self.radius)
+        return np.asarray(away >= (1 - SAME) * self.radius + _sagitta(h, self.radius))
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""
@@ -222,7 +222,9 @@ class Round:
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """What is within the radius."""
-        return np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
+        return np.asarray(
+            np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
+        )
 
     def content(self) -> tuple[float, float, float]:
         """As the protocol has it."""

@@ -9,8 +9,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.geometry.edges import edges
-from staffa.geometry.outline import Outline, Plane, pairs
-from staffa.geometry.places import ALONG, SAME, OfMesh, Sample, in_space, some
+from staffa.geometry.outline import FlatFace, Outline, pairs
+from staffa.geometry.places import ALONG, SAME, OfMesh, Sample, as_space_points, some
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,7 @@ class Simplices:
     @property
     def dim(self) -> int:
         """2 or 3."""
-        return self.x.shape[1]
+        return int(self.x.shape[1])
 
 
 def keys(rows: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def keys(rows: np.ndarray) -> np.ndarray:
     ordered = np.sort(rows, axis=1)
     largest = int(ordered.max(initial=0)) + 1
     if largest ** rows.shape[1] < 2**63:
-        return np.ravel_multi_index(tuple(ordered.T), (largest,) * rows.shape[1])
+        return np.asarray(np.ravel_multi_index(tuple(ordered.T), (largest,) * rows.shape[1]))
     return np.unique(ordered, axis=0, return_inverse=True)[1]
 
 
@@ -50,7 +50,7 @@ def facets(cells: np.ndarray) -> np.ndarray:
     return np.stack([np.delete(cells, i, axis=1) for i in range(width)], axis=1)
 
 
-def parts(mesh: Simplices) -> int:
+def count_bodies(mesh: Simplices) -> int:
     """How many bodies the mesh falls into, that share no point."""
     width = mesh.cells.shape[1]
     start, end = np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel()
@@ -59,7 +59,7 @@ def parts(mesh: Simplices) -> int:
     return int(connected_components(links, directed=False)[0])
 
 
-def outline(mesh: Simplices) -> Outline:
+def mesh_outline(mesh: Simplices) -> Outline:
     """What is known of the body from outside, and the mean edge of its cells."""
     lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
     named = {"faces": mesh.faces, "cracks": mesh.cracks, "regions": mesh.regions}
@@ -79,7 +79,7 @@ def outline(mesh: Simplices) -> Outline:
         places=OfMesh(
             cells=_sample(mesh.x, mesh.cells),
             regions={name: _sample(mesh.x, mesh.cells[c]) for name, c in mesh.regions.items()},
-            vertices=in_space(mesh.x[some(len(mesh.x))]),
+            vertices=as_space_points(mesh.x[some(len(mesh.x))]),
             faces={name: _corners(mesh.x, rows) for name, rows in mesh.faces.items()},
         ),
     )
@@ -98,13 +98,13 @@ def _sample(x: np.ndarray, cells: np.ndarray) -> Sample:
     center = np.stack([np.bincount(part, sizes * c) / size for c in middles.T], axis=1)
     order = np.lexsort((np.linalg.norm(middles - center[part], axis=1), part))
     first = order[np.searchsorted(part[order], np.arange(len(size)))]
-    return Sample(in_space(middles[first]), size)
+    return Sample(as_space_points(middles[first]), size)
 
 
 def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Some of the corners of facets."""
     corners = np.unique(rows)
-    return in_space(x[corners[some(len(corners))]])
+    return as_space_points(x[corners[some(len(corners))]])
 
 
 def _edges(mesh: Simplices) -> np.ndarray:
@@ -113,7 +113,7 @@ def _edges(mesh: Simplices) -> np.ndarray:
     return ends[np.unique(keys(ends), return_index=True)[1]]
 
 
-def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:
+def _plane(mesh: Simplices, rows: np.ndarray) -> FlatFace | None:
     x = mesh.x[np.unique(rows)]
     small = SAME * np.ptp(mesh.x, axis=0).max()
     flat = np.flatnonzero(np.ptp(x, axis=0) <= small)
@@ -123,7 +123,7 @@ def _plane(mesh: Simplices, rows: np.ndarray) -> Plane | None:
     behind = mesh.x[mesh.cells[_cells_at(mesh, rows)], axis].mean(axis=1) - x[0, axis]
     if behind.min() < 0 < behind.max():
         return None
-    return Plane(axis=axis, position=float(x[0, axis]), out=-1 if behind[0] > 0 else 1)
+    return FlatFace(axis=axis, position=float(x[0, axis]), out=-1 if behind[0] > 0 else 1)
 
 
 def _cells_at(mesh: Simplices, rows: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
 from staffa.errors import LoadError, SolveError
-from staffa.heat.operators import Exchange, HeatOperators
+from staffa.heat.operators import HeatExchange, HeatOperators
 from staffa.heat.tr_bdf2 import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
 from staffa.model.fields import owned
 from staffa.model.temperature_properties import algebra, by_law, middle_of_cell
@@ -134,7 +134,7 @@ class NonlinearSteps:
         return Tried(T=stage, error=error, entered=entered)
 
     def _rates(
-        self, T: np.ndarray, exchanges: list[Exchange]
+        self, T: np.ndarray, exchanges: list[HeatExchange]
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Heat that vertices gain in all (W), and from each cause but their neighbors."""
         entering = {e.name: e.entering(T) for e in exchanges}
@@ -158,7 +158,7 @@ class NonlinearSteps:
         started: np.ndarray,
         base: np.ndarray,
         first: np.ndarray,
-        exchanges: list[Exchange],
+        exchanges: list[HeatExchange],
         scale: float,
         span: float,
     ) -> np.ndarray:
@@ -172,8 +172,8 @@ class NonlinearSteps:
         """
 
         def missing(T: np.ndarray) -> np.ndarray:
-            return self._free * (
-                self.gained(started, T) - base - scale * self._rates(T, exchanges)[0]
+            return np.asarray(
+                self._free * (self.gained(started, T) - base - scale * self._rates(T, exchanges)[0])
             )
 
         T, left = first, missing(first)
@@ -212,7 +212,7 @@ class NonlinearSteps:
         sizes = np.nan_to_num(np.abs(heat) / self.at.capacity, nan=np.inf, posinf=np.inf)
         return max_over_ranks(self.comm, sizes)
 
-    def _make(self, T: np.ndarray, exchanges: list[Exchange], scale: float) -> None:
+    def _make(self, T: np.ndarray, exchanges: list[HeatExchange], scale: float) -> None:
         """Fill the derivative of what is missing: C(T) - scale times that of the rates."""
         self._put(T)
         self._matrix.zeroEntries()
@@ -231,7 +231,7 @@ class NonlinearSteps:
             self._ksp.solve(self._rhs, self._solution)
         if self._ksp.getConvergedReason() <= 0:
             raise SolveError("the heat equation was not solved: its linear solver failed")
-        return self._solution.array_r.copy()
+        return np.asarray(self._solution.array_r.copy())
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

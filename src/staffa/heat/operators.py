@@ -20,15 +20,15 @@ from staffa.backend import jit
 from staffa.backend.parallel import any_over_ranks, max_over_ranks
 from staffa.errors import InputError, LoadError
 from staffa.heat.thermal_body import (
-    Bath,
     Conduction,
     Conductor,
-    Film,
-    Held,
-    Inflow,
+    Dirichlet,
+    FluidFilledCrack,
     Insulating,
+    Neumann,
     OfSurface,
     PointValues,
+    Robin,
     Values,
 )
 from staffa.model import axis
@@ -46,7 +46,7 @@ STEP = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Exchange:
+class HeatExchange:
     """Heat that enters at vertices from one cause (W): given, or coefficient (bath - T); owned
     entries. film: gives the coefficient (W/K) at temperatures (K), where it depends on them."""
 
@@ -58,7 +58,7 @@ class Exchange:
 
     def entering(self, T: np.ndarray) -> np.ndarray:
         """What enters at these temperatures (K)."""
-        return self.given + self._at(T) * (self.bath - T)
+        return np.asarray(self.given + self._at(T) * (self.bath - T))
 
     def slope(self, T: np.ndarray) -> np.ndarray:
         """Its derivative by temperature (W/K)."""
@@ -66,7 +66,7 @@ class Exchange:
             return -self.coefficient
         apart = STEP * np.maximum(np.abs(self.bath - T), STEP * (np.abs(T) + 1.0))
         steepness = (self._at(T + apart) - self._at(T - apart)) / (2 * apart)
-        return steepness * (self.bath - T) - self._at(T)
+        return np.asarray(steepness * (self.bath - T) - self._at(T))
 
     def _at(self, T: np.ndarray) -> np.ndarray:
         return self.coefficient if self.film is None else self.film(T)
@@ -97,7 +97,9 @@ class HeatOperators:
             left, degree = 1 - sharp + residual, QUADRATURE
         factor = _in_cells(spaces, rocks, lambda rock, x: rock.k_factor(x))
         self.rocks, self.dx, self.degree = rocks, dx, degree
-        self.flow = lambda gradient: left * factor * ufl.dot(k, gradient)
+        self.flow: Callable[[ufl.core.expr.Expr], ufl.core.expr.Expr] = lambda gradient: (
+            left * factor * ufl.dot(k, gradient)
+        )
         flow = self.flow(ufl.grad(T))
         self._conduct = self._form(ufl.inner(flow, ufl.grad(phi)) * dx(degree=degree))
         rho_c = _in_cells(spaces, rocks, lambda rock, x: rock.rho_c * rock.rho_c_factor(x))
@@ -108,7 +110,7 @@ class HeatOperators:
             side.side: self._lumped(phi * faces(number + 1))
             for number, side in enumerate(conduction.sides)
         }
-        if isinstance(conduction.cracks, Bath):
+        if isinstance(conduction.cracks, FluidFilledCrack):
             steepness = ufl.sqrt(ufl.dot(ufl.grad(sharp), ufl.grad(sharp)))
             self._faces = self._form(steepness * phi * dx(degree=QUADRATURE))
         self._crack_area = np.zeros(self._x.shape[1])
@@ -151,7 +153,7 @@ class HeatOperators:
         """Owned entries of each held side; a vertex of two of them belongs to the first."""
         taken = np.zeros(self._x.shape[1], dtype=bool)
         found = {}
-        for side in self._sides(Held):
+        for side in self._sides(Dirichlet):
             entries = fem.locate_dofs_topological(
                 self.space, domain.dim - 1, domain.facets(side.side)
             )
@@ -160,7 +162,7 @@ class HeatOperators:
             taken[entries] = True
         return found
 
-    def _sides[S: (Held, Inflow, Film)](self, kind: type[S]) -> list[S]:
+    def _sides[S: (Dirichlet, Neumann, Robin)](self, kind: type[S]) -> list[S]:
         return [side for side in self.conduction.sides if isinstance(side, kind)]
 
     def feel(self, alpha: np.ndarray) -> bool:
@@ -170,7 +172,7 @@ class HeatOperators:
             return False
         self._felt = alpha.copy()
         self._alpha.x.array[:] = alpha
-        if isinstance(cracks, Bath):
+        if isinstance(cracks, FluidFilledCrack):
             self._crack_area = self._lumped(self._faces)
             if known is not None:
                 return True
@@ -192,7 +194,7 @@ class HeatOperators:
         """Prescribed temperatures (K) of the entries `held` at time t."""
         parts = [
             self._at(f"{side.side}.T", side.T, t, self._held[side.side])
-            for side in self._sides(Held)
+            for side in self._sides(Dirichlet)
         ]
         return np.concatenate([np.zeros(0), *parts])
 
@@ -203,13 +205,13 @@ class HeatOperators:
             yield name, slice(start, start + len(entries))
             start += len(entries)
 
-    def exchanges(self, t: float) -> list[Exchange]:
+    def exchanges(self, t: float) -> list[HeatExchange]:
         """What enters from each cause but held sides at time t."""
         found = []
-        for film in self._sides(Film):
+        for film in self._sides(Robin):
             area = self._areas[film.side]
             found.append(self._film(film.side, area, film.h, film.T, t))
-        for inflow in self._sides(Inflow):
+        for inflow in self._sides(Neumann):
             area = self._areas[inflow.side]
             where, entering = np.flatnonzero(area), np.zeros_like(area)
             entering[where] = self._at(f"{inflow.side}.flux", inflow.q, t, where) * area[where]
@@ -217,13 +219,13 @@ class HeatOperators:
         made = self._at("source", self.conduction.source, t) * self._volume
         found.append(_given("source", made))
         cracks = self.conduction.cracks
-        if isinstance(cracks, Bath):
+        if isinstance(cracks, FluidFilledCrack):
             found.append(self._film("cracks", self._crack_area, cracks.h, cracks.T, t))
         return found
 
     def _film(
         self, name: str, area: np.ndarray, h: Values | OfSurface, T: Values, t: float
-    ) -> Exchange:
+    ) -> HeatExchange:
         where = np.flatnonzero(area)
         coefficient, bath = np.zeros_like(area), np.zeros_like(area)
         bath[where] = self._at(f"{name}.T", T, t, where)
@@ -232,7 +234,9 @@ class HeatOperators:
             film = partial(self._coefficient, f"{name}.h", h, t, area)
         else:
             coefficient[where] = self._at(f"{name}.h", h, t, where, least=0.0) * area[where]
-        return Exchange(name=name, given=0 * area, coefficient=coefficient, bath=bath, film=film)
+        return HeatExchange(
+            name=name, given=0 * area, coefficient=coefficient, bath=bath, film=film
+        )
 
     def _coefficient(
         self, name: str, h: OfSurface, t: float, area: np.ndarray, T: np.ndarray
@@ -275,7 +279,7 @@ class HeatOperators:
         """Heat that flows to the vertices from their neighbors (W), owned entries."""
         self._in.array_w[:] = T - self._level  # of an even temperature exactly nothing flows
         self.matrix.mult(self._in, self._out)
-        return -self._out.array_r
+        return np.asarray(-self._out.array_r)
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
@@ -283,8 +287,8 @@ class HeatOperators:
             thing.destroy()
 
 
-def _given(name: str, heat: np.ndarray) -> Exchange:
-    return Exchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
+def _given(name: str, heat: np.ndarray) -> HeatExchange:
+    return HeatExchange(name=name, given=heat, coefficient=0 * heat, bath=0 * heat)
 
 
 # A rock and its local cells, ghosts included.

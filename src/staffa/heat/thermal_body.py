@@ -33,7 +33,7 @@ class OfSurface:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Held:
+class Dirichlet:
     """A side at a prescribed temperature T (K)."""
 
     side: str
@@ -41,7 +41,7 @@ class Held:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Inflow:
+class Neumann:
     """A side through which heat enters at a prescribed flux q (W/m^2), negative where it leaves."""
 
     side: str
@@ -49,7 +49,7 @@ class Inflow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Film:
+class Robin:
     """A side behind a film of coefficient h (W/(m^2 K)), beyond which there is a bath at T (K)."""
 
     side: str
@@ -65,7 +65,7 @@ class Insulating:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bath:
+class FluidFilledCrack:
     """Cracks full of a fluid at T (K), each of whose two faces exchanges heat with it: a film of
     coefficient h (W/(m^2 K))."""
 
@@ -113,9 +113,9 @@ class Conduction:
     k_law: Law | None = None
     c_law: Law | None = None
     regions: Mapping[str, Conductor] = field(default_factory=dict)
-    sides: tuple[Held | Inflow | Film, ...] = ()
+    sides: tuple[Dirichlet | Neumann | Robin, ...] = ()
     source: Values = nothing
-    cracks: Insulating | Bath | None = None
+    cracks: Insulating | FluidFilledCrack | None = None
     kinks: tuple[float, ...] = ()
     tolerance: float = 1e-4
     agreement: float = 1e-3

@@ -22,7 +22,7 @@ from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ran
 from staffa.backend.petsc_options import HEAT, apply, petsc_errors
 from staffa.errors import SolveError
 from staffa.heat.nonlinear import NonlinearSteps
-from staffa.heat.operators import Exchange, HeatOperators
+from staffa.heat.operators import HeatExchange, HeatOperators
 from staffa.heat.thermal_body import Conduction
 from staffa.heat.tr_bdf2 import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
 from staffa.model.domain import Domain
@@ -171,7 +171,7 @@ class HeatEquation:
         return Tried(T=new, error=self._error(new, rates, length, largest), entered=entered)
 
     def _rates(
-        self, T: np.ndarray, exchanges: list[Exchange]
+        self, T: np.ndarray, exchanges: list[HeatExchange]
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Heat that vertices gain in all (W), and from each cause but their neighbors."""
         entering = {e.name: e.entering(T) for e in exchanges}
@@ -186,7 +186,7 @@ class HeatEquation:
         return by_cause(self.operators, self.operators.capacity[held] * rate[held], gain, entering)
 
     def _stage(
-        self, base: np.ndarray, held: np.ndarray, exchanges: list[Exchange], length: float
+        self, base: np.ndarray, held: np.ndarray, exchanges: list[HeatExchange], length: float
     ) -> np.ndarray:
         """The rate (K/s) k with C k = F(base + D length k), and as prescribed where held."""
         at, scale = self.operators, D * length
@@ -228,7 +228,7 @@ class HeatEquation:
                 f"the heat equation was not solved: its linear solver ended with reason {reason} "
                 f"of PETSc's KSPConvergedReason; take shorter time steps"
             )
-        return size * self._solution.array_r
+        return np.asarray(size * self._solution.array_r)
 
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
@@ -299,12 +299,12 @@ class HeatEquation:
         gained, since, content = sum_over_ranks(self.comm, np.array(mine)).tolist()
         crossed = sum(map(abs, heat.entered.values()))
         scale = max(abs(heat.stored), crossed, since, UNCHANGED * content)
-        return abs(gained - heat.stored) / scale if scale else abs(gained)
+        return float(abs(gained - heat.stored) / scale if scale else abs(gained))
 
     def _with_ghosts(self, T: np.ndarray) -> np.ndarray:
         owned(self._T)[:] = T
         self._T.x.scatter_forward()
-        return self._T.x.array.copy()
+        return np.asarray(self._T.x.array.copy())
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

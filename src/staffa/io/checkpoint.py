@@ -75,7 +75,7 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
     _tidy(folder)
 
 
-def numbers(folder: Path) -> list[int]:
+def checkpoint_numbers(folder: Path) -> list[int]:
     """Those of the checkpoints that are there, the latest first."""
     found = folder.iterdir() if folder.is_dir() else ()
     return sorted((int(path.stem) for path in found if PAGE.fullmatch(path.name)), reverse=True)
@@ -111,7 +111,7 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
 
 def remove_after(folder: Path, number: int) -> None:
     """Remove the checkpoints after one, which the run goes on from, and what was half written."""
-    for later in numbers(folder):
+    for later in checkpoint_numbers(folder):
         if later > number:
             _page(folder, later).unlink()
     if folder.is_dir():
@@ -121,12 +121,12 @@ def remove_after(folder: Path, number: int) -> None:
 def _tidy(folder: Path) -> None:
     """Keep the last two checkpoints, and the parts that they name; of a damaged page none are
     known, and then no part is removed."""
-    for number in numbers(folder)[KEPT:]:
+    for number in checkpoint_numbers(folder)[KEPT:]:
         _page(folder, number).unlink()
     for half in folder.glob(f".*{HALF}"):
         half.unlink()
     with suppress(StaffaError):
-        pages = [read_page(folder, number) for number in numbers(folder)]
+        pages = [read_page(folder, number) for number in checkpoint_numbers(folder)]
         named = {_part(folder, name) for page in pages for name in page["parts"]}
         for part in set(folder.iterdir()) - named:
             if PART.fullmatch(part.name):

@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx import plot
 
 from staffa.backend.parallel import gather, on_root
-from staffa.io.vtkhdf import VERTICES, Grid, write_vtkhdf
+from staffa.io.vtkhdf import VERTICES, VtkMesh, write_vtkhdf
 from staffa.model.fields import Spaces, State, at_vertices, owned
 
 
@@ -28,7 +28,7 @@ class FieldWriter:
         connected = gather(comm, everywhere)
         self.grid = None
         if points is not None and connected is not None:
-            self.grid = Grid(
+            self.grid = VtkMesh(
                 points=np.concatenate(points), cells=np.concatenate(connected), type=kind
             )
 

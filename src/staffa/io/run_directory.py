@@ -4,7 +4,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from errno import ENAMETOOLONG
 from hashlib import sha256
 from itertools import count
@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from staffa.arguments import path_of
+from staffa.backend.lock import LOCK
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
+from staffa.records.json_form import json_form
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Step, kept, made
 
@@ -27,7 +29,7 @@ CASE, MANIFEST, STEPS, FIELDS, LOG = (
     "run.log",
 )
 SERIES = "fields.vtkhdf.series"
-LOCK, LONGEST_LOCK = "lock", 400  # bytes
+LONGEST_LOCK = 400  # bytes
 FIELDS_OF_A_STEP = re.compile(r"step-\d{4,}\.vtkhdf")
 
 
@@ -106,7 +108,7 @@ def _is_lock(path: Path) -> bool:
 def write_case(path: Path, case: str, manifest: Manifest) -> None:
     """Write what a run is, in place of what may be there."""
     write_aside(path / CASE, case)
-    write_aside(path / MANIFEST, json.dumps(asdict(manifest), indent=2) + "\n")
+    write_aside(path / MANIFEST, json.dumps(json_form(manifest), indent=2) + "\n")
 
 
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:

@@ -17,7 +17,7 @@ VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class VtkMesh:
     """A mesh of one cell type. points: (n, 3); cells: (m, vertices) in VTK's order; type: VTK's."""
 
     points: np.ndarray
@@ -27,7 +27,7 @@ class Grid:
 
 def write_vtkhdf(
     path: Path,
-    grid: Grid,
+    grid: VtkMesh,
     fields: Mapping[str, np.ndarray],
     in_cells: Mapping[str, np.ndarray] | None = None,
 ) -> None:
@@ -43,7 +43,7 @@ def write_vtkhdf(
 
 def _fill(
     root: h5py.Group,
-    grid: Grid,
+    grid: VtkMesh,
     fields: Mapping[str, np.ndarray],
     in_cells: Mapping[str, np.ndarray],
 ) -> None:
@@ -72,12 +72,12 @@ def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
     group.create_dataset(name, data=values, compression="gzip", compression_opts=1)
 
 
-def read_vtkhdf(path: Path) -> tuple[Grid, dict[str, np.ndarray]]:
+def read_vtkhdf(path: Path) -> tuple[VtkMesh, dict[str, np.ndarray]]:
     """The mesh and the values, of points and of cells, of a file that `write_vtkhdf` wrote."""
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         kind = int(root["Types"][0])
-        grid = Grid(
+        grid = VtkMesh(
             points=root["Points"][:],
             cells=root["Connectivity"][:].reshape(-1, VERTICES[kind]),
             type=kind,

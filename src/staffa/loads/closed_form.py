@@ -29,7 +29,7 @@ class Face:
 
     def depth(self, x: np.ndarray) -> np.ndarray:
         """Distance (m) from the face of the points x, shape (3, n)."""
-        return self.inward * (x[self.axis] - self.position)
+        return np.asarray(self.inward * (x[self.axis] - self.position))
 
 
 class NoLoad:
@@ -56,7 +56,7 @@ class HalfSpace:
         y = self.face.depth(x)
         if t == 0:
             return np.where(y <= 0, -self.dT, 0.0)
-        return -self.dT * erfc(y / (2 * sqrt(self.kappa * t)))
+        return np.asarray(-self.dT * erfc(y / (2 * sqrt(self.kappa * t))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,9 @@ class Slab:
     def _series(self, y: np.ndarray, fourier: float) -> np.ndarray:
         odd = np.arange(1, 20, 2)[:, None]  # the last term is below 1e-70 at Fo = 0.2
         amplitude = 4 / (odd * pi) * np.exp(-(odd**2) * pi**2 / 4 * fourier)
-        return 1 - (amplitude * np.sin(odd * pi * y[None, :] / (2 * self.L))).sum(axis=0)
+        return np.asarray(
+            1 - (amplitude * np.sin(odd * pi * y[None, :] / (2 * self.L))).sum(axis=0)
+        )
 
     def _images(self, y: np.ndarray, t: float) -> np.ndarray:
         scale = 2 * sqrt(self.kappa * t)
@@ -115,4 +117,4 @@ class Convective:
             return np.zeros_like(y)
         eta = y / (2 * sqrt(self.kappa * t))
         film = np.exp(-(eta**2)) * erfcx(eta + self.h * sqrt(self.kappa * t))
-        return -self.dT * (erfc(eta) - film)
+        return np.asarray(-self.dT * (erfc(eta) - film))

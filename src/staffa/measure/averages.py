@@ -44,7 +44,7 @@ class Spread:
     error: np.ndarray
 
 
-def spread(series: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Spread:
+def mean_over_time(series: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Spread:
     """Put at least two members on one clock, and average them at each of its times.
 
     A state lasts until the next step, so that a value is a step function of the time: the one at

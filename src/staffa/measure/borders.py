@@ -53,7 +53,9 @@ class Raster:
     def offsets(self, points: np.ndarray, of: np.ndarray) -> np.ndarray:
         """The shortest ways from a point to others (m)."""
         away = points - of
-        return away - np.where(self.periodic, np.round(away / self.extent) * self.extent, 0.0)
+        return np.asarray(
+            away - np.where(self.periodic, np.round(away / self.extent) * self.extent, 0.0)
+        )
 
     def tree(self, points: np.ndarray) -> cKDTree:
         """Points by nearness."""

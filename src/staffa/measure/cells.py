@@ -54,7 +54,7 @@ class Cells:
         return len(self.areas)
 
 
-def section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
+def cell_section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
     """The record of the cells on a plane at a depth (m)."""
     counts = Counter(found.kinds)
     return CellSection(
@@ -122,7 +122,7 @@ def _regions(sound: np.ndarray, periodic: tuple[bool, bool], smallest: float) ->
     found = connected_components(graph, directed=False)[1][found]
     large = np.bincount(found.ravel()) >= smallest
     large[0] = False
-    return np.where(large, np.cumsum(large), 0)[found]
+    return np.asarray(np.where(large, np.cumsum(large), 0)[found])
 
 
 def _flooded(
@@ -134,7 +134,7 @@ def _flooded(
     fields = (np.pad(field, more, mode="wrap") for field in (height, regions, body))
     height, regions, body = fields
     grown = watershed(height, regions, mask=body)
-    return grown[tuple(slice(low, -low or None) for low, _ in more)]
+    return np.asarray(grown[tuple(slice(low, -low or None) for low, _ in more)])
 
 
 def _by_cell(pairs: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:

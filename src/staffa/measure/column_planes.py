@@ -7,7 +7,7 @@ import numpy as np
 from staffa.backend.parallel import gather, on_root
 from staffa.geometry.block import section_raster
 from staffa.loads.closed_form import Face
-from staffa.measure.cells import cells, section
+from staffa.measure.cells import cell_section, cells
 from staffa.measure.probes import located
 from staffa.model.domain import Domain
 from staffa.model.fields import State
@@ -54,4 +54,4 @@ class Planes:
 
     def _section(self, depth: float, damage: np.ndarray) -> CellSection:
         found = cells(damage, pixel=self.pixel, ell=self.ell, threshold=self.threshold)
-        return section(found, depth=depth, pixel=self.pixel)
+        return cell_section(found, depth=depth, pixel=self.pixel)

@@ -13,11 +13,11 @@ from staffa.measure.coarse import Local, coarse, local_length
 from staffa.measure.column_planes import Planes
 from staffa.measure.free_distance import room
 from staffa.measure.opening import REACH
-from staffa.measure.statistics import layer_depth, section, tips
+from staffa.measure.statistics import cracks_on_line, layer_depth, tips
 from staffa.model.domain import Domain
 from staffa.model.energy import Energy
 from staffa.model.fields import State, owned, vertices
-from staffa.records.step import Fluid, Measures, Section, Tip
+from staffa.records.step import CracksAtHeight, Fluid, Measures, Tip
 
 # A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
 FARTHEST = 3.0
@@ -109,7 +109,7 @@ def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> 
     return sum_over_ranks(domain.comm, float(volumes[near].sum()))
 
 
-def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Section:
+def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> CracksAtHeight:
     """The cracks of a 2-D body that cross the line at a depth below the face. Collective."""
     assert gauge.face is not None and domain.dim == 2
     x = vertices(state.alpha.function_space)
@@ -124,9 +124,9 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Sectio
     values = np.column_stack([x[:, 1 - gauge.face.axis], state.alpha.x.array])
     samples = gather(domain.comm, (1 - weight) * values[i] + weight * values[j])
 
-    def count() -> Section:
+    def count() -> CracksAtHeight:
         along, alpha = np.concatenate(samples or []).T
-        return section(along, alpha, height=depth, threshold=gauge.threshold)
+        return cracks_on_line(along, alpha, height=depth, threshold=gauge.threshold)
 
     return on_root(domain.comm, count)
 
@@ -187,7 +187,7 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
 def _cells(domain: Domain, state: State) -> np.ndarray:
     """Vertices (local numbers) of the cells that this rank owns, shape (n, vertices a cell)."""
     owned_cells = domain.mesh.topology.index_map(domain.dim).size_local
-    return state.alpha.function_space.dofmap.list[:owned_cells]
+    return np.asarray(state.alpha.function_space.dofmap.list[:owned_cells])
 
 
 def _pairs(cells: np.ndarray) -> np.ndarray:

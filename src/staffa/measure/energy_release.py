@@ -69,7 +69,7 @@ class EnergyRelease:
         for form in forms:
             fem.assemble_vector(self._sums.x.array, form)
         self._sums.x.scatter_reverse(la.InsertMode.add)
-        return self._sums.x.array.reshape(-1, self._domain.dim)[: len(self._x)].copy()
+        return np.asarray(self._sums.x.array.reshape(-1, self._domain.dim)[: len(self._x)].copy())
 
     def _at(self, front: Front, forces: np.ndarray, areas: np.ndarray) -> Release:
         dim, comm = self._domain.dim, self._domain.comm
@@ -116,10 +116,10 @@ def _by_cell(field: fem.Function, count: int) -> np.ndarray:
     """Its values in the first cells, shape (count, values a cell)."""
     space = field.function_space
     values = field.x.array.reshape(-1, space.dofmap.index_map_bs)
-    return values[space.dofmap.list[:count, 0]]
+    return np.asarray(values[space.dofmap.list[:count, 0]])
 
 
-def surface(domain: Domain) -> Surface | None:
+def body_surface(domain: Domain) -> Surface | None:
     """All facets of the body's surface, on rank 0; None elsewhere. Collective."""
     mesh, dim = domain.mesh, domain.dim
     mesh.topology.create_connectivity(dim - 1, dim)

@@ -54,4 +54,4 @@ class Hoop:
             sum_over_ranks(self._comm, fem.assemble_scalar(form))
             for form in (self._grown, self._driven)
         )
-        return driven / grown
+        return float(driven / grown)

@@ -19,7 +19,7 @@ def pruned(found: Network, crack: float, ell: float) -> Network:
         free, forked = (ends == 1).any(axis=1), (ends > 2).any(axis=1)
         count = found.branches.max() + 1
         length = np.bincount(found.branches, weights=found.sizes, minlength=count)
-        most = largest(found, found.branches)
+        most = largest_damage(found, found.branches)
         stub = np.bincount(found.branches, weights=free, minlength=count) > 0
         stub &= np.bincount(found.branches, weights=forked, minlength=count) > 0
         stub &= (length < ell) | (most < crack)
@@ -81,7 +81,7 @@ def _links(found: Network, ends: np.ndarray, ell: float) -> np.ndarray:
     return np.array(links, dtype=np.int64).reshape(-1, 2)
 
 
-def largest(found: Network, label: np.ndarray) -> np.ndarray:
+def largest_damage(found: Network, label: np.ndarray) -> np.ndarray:
     """The largest damage among the elements of each label."""
     most = np.zeros(label.max() + 1)
     np.maximum.at(most, label, found.damage[found.elements].max(axis=1))

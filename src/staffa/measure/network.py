@@ -32,7 +32,7 @@ class Network:
         found = sizes(self.points, self.elements)
         if not self.axial:
             return found
-        return 2 * np.pi * self.points[self.elements, 0].mean(axis=1) * found
+        return np.asarray(2 * np.pi * self.points[self.elements, 0].mean(axis=1) * found)
 
     @cached_property
     def cracks(self) -> np.ndarray:
@@ -64,7 +64,7 @@ def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
     """Length of each segment, area of each triangle, shape (m,)."""
     sides = points[elements[:, 1:]] - points[elements[:, :1]]
     if elements.shape[1] == 2:
-        return np.linalg.norm(sides[:, 0], axis=1)
+        return np.asarray(np.linalg.norm(sides[:, 0], axis=1))
     return np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
 
 
@@ -121,7 +121,7 @@ def _parts(elements: np.ndarray, extents: np.ndarray) -> np.ndarray:
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(n, n))
     part = connected_components(graph, directed=False)[1][elements[:, 0]]
     order = np.argsort(-np.bincount(part, weights=extents), kind="stable")
-    return np.argsort(order)[part]
+    return np.asarray(np.argsort(order)[part])
 
 
 def _branches(elements: np.ndarray, n_points: int) -> np.ndarray:
@@ -132,4 +132,4 @@ def _branches(elements: np.ndarray, n_points: int) -> np.ndarray:
     through = degree[elements.ravel()[order]] == 2
     pairs = (order[through] // elements.shape[1]).reshape(-1, 2)
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(m, m))
-    return connected_components(graph, directed=False)[1].astype(np.int64)
+    return np.asarray(connected_components(graph, directed=False)[1].astype(np.int64))

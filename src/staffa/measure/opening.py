@@ -17,7 +17,7 @@ EVENED = 0.5  # over so many ell an opening is a mean
 SHORTEST = 1e-3  # sides shorter than this, over the width, would only spoil the matrix
 
 
-def pieces(
+def cell_pieces(
     points: np.ndarray, cells: np.ndarray, strains: np.ndarray, dim: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Strains of cells, integrated over pieces of them, where the first one is not 0.
@@ -99,7 +99,7 @@ def evened(
     tie = share / np.maximum(square, (SHORTEST * width) ** 2)
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     stiffness = diags_array(ties.sum(axis=1)) - ties
-    return splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered)
+    return np.asarray(splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered))
 
 
 def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ ALIKE = 0.5
 TILT = 1e-7
 
 
-def crest(
+def ridge(
     field: np.ndarray, *, sigma: float, lowest: float, sharpest: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The crest of a raster's field, smoothed by a Gaussian.
@@ -68,7 +68,7 @@ def _bending(
 
     def derivative(*axes: int) -> np.ndarray:
         order = tuple(axes.count(axis) for axis in range(dim))
-        return gaussian_filter(beyond, sigma, order=order)[inside]
+        return np.asarray(gaussian_filter(beyond, sigma, order=order)[inside])
 
     there = np.nonzero(derivative() > lowest)
     hessian = np.empty((len(there[0]), dim, dim))

@@ -3,10 +3,12 @@
 import numpy as np
 
 from staffa.geometry.places import SAME
-from staffa.records.step import Section, Tip
+from staffa.records.step import CracksAtHeight, Tip
 
 
-def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float) -> Section:
+def cracks_on_line(
+    x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float
+) -> CracksAtHeight:
     """The cracks along a line: each run of neighboring samples with alpha > threshold is one.
 
     A run over more than half of the line is a damaged layer, and no crack.
@@ -25,7 +27,7 @@ def section(x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float
     )
     positions = (x[starts[narrow]] + x[ends[narrow]]) / 2
     spacing = float(np.diff(positions).mean()) if len(positions) > 1 else None
-    return Section(
+    return CracksAtHeight(
         height=height,
         cracks=len(positions),
         spacing=spacing,

@@ -7,10 +7,10 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from staffa.measure.ends import clipped, ended
-from staffa.measure.junctions import joined, largest, pruned
+from staffa.measure.junctions import joined, largest_damage, pruned
 from staffa.measure.network import Network, normals, selected
-from staffa.measure.opening import openings, pieces
-from staffa.measure.ridge import crest
+from staffa.measure.opening import cell_pieces, openings
+from staffa.measure.ridge import ridge
 from staffa.measure.traced_body import Body
 
 # The Gaussian that takes the steps of a layer of cells out of a crack: fractions of ell.
@@ -62,7 +62,7 @@ def network(
     broken = alpha[body.cells].max(axis=1) >= crack
     soft = np.where(broken, 0.0, np.abs(strains[:, 0]))
     columns = np.column_stack([strains, soft, np.ones_like(soft)])
-    volumes = pieces(body.points, body.cells, columns, dim)
+    volumes = cell_pieces(body.points, body.cells, columns, dim)
     opening, uncertainty = openings(
         *volumes, found.points, found.elements, found.sizes, h=h, ell=ell
     )
@@ -73,7 +73,7 @@ def network(
 def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:
     """The crest of the damage, with the damage on it."""
     origin, edge, field = body.raster(alpha)
-    found, elements = crest(
+    found, elements = ridge(
         field,
         sigma=max(SMOOTHING * ell / body.h, 1.0),
         lowest=tip / 2,  # smoothing lowers the damage: what is too much is clipped
@@ -126,7 +126,7 @@ def _kept(found: Network, crack: float, ell: float) -> Network:
     if not len(found.elements):
         return selected(found, found.elements)
     extent = np.bincount(found.cracks, weights=found.sizes)
-    good = (largest(found, found.cracks) >= crack) & (
+    good = (largest_damage(found, found.cracks) >= crack) & (
         extent >= ell ** (found.elements.shape[1] - 1)
     )
     return selected(found, found.elements[good[found.cracks]])

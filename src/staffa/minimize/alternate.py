@@ -9,13 +9,13 @@ import numpy as np
 
 from staffa.errors import SolveError
 from staffa.minimize import convex
-from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
-from staffa.minimize.convex import ConvexEnergy, Held
+from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, projected_gradient
+from staffa.minimize.convex import ConvexEnergy, LinearCondition
 from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
-from staffa.records.step import CANCELED, Effort, Energies, Outcome, Stop
+from staffa.records.step import CANCELED, Energies, Outcome, SolverStatistics, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
 # unbalanced force that it was given.
@@ -56,7 +56,7 @@ class Alternation:
     newton: CoupledNewton | None
     model: CoupledModel | None
     convex: ConvexEnergy | None
-    held: Held | None
+    held: LinearCondition | None
     energies: Callable[[], Energies]
     keep_u: Callable[[PETSc.Vec], None]
     forces: Callable[[PETSc.Vec], None]
@@ -103,7 +103,7 @@ def alternate(
     # balanced: the displacement is in equilibrium. settled: so it was when the last sweep began.
     change, settled, balanced = float("inf"), False, True
     for number in range(stop.sweeps + 1):
-        residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
+        residual = projected_gradient(problem.damage, problem.alpha, lower, upper, problem.work)
         if not np.isfinite(residual):
             raise SolveError("the force on the damage is not finite; try a shorter time step")
         if number:
@@ -125,7 +125,7 @@ def alternate(
     if not balanced:  # out of sweeps: what is returned is in equilibrium all the same
         equilibrium(problem, values)
         tally.balance(problem.energies())
-        residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
+        residual = projected_gradient(problem.damage, problem.alpha, lower, upper, problem.work)
     return Outcome(
         converged=converged,
         reason=_reason(converged, number, change, residual, stop),
@@ -186,10 +186,10 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
         way.destroy()
 
 
-def reactions(problem: Alternation) -> np.ndarray:
+def support_reactions(problem: Alternation) -> np.ndarray:
     """Forces of the supports on the entries prescribed, in their order. Collective."""
     problem.forces(problem.elastic.rhs)
-    return problem.elastic.rhs.array_r[problem.elastic.fixed].copy()
+    return np.asarray(problem.elastic.rhs.array_r[problem.elastic.fixed].copy())
 
 
 @dataclass(kw_only=True)
@@ -236,9 +236,9 @@ class Tally:
         self.largest_rise = max(self.largest_rise, (total - self.last) / scale)
         self.last = total
 
-    def effort(self) -> Effort:
+    def effort(self) -> SolverStatistics:
         """What has been done besides sweeps."""
-        return Effort(
+        return SolverStatistics(
             moves=self.moves,
             refused=self.refused,
             iterations=self.iterations,
@@ -303,7 +303,7 @@ def _minimize_damage(
         raise SolveError("; ".join(errors) + "; try a shorter time step or a larger damage.ell")
     tally.fallbacks += len(errors)
     problem.before.axpy(-1.0, problem.alpha)
-    return problem.before.norm(PETSc.NormType.NORM_INFINITY)
+    return float(problem.before.norm(PETSc.NormType.NORM_INFINITY))
 
 
 def _reason(converged: bool, sweeps: int, change: float, residual: float, stop: Stop) -> str:

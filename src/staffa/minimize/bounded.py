@@ -62,7 +62,7 @@ class Evaluation:
         """Fill the gradient at x; the value there."""
         self.gradient(x, out)
         if self.energy.quadratic:  # the mean of the two slopes, times the way
-            return 0.5 * (self.work.dot(out) + self.work.dot(self.slope))
+            return float(0.5 * (self.work.dot(out) + self.work.dot(self.slope)))
         return self.energy.value()
 
     def hessian(self, x: PETSc.Vec, H: PETSc.Mat) -> None:
@@ -118,10 +118,10 @@ def held_by_bounds(
     """
     derivative, at = force.array_r, x.array_r
     at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
-    return ((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper)
+    return np.asarray(((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper))
 
 
-def unbalanced(
+def projected_gradient(
     energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
 ) -> float:
     """Largest force on an entry that could follow it, over the unit: 0 at a first-order minimum.
@@ -132,7 +132,7 @@ def unbalanced(
     energy.gradient(work)
     held = held_by_bounds(work, x, lower, upper)
     work.array_w[:] = np.where(held, 0.0, np.abs(work.array_r)) / energy.unit.array_r
-    return work.norm(PETSc.NormType.NORM_INFINITY)
+    return float(work.norm(PETSc.NormType.NORM_INFINITY))
 
 
 class TaoSolver:

@@ -66,7 +66,7 @@ class ConvexEnergy:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Held:
+class LinearCondition:
     """A linear condition on the displacement, g . u - `offset` = `target`, and its multiplier p.
 
     `widening` fills g; `pressure` gives p, which acts within the energy's forces as -p g, and
@@ -86,7 +86,7 @@ def minimize(
     energy: ConvexEnergy,
     u: PETSc.Vec,
     values: np.ndarray,
-    held: Held | None = None,
+    held: LinearCondition | None = None,
 ) -> None:
     """Overwrite u by the minimizer; what u holds is the first guess. Collective.
 
@@ -186,7 +186,7 @@ def _step(
         start.destroy()
 
 
-def _hold(elastic: ElasticSolver, held: Held, u: PETSc.Vec) -> None:
+def _hold(elastic: ElasticSolver, held: LinearCondition, u: PETSc.Vec) -> None:
     """Add the answer to as much more pressure as meets the condition."""
     g, answer = u.duplicate(), u.duplicate()
     try:

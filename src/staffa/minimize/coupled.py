@@ -97,7 +97,7 @@ class CoupledModel:
 
     def _pivot(self, H: PETSc.Mat) -> float:
         H.getDiagonal(self.alpha_work)
-        return self.alpha_work.norm(PETSc.NormType.NORM_INFINITY)
+        return float(self.alpha_work.norm(PETSc.NormType.NORM_INFINITY))
 
     def apply(self, move: PETSc.Vec, force: PETSc.Vec) -> None:
         """Overwrite force by the second derivative of the energy along a move."""
@@ -148,7 +148,7 @@ class CoupledModel:
             self.coupling.matrix.multTranspose(self.alpha_work, self.u_work)
             self.u_work.scale(-1.0)
             self.elastic.respond(self.u_work, v)
-            return v.array_r.copy()
+            return np.asarray(v.array_r.copy())
         finally:
             v.destroy()
 

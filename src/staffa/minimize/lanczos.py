@@ -87,7 +87,7 @@ def _direction(model: CoupledModel, start: PETSc.Vec, weights: np.ndarray) -> np
         found.axpy(float(weight), way.getNestSubVecs()[1])
     b = found.array_r / found.norm(PETSc.NormType.NORM_INFINITY)
     found.destroy()
-    return b
+    return np.asarray(b)
 
 
 def _lanczos(model: CoupledModel, start: PETSc.Vec) -> Iterator[tuple[PETSc.Vec, float, float]]:

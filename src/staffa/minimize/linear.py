@@ -243,7 +243,7 @@ class LinearSolver:
     def _unbalanced(self, rhs: PETSc.Vec, u: PETSc.Vec) -> float:
         self.matrix.mult(u, self.force)
         self.force.aypx(-1.0, rhs)
-        return self.force.norm()
+        return float(self.force.norm())
 
     def destroy(self) -> None:
         """Free the PETSc objects."""
@@ -253,4 +253,4 @@ class LinearSolver:
 
 def _name(reason: int) -> str:
     names = {v: k for k, v in vars(PETSc.KSP.ConvergedReason).items() if isinstance(v, int)}
-    return names.get(reason, str(reason))
+    return str(names.get(reason, str(reason)))

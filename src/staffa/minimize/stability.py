@@ -294,7 +294,7 @@ class _OnTheCone:
         self.variation.A.mult(self.z, self.work)
         bending = self.z.dot(self.work)
         self.work.pointwiseMult(self.variation.mass, self.z)
-        return bending / self.z.dot(self.work)
+        return float(bending / self.z.dot(self.work))
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

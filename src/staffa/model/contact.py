@@ -155,12 +155,12 @@ class CrackFaces:
         fem.assemble_vector(sums.x.array, self._forms[name])
         sums.x.scatter_forward()
         found = sums.x.array.copy()
-        return found.reshape(-1, self.dim) if vector else found
+        return np.asarray(found.reshape(-1, self.dim) if vector else found)
 
     def mean(self, name: str) -> np.ndarray:
         """Mean over each cell of what `measure` made forms of, ghosts included."""
         found = self._integrals(name)
-        return found / (self._sizes if found.ndim == 1 else self._sizes[:, None])
+        return np.asarray(found / (self._sizes if found.ndim == 1 else self._sizes[:, None]))
 
     def friction(self) -> tuple[float, float]:
         """Work of friction since `stick`, and before it (J, in 2-D J/m)."""
@@ -174,7 +174,7 @@ class CrackFaces:
 
     @property
     def _rows(self) -> np.ndarray:
-        return self.field.x.array.reshape(-1, self._width)
+        return np.asarray(self.field.x.array.reshape(-1, self._width))
 
     @property
     def faced(self) -> np.ndarray:
@@ -292,4 +292,4 @@ def _within(crack: FlatCrack, x: np.ndarray, margin: float) -> np.ndarray:
     offset = x - np.array(crack.center)
     across = offset @ np.array(crack.normal)
     along = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - across**2, 0.0))
-    return (np.abs(across) <= margin) & (along <= crack.radius + margin)
+    return np.asarray((np.abs(across) <= margin) & (along <= crack.radius + margin))

@@ -16,10 +16,10 @@ from staffa.errors import InputError, choices
 from staffa.geometry.block import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
 from staffa.geometry.block_simplices import unstructured
 from staffa.geometry.edges import cell_edges
-from staffa.geometry.layer import broken_layer
+from staffa.geometry.layer import cells_along_crack
 from staffa.geometry.outline import Outline, without_axis
 from staffa.geometry.places import SAME
-from staffa.geometry.simplices import Simplices, keys, outline
+from staffa.geometry.simplices import Simplices, keys, mesh_outline
 
 CELLS = {
     "quadrilateral": dmesh.CellType.quadrilateral,
@@ -66,7 +66,7 @@ class Domain:
     @property
     def dim(self) -> int:
         """2 or 3."""
-        return self.mesh.topology.dim
+        return int(self.mesh.topology.dim)
 
     def facets(self, name: str) -> np.ndarray:
         """Local facets of a named boundary.
@@ -171,7 +171,7 @@ def body(
 
     def described() -> tuple[Outline, _Names, bytes]:
         held.append(make())
-        around = outline(held[0])
+        around = mesh_outline(held[0])
         if axial:
             around = without_axis(around)
         return around, _Names.of(held[0]), _digest(held[0].x, held[0].cells)
@@ -220,7 +220,7 @@ class _Names:
 
     @staticmethod
     def of(mesh: Simplices) -> "_Names":
-        layers = {name: broken_layer(mesh.cells, rows) for name, rows in mesh.cracks.items()}
+        layers = {name: cells_along_crack(mesh.cells, rows) for name, rows in mesh.cracks.items()}
         return _Names(regions=mesh.regions, layers=layers, faces=mesh.faces)
 
 
@@ -313,8 +313,10 @@ def _side(
     tolerance, axis = SAME * max(size), face_axis(name, len(size))
     position = lower[axis] + face_position(name, size)
     mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
-    return dmesh.locate_entities_boundary(
-        mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
+    return np.asarray(
+        dmesh.locate_entities_boundary(
+            mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
+        )
     )
 
 
@@ -333,7 +335,7 @@ def middles(mesh: dmesh.Mesh) -> np.ndarray:
     dim = mesh.topology.dim
     cells = mesh.topology.index_map(dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    return dmesh.compute_midpoints(mesh, dim, every).T
+    return np.asarray(dmesh.compute_midpoints(mesh, dim, every).T)
 
 
 def cell_count(domain: Domain) -> int:

@@ -1,6 +1,6 @@
 """The one functional: every force, matrix, and reported energy is derived from it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property, partial
@@ -20,7 +20,7 @@ from staffa.model import axis
 from staffa.model.contact import CrackFaces
 from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
 from staffa.model.domain import Domain
-from staffa.model.external_loads import External, crack_volume
+from staffa.model.external_loads import External, crack_volume_density
 from staffa.model.fields import Spaces, State, read_vector
 from staffa.model.openings import Openings, cell_integrals
 from staffa.model.quadrature import DEGREE, in_the_middle
@@ -138,7 +138,7 @@ class Energy:
         # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = axis.volume(domain, 4)
-        in_cracks = crack_volume(domain, u, alpha, cold) * dx
+        in_cracks = crack_volume_density(domain, u, alpha, cold) * dx
         self._in_cracks = (in_cracks, alpha * cold * dx, u, v)
 
         e = ufl.variable(strain(u, T, rock))
@@ -148,7 +148,7 @@ class Energy:
         if self.external.forces.in_cracks:  # the fluid's share of the traction
             lost += alpha * self.external.in_excess() * ufl.Identity(lost.ufl_shape[0])
         self._opening_strain = lambda n: rock.elasticity.opened(ufl.sym(lost), n)
-        self.strained = lambda: rock.elasticity.strained(strain(u, T, rock))
+        self.strained: Callable[[], Strained] = lambda: rock.elasticity.strained(strain(u, T, rock))
         self._dx, self._ell = (middle if spaces.reduced else dx), ell
         self.rest = Energies(elastic=0.0, surface=0.0)
         self._sums_u, self._sums_alpha = fem.Function(spaces.u), fem.Function(spaces.alpha)
@@ -172,7 +172,7 @@ class Energy:
         self._resistance = form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
 
     def _integral(self, form: fem.Form) -> float:
-        return sum_over_ranks(self.comm, fem.assemble_scalar(form))
+        return float(sum_over_ranks(self.comm, fem.assemble_scalar(form)))
 
     def _vector(self, form: fem.Form, sums: fem.Function, out: PETSc.Vec) -> None:
         sums.x.array[:] = 0.0

@@ -122,7 +122,9 @@ class External:
         """
         terms = list(self._terms(u, dx))
         if self.forces.in_cracks:
-            terms.append(-self.in_excess() * crack_volume(self._domain, u, alpha, swelling) * dx)
+            terms.append(
+                -self.in_excess() * crack_volume_density(self._domain, u, alpha, swelling) * dx
+            )
         return sum(terms[1:], terms[0]) if terms else None
 
     def in_excess(self) -> ufl.core.expr.Expr:
@@ -147,7 +149,7 @@ class External:
         return terms
 
 
-def crack_volume(
+def crack_volume_density(
     domain: Domain, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr
 ) -> ufl.core.expr.Expr:
     """alpha (div u - swelling), whose integral is the volume that cracks hold open.

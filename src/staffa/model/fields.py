@@ -90,7 +90,6 @@ class State:
     u: fem.Function
     alpha: fem.Function
     T: fem.Function
-    mesh: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,25 +98,22 @@ class Bounds:
 
     lower: fem.Function
     upper: fem.Function
-    mesh: str
 
 
-def zero_state(domain: Domain, spaces: Spaces) -> State:
+def zero_state(spaces: Spaces) -> State:
     """Undamaged, undeformed, at the initial temperature."""
     return State(
         u=fem.Function(spaces.u, name="u"),
         alpha=fem.Function(spaces.alpha, name="alpha"),
         T=fem.Function(spaces.alpha, name="T"),
-        mesh=domain.identity,
     )
 
 
-def unit_bounds(domain: Domain, spaces: Spaces) -> Bounds:
+def unit_bounds(spaces: Spaces) -> Bounds:
     """0 <= alpha <= 1."""
     bounds = Bounds(
         lower=fem.Function(spaces.alpha, name="lower"),
         upper=fem.Function(spaces.alpha, name="upper"),
-        mesh=domain.identity,
     )
     bounds.upper.x.array[:] = 1.0
     return bounds
@@ -126,7 +122,9 @@ def unit_bounds(domain: Domain, spaces: Spaces) -> Bounds:
 def owned(function: fem.Function) -> np.ndarray:
     """The entries that this rank owns, as a view, shape (n_owned * block size,)."""
     space = function.function_space
-    return function.x.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs]
+    return np.asarray(
+        function.x.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs]
+    )
 
 
 def write_vector(vector: PETSc.Vec, function: fem.Function) -> None:
@@ -143,7 +141,7 @@ def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
 def at_vertices(u: fem.Function, spaces: Spaces) -> np.ndarray:
     """Values of the displacement at the vertices that this rank owns, shape (n, dim)."""
     values = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
-    return values[spaces.vertex_nodes[: spaces.alpha.dofmap.index_map.size_local]]
+    return np.asarray(values[spaces.vertex_nodes[: spaces.alpha.dofmap.index_map.size_local]])
 
 
 def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
@@ -155,13 +153,13 @@ def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
     found.x.array[np.unique(space.dofmap.list[cells])] = 1.0
     found.x.scatter_reverse(la.InsertMode.add)
     found.x.scatter_forward()
-    return found.x.array > 0
+    return np.asarray(found.x.array > 0)
 
 
 def vertices(space: fem.FunctionSpace) -> np.ndarray:
     """Coordinates of the nodes (owned, then ghosts), shape (n, 3): of linear elements the
     vertices."""
-    return space.tabulate_dof_coordinates()
+    return np.asarray(space.tabulate_dof_coordinates())
 
 
 class Transfer:
@@ -189,4 +187,4 @@ class Transfer:
         self._source.x.array[:] = values
         self._target.interpolate_nonmatching(self._source, self._cells, self._meeting)
         self._target.x.scatter_forward()
-        return self._target.x.array.copy()
+        return np.asarray(self._target.x.array.copy())

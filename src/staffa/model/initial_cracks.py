@@ -44,7 +44,7 @@ def broken(space: fem.FunctionSpace, crack: FlatCrack, *, h: float) -> np.ndarra
 
 def _own_cells(space: fem.FunctionSpace) -> np.ndarray:
     topology = space.mesh.topology
-    return space.dofmap.list[: topology.index_map(topology.dim).size_local]
+    return np.asarray(space.dofmap.list[: topology.index_map(topology.dim).size_local])
 
 
 def _nearest(

@@ -72,7 +72,7 @@ class Openings:
 
     def _damage(self) -> np.ndarray:
         cells = self._alpha.function_space.dofmap.list[: len(self._cells)]
-        return self._alpha.x.array[cells].max(axis=1)
+        return np.asarray(self._alpha.x.array[cells].max(axis=1))
 
     def _integrals(self, form: fem.Form) -> np.ndarray:
         return cell_integrals(form, self._sums)
@@ -103,4 +103,6 @@ def cell_integrals(form: fem.Form, sums: fem.Function) -> np.ndarray:
     topology = space.mesh.topology
     sums.x.array[:] = 0.0
     fem.assemble_vector(sums.x.array, form)
-    return sums.x.array[space.dofmap.list[: topology.index_map(topology.dim).size_local, 0]].copy()
+    return np.asarray(
+        sums.x.array[space.dofmap.list[: topology.index_map(topology.dim).size_local, 0]].copy()
+    )

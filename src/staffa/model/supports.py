@@ -19,7 +19,7 @@ from staffa.model.fields import Spaces, vertices
 Displacement = Callable[[np.ndarray, float], np.ndarray | float]
 
 
-def at_rest(x: np.ndarray, t: float) -> float:
+def no_displacement(x: np.ndarray, t: float) -> float:
     """No displacement, anywhere and ever."""
     return 0.0
 
@@ -46,16 +46,16 @@ def rollers(domain: Domain, side: str) -> SideSupport:
             f"rollers need a side that is flat across an axis, and '{side}' is not; flat are "
             f"{', '.join(sorted(domain.axes)) or 'none'}"
         )
-    return SideSupport(side=side, components={domain.axes[side]: at_rest})
+    return SideSupport(side=side, components={domain.axes[side]: no_displacement})
 
 
 def clamped(domain: Domain, side: str) -> SideSupport:
     """No displacement at all."""
-    return SideSupport(side=side, components=dict.fromkeys(range(domain.dim), at_rest))
+    return SideSupport(side=side, components=dict.fromkeys(range(domain.dim), no_displacement))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Section:
+class GeneralizedPlaneStrain:
     """The right side of a cell cut from a long slab, that stays plane: u_x = c + theta (y - y_m).
 
     With rollers on the left this is the uniform strain e_xx = (c + theta (y - y_m))/width added to
@@ -97,7 +97,7 @@ def build_supports(
     spaces: Spaces,
     sides: Sequence[SideSupport],
     *,
-    section: Section | None = None,
+    section: GeneralizedPlaneStrain | None = None,
     anchor: str | None = None,
 ) -> Supports:
     """Turn supports by side into degrees of freedom, and pin what rigid motions they leave.
@@ -138,11 +138,11 @@ def build_supports(
 def _dofs(domain: Domain, spaces: Spaces, side: str, axis: int) -> np.ndarray:
     facets = domain.facets(side)
     found = fem.locate_dofs_topological(spaces.nodes, domain.dim - 1, facets)
-    return found[found < spaces.nodes.dofmap.index_map.size_local] * domain.dim + axis
+    return np.asarray(found[found < spaces.nodes.dofmap.index_map.size_local] * domain.dim + axis)
 
 
 def _section_modes(
-    domain: Domain, spaces: Spaces, section: Section | None
+    domain: Domain, spaces: Spaces, section: GeneralizedPlaneStrain | None
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     if section is None:
         return np.zeros(0, dtype=np.int32), ()

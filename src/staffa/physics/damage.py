@@ -68,7 +68,8 @@ LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
 def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:
     """Derivative of a law's function, exact to round-off by the complex step."""
     step = 1e-30
-    return np.imag(function(np.asarray(alpha) + 1j * step)) / step
+    found: np.ndarray = np.imag(function(np.asarray(alpha) + 1j * step)) / step
+    return found
 
 
 def has_threshold(law: DamageLaw) -> bool:
@@ -110,6 +111,6 @@ def _resistance(law: DamageLaw) -> tuple[np.ndarray, np.ndarray]:
     return alpha, slope(law.w, alpha) / softening
 
 
-def discrete_toughness_factor(law: DamageLaw, *, h: float, ell: float) -> float:
+def effective_gc_factor(law: DamageLaw, *, h: float, ell: float) -> float:
     """First guess 1 + h/(4 c_w ell) at a mesh's toughness over Gc; a run measures it."""
     return 1 + h / (4 * law.c_w * ell)

@@ -138,7 +138,7 @@ def inverse(S: np.ndarray) -> np.ndarray:
     singular = ~(np.abs(np.linalg.det(S / (scale[:, :, None] * scale[:, None, :]))) > SINGULAR)
     C = np.linalg.inv(np.where(singular[:, None, None], np.eye(6), S))
     C[singular] = np.nan
-    return (C + C.swapaxes(1, 2)) / 2
+    return np.asarray((C + C.swapaxes(1, 2)) / 2)
 
 
 def strain_rotation(axes: np.ndarray) -> np.ndarray:
@@ -159,7 +159,7 @@ def strain_rotation(axes: np.ndarray) -> np.ndarray:
 def turned(C: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """A stiffness along x, y, z from one along the axes, its rows: energies stay what they are."""
     M = strain_rotation(axes)
-    return M.T @ C @ M
+    return np.asarray(M.T @ C @ M)
 
 
 def checked(C: np.ndarray) -> np.ndarray:

@@ -56,7 +56,7 @@ class Law(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class LinearTable:
     """Piecewise linear between the temperatures T (K), increasing, and constant beyond them.
 
     value: the factor at each, shape (n,) as T.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from staffa.arguments import shown, told
+from staffa.arguments import py_text, told
 from staffa.errors import InputError
 from staffa.physics.damage import LAWS, DamageLaw
 from staffa.physics.split import SPLITS, EnergySplit, of_principal
@@ -156,10 +156,10 @@ def has_members(
         raise InputError(f"{argument} = {name} is a class; give an object of it, like {name}()")
     lacks = [name for name in members if not hasattr(thing, name)]
     if lacks:
-        raise InputError(f"{argument} = {shown(thing)} has no {', '.join(lacks)}; {way_out}")
+        raise InputError(f"{argument} = {py_text(thing)} has no {', '.join(lacks)}; {way_out}")
     for name in methods:
         if not callable(getattr(thing, name)):
-            raise InputError(f"{argument} = {shown(thing)}: {name} is no method; {way_out}")
+            raise InputError(f"{argument} = {py_text(thing)}: {name} is no method; {way_out}")
     if known is None:
         return
     name = thing.name
@@ -167,13 +167,13 @@ def has_members(
         len(name) > LONGEST_NAME
     ):
         raise InputError(
-            f"{argument} = {shown(thing)}: name = {shown(name)}, and a name is a text of 1 to "
-            f"{LONGEST_NAME} characters that can be printed; give it one"
+            f"{argument} = {py_text(thing)}: name = {py_text(name)}, and a name is a text of 1 "
+            f"to {LONGEST_NAME} characters that can be printed; give it one"
         )
     if name in known and type(thing) is not type(known[name]):
         raise InputError(
-            f"{argument} = {shown(thing)}: staffa has another one whose name is '{name}'; give it "
-            f"a name of its own"
+            f"{argument} = {py_text(thing)}: staffa has another one whose name is '{name}'; give "
+            f"it a name of its own"
         )
 
 
@@ -181,7 +181,7 @@ def _require(who: str, thing: Any, member: str, kind: type, needed: str) -> None
     """Refuse a member that is of another kind."""
     value = getattr(thing, member)
     if not isinstance(value, kind) or (kind is Real and isinstance(value, bool)):
-        raise InputError(f"{who}: {member} = {shown(value)} is {told(value)}; give {needed}")
+        raise InputError(f"{who}: {member} = {py_text(value)} is {told(value)}; give {needed}")
 
 
 def _obey(who: str, rules: Iterable[tuple[Any, str]]) -> None:

@@ -31,7 +31,7 @@ THEORY: Any = {"color": BLACK, "linewidth": 1.2}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plane:
+class ColumnPlane:
     """A plane below the cooled face: its depth (m), the two axes in it, where it begins and ends
     along these (m), and on its raster the damage, NaN outside of the body, the damage above which
     that is broken, and the cells."""
@@ -45,7 +45,7 @@ class Plane:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve:
+class ReferenceCurve:
     """A curve to compare with: its name, depths and lengths (m)."""
 
     name: str
@@ -53,7 +53,7 @@ class Curve:
     lengths: np.ndarray
 
 
-def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> Figure:
+def sections_figure(manifest: Manifest, step: Step, planes: Sequence[ColumnPlane]) -> Figure:
     """A panel for each plane: cracks dark, cells colored by how many neighbors they have."""
     across = min(PANELS_ACROSS, len(planes))
     rows = ceil(len(planes) / across)
@@ -81,7 +81,7 @@ def sections_figure(manifest: Manifest, step: Step, planes: Sequence[Plane]) -> 
 
 
 def size_figure(
-    manifest: Manifest, patterns: Mapping[float, Pattern], curves: Sequence[Curve] = ()
+    manifest: Manifest, patterns: Mapping[float, Pattern], curves: Sequence[ReferenceCurve] = ()
 ) -> Figure:
     """Spacing of the cracks and mean diameter of the cells against depth, with standard errors.
 
@@ -120,7 +120,7 @@ def size_figure(
     return figure
 
 
-def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
+def _draw_plane(axes: Axes, manifest: Manifest, plane: ColumnPlane) -> None:
     length = manifest.shown.length
     left, right, low, high = (length.of(end) for ends in plane.extent for end in ends)
     axes.imshow(
@@ -137,7 +137,7 @@ def _draw_plane(axes: Axes, manifest: Manifest, plane: Plane) -> None:
     axes.set_title(f"{depth}: {count}, {inside} inside", loc="left", pad=3, fontsize=8)
 
 
-def painted(plane: Plane) -> np.ndarray:
+def painted(plane: ColumnPlane) -> np.ndarray:
     """The colors of a plane's raster, shape (n_x, n_y, 3): cells by neighbors, cracks over them.
 
     Damage that is not broken rock leaves the colors of the legend, also in the layer at the face.

@@ -13,7 +13,7 @@ from matplotlib.transforms import offset_copy
 from matplotlib.tri import Triangulation
 
 from staffa.geometry.block import SIDES, face_position
-from staffa.io.vtkhdf import Grid
+from staffa.io.vtkhdf import VtkMesh
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment, tau_label
 from staffa.plot.style import WIDTH, new_figure
@@ -143,7 +143,7 @@ def rim(triangles: Triangulation) -> np.ndarray:
     return np.stack([triangles.x[ends], triangles.y[ends]], axis=-1)
 
 
-def triangulation(grid: Grid, manifest: Manifest) -> Triangulation:
+def triangulation(grid: VtkMesh, manifest: Manifest) -> Triangulation:
     """The mesh as triangles, in the unit of length that is shown; quadrilaterals are cut in two
     along alternating diagonals."""
     cells = grid.cells

@@ -13,7 +13,7 @@ from staffa.display_units import Unit
 from staffa.geometry.block import face_axis
 from staffa.measure.generations import Arrests, Track, arrests, tracks
 from staffa.plot.labels import at as at_clock
-from staffa.plot.labels import clock, counts_tau, crack_name, show_clock, since_rest
+from staffa.plot.labels import counts_tau, crack_name, show_clock, since_rest, time_axis_values
 from staffa.plot.style import (
     BLACK,
     BLUE,
@@ -33,7 +33,7 @@ def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     """Elastic, surface and total energy of each step."""
     figure = new_figure(3.4)
     axes = figure.subplots()
-    at, energies = clock(manifest, steps), [step.energies for step in steps]
+    at, energies = time_axis_values(manifest, steps), [step.energies for step in steps]
     of, rest = manifest.shown.energy.of, " since rest" if since_rest(steps) else ""
     marker = "o" if len(steps) < 40 else ""
     style: Any = {"marker": marker, "markersize": 3}
@@ -62,7 +62,7 @@ def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     panels = 1 + bool(manifest.cooled_side) + counted
     figure = new_figure(0.9 + 2.1 * panels)
     rows = figure.subplots(panels, 1, squeeze=False, sharex=True)[:, 0]
-    at = clock(manifest, seen)
+    at = time_axis_values(manifest, seen)
     _draw_lengths(rows[0], manifest, at, measured)
     if manifest.cooled_side:
         axis = face_axis(manifest.cooled_side, len(manifest.size))

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from staffa.measure.averages import spread
-from staffa.plot.labels import clock, crack_name, show_clock
+from staffa.measure.averages import mean_over_time
+from staffa.plot.labels import crack_name, show_clock, time_axis_values
 from staffa.plot.style import BLACK, BLUE, ORANGE, count_axis, legend_above, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import Measures, Step
@@ -67,7 +67,7 @@ def _draw_spread(
 ) -> None:
     """Values that last until the next step: the mean, its standard error, and each member."""
     measured = [_measured(manifest, steps) for steps in members]
-    found = spread([(at, [value(m) for m in measures]) for at, measures in measured])
+    found = mean_over_time([(at, [value(m) for m in measures]) for at, measures in measured])
     for values in found.values:
         axes.step(found.at, values, where="post", color=color, **THIN)
     low, high = found.mean - found.error, found.mean + found.error
@@ -90,4 +90,6 @@ def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
 def _measured(manifest: Manifest, steps: Sequence[Step]) -> tuple[list[float], list[Measures]]:
     """Times and measures of the steps that were measured."""
     seen = [step for step in steps if step.measures is not None]
-    return clock(manifest, seen), [step.measures for step in seen if step.measures is not None]
+    return time_axis_values(manifest, seen), [
+        step.measures for step in seen if step.measures is not None
+    ]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from staffa.io.run_directory import Run
-from staffa.io.vtkhdf import Grid, read_vtkhdf
+from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.records.step import Step
 
 MOST = 5  # panels that one picture holds at a size where cracks can be told apart
@@ -19,7 +19,7 @@ class Frame:
 
     step: Step
     path: Path
-    grid: Grid
+    grid: VtkMesh
     alpha: np.ndarray
     T: np.ndarray
 
@@ -52,10 +52,10 @@ def chosen(run: Run) -> list[Step]:
     """At most five steps with fields: the requested ones and the last, spread evenly."""
     there = with_fields(run) or [step for step in run.steps if step.fields]
     asked = [s for s in there if run.wants(s) or s is there[-1]]
-    return spread(asked if len(asked) > 1 else there)
+    return evenly_spread(asked if len(asked) > 1 else there)
 
 
-def spread[T](steps: Sequence[T], most: int = MOST) -> list[T]:
+def evenly_spread[T](steps: Sequence[T], most: int = MOST) -> list[T]:
     """At most so many of the steps, evenly spread; the last stays, the first, uncracked, goes."""
     if len(steps) <= most:
         return list(steps)

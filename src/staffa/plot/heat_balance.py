@@ -5,7 +5,7 @@ from itertools import accumulate
 
 from matplotlib.figure import Figure
 
-from staffa.plot.labels import clock, show_clock
+from staffa.plot.labels import show_clock, time_axis_values
 from staffa.plot.style import BLACK, GENERATIONS, legend_above, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import Heat, Step
@@ -15,7 +15,7 @@ def heat_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     """Heat stored since the start, and what entered from each side, source and the cracks."""
     figure = new_figure(3.4)
     axes = figure.subplots()
-    at, unit = clock(manifest, steps), manifest.shown.heat
+    at, unit = time_axis_values(manifest, steps), manifest.shown.heat
     spent = list(accumulate((step.heat or Heat() for step in steps), Heat.then))
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
     axes.plot(at, [unit.of(h.stored) for h in spent], color=BLACK, label="stored in the body")

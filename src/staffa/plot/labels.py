@@ -29,7 +29,7 @@ def counts_tau(manifest: Manifest, steps: Sequence[Step]) -> bool:
     return manifest.scaled and has_tau(steps)
 
 
-def clock(manifest: Manifest, steps: Sequence[Step]) -> list[float]:
+def time_axis_values(manifest: Manifest, steps: Sequence[Step]) -> list[float]:
     """Values on the axis of time: the time in the run's unit, or tau where that is the clock."""
     tau = counts_tau(manifest, steps)
     return [at(manifest, step.time, step.tau if tau else None) for step in steps]

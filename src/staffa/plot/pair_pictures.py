@@ -98,7 +98,7 @@ def fields_figure(
 
     ratio: see `difference`.
     """
-    apart = [difference(*both, ratio) for both in frames]
+    apart = [damage_difference(*both, ratio) for both in frames]
     across = 3 if any(d is not None for d in apart) else 2
     largest = max([FAINT, *(float(abs(d).max()) for d in apart if d is not None)])
     width, height = manifests[0].size
@@ -129,7 +129,7 @@ def fields_figure(
     return figure
 
 
-def difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
+def damage_difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
     """Damage of the second minus that of the first at the points of the first, shape (n,).
 
     None if these are not the points of both; a mesh has its points in another order on another

@@ -5,7 +5,7 @@ from itertools import cycle
 
 from matplotlib.figure import Figure
 
-from staffa.plot.labels import clock, show_clock
+from staffa.plot.labels import show_clock, time_axis_values
 from staffa.plot.style import GENERATIONS, legend_above, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
@@ -18,7 +18,7 @@ def reactions_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
     figure = new_figure(3.4)
     axes = figure.subplots()
     seen = [step for step in steps if step.reactions]
-    at, unit = clock(manifest, seen), manifest.shown.force
+    at, unit = time_axis_values(manifest, seen), manifest.shown.force
     for side, color in zip(seen[-1].reactions, cycle(GENERATIONS), strict=False):
         for k, line in enumerate(LINES[: len(manifest.size)]):
             force = [unit.of(step.reactions[side][k]) for step in seen]

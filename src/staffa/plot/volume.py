@@ -15,7 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from staffa.backend.isolation import python
+from staffa.backend.isolation import isolated_python
 from staffa.errors import StaffaError
 from staffa.geometry.block import SIDES
 from staffa.plot.frames import Frame
@@ -167,7 +167,7 @@ def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
 
 def _in_a_child(job: str, patience: float, ready: Callable[[], None]) -> str:
     """Run the renderer on a job; what it said last."""
-    command = python(module=RENDERER)
+    command = isolated_python(module=RENDERER)
     with (
         tempfile.TemporaryFile("w+") as errors,
         subprocess.Popen(

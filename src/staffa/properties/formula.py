@@ -4,17 +4,15 @@ import ast
 import operator
 import warnings
 from collections.abc import Callable, Mapping
-from functools import cache
 from math import pi
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from staffa.errors import InputError, nearest
+from staffa.errors import InputError, did_you_mean
 
 LONGEST = 200  # characters
-# Those of numexpr that give a number at each point, in each of its versions.
+# Functions of numpy, by their names there; `where` stands last.
 FUNCTIONS = (
     *("abs", "arccos", "arcsin", "arctan", "arctan2", "ceil", "cos", "cosh", "exp", "expm1"),
     *("floor", "log", "log10", "log1p", "sin", "sinh", "sqrt", "tan", "tanh", "where"),
@@ -28,7 +26,7 @@ ALLOWED = (
 Evaluated = Callable[[np.ndarray, float], np.ndarray]
 
 
-def names(dim: int, *, time: bool = True) -> tuple[str, ...]:
+def formula_variables(dim: int, *, time: bool = True) -> tuple[str, ...]:
     """What a formula may depend on."""
     return (*(("t",) if time else ()), *"xyz"[:dim])
 
@@ -43,13 +41,11 @@ def formula(text: str, names: tuple[str, ...]) -> Evaluated:
     InputError
         It is no formula of these. Its value may still be no number: see `trial`.
     """
-    plain = _plain(text, names)
+    tree = _plain(text, names)
 
     def value(x: np.ndarray, t: float) -> np.ndarray:
         with np.errstate(all="ignore"):
-            found = _numexpr().evaluate(
-                plain, local_dict=known(x, t), global_dict={}, sanitize=True
-            )
+            found = _computed(tree, known(x, t), NUMPY)
         return np.broadcast_to(found, x.shape[1:])
 
     return value
@@ -67,11 +63,13 @@ def trial(value: Evaluated, names: tuple[str, ...], x: np.ndarray, t: float) -> 
         found = value(x, t)
     except (ZeroDivisionError, OverflowError):
         raise InputError("its value is not finite; it must be so everywhere") from None
-    except Exception:  # numexpr raises many kinds where an operation has no meaning
+    except TypeError:  # of numpy, where an operation has no meaning
         raise InputError(
             "it cannot be computed; check what its functions are given and that comparisons stand "
             "in parentheses"
         ) from None
+    if found.dtype == np.complex128:
+        raise InputError("its value is complex; it must be a real number everywhere")
     if found.dtype != np.float64:
         raise InputError("it is true or false and no number; write it like where(x > 1, 5, 2)")
     if not np.all(np.isfinite(found)):
@@ -92,7 +90,7 @@ def vocabulary(names: tuple[str, ...]) -> str:
     return f"it may use numbers, pi, {', '.join(names)}, {signs}, and {', '.join(FUNCTIONS)}"
 
 
-def _plain(text: str, names: tuple[str, ...]) -> str:
+def _plain(text: str, names: tuple[str, ...]) -> ast.expr:
     """The formula after a look at each of its parts, with whole numbers as others, so that
     9**9**9**9 is at once too large and not computed digit by digit."""
     words = vocabulary(names)
@@ -107,13 +105,14 @@ def _plain(text: str, names: tuple[str, ...]) -> str:
         if isinstance(part, ast.Name):
             there = FUNCTIONS if id(part) in called else (*names, "pi")
             if part.id not in there:
-                hint = nearest(part.id, there)
+                hint = did_you_mean(part.id, there)
                 raise InputError(
                     f"'{part.id[:40]}' is not known there; {words}{hint and '.'}{hint}"
                 )
         elif not _is_plain(part):
             raise InputError(f"that is more than a formula; {words}")
-    return ast.unparse(_Floats().visit(tree))
+    whole: ast.Expression = _Floats().visit(tree)
+    return whole.body
 
 
 def _is_plain(part: ast.AST) -> bool:
@@ -135,9 +134,32 @@ def uses(text: str, name: str) -> bool:
     return any(isinstance(part, ast.Name) and part.id == name for part in ast.walk(tree))
 
 
+def _on_arrays(function: np.ufunc) -> Callable[..., Any]:
+    """Return a function of numpy that takes its operands alone.
+
+    numpy would write the result into one operand too many.
+    """
+
+    def value(*operands: Any) -> Any:
+        if len(operands) != function.nin:
+            raise TypeError(f"{function.__name__} takes {function.nin} operands")
+        return function(*operands)
+
+    return value
+
+
+def _where(condition: Any, yes: Any, no: Any) -> Any:
+    """Return `yes` where a condition is true, else `no`; a number is no condition."""
+    if np.asarray(condition).dtype != np.bool_:
+        raise TypeError("where takes a condition")
+    return np.where(condition, yes, no)
+
+
+# Each of FUNCTIONS, for arrays.
+NUMPY = {name: _on_arrays(getattr(np, name)) for name in FUNCTIONS[:-1]} | {"where": _where}
 # Those that have no derivative, or that not every arithmetic has.
 NOT_GENERIC = ("ceil", "floor")
-SIGNS: dict[type, Callable[[Any, Any], Any]] = {
+GENERIC: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
@@ -147,6 +169,19 @@ SIGNS: dict[type, Callable[[Any, Any], Any]] = {
     ast.LtE: operator.le,
     ast.Gt: operator.gt,
     ast.GtE: operator.ge,
+}
+SIGNS = GENERIC | {
+    ast.Mod: operator.mod,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+}
+# Before one operand; the `~` of Python makes a number of True.
+BEFORE: dict[type, Callable[[Any], Any]] = {
+    ast.USub: lambda value: -value,
+    ast.UAdd: lambda value: value,
+    ast.Invert: np.invert,
 }
 # Values by name, and functions by name -> the value.
 Generic = Callable[[Mapping[str, Any], Mapping[str, Callable[..., Any]]], Any]
@@ -160,11 +195,11 @@ def generic(text: str, names: tuple[str, ...]) -> Generic:
     InputError
         It is no formula of these names, or holds what not every arithmetic has.
     """
-    tree = ast.parse(_plain(text, names), mode="eval").body
+    tree = _plain(text, names)
     for part in ast.walk(tree):
         sign = getattr(part, "op", None) or (part.ops[0] if isinstance(part, ast.Compare) else None)
         missing = isinstance(part, ast.Name) and part.id in NOT_GENERIC
-        if missing or not (sign is None or type(sign) in (*SIGNS, ast.USub, ast.UAdd)):
+        if missing or not (sign is None or type(sign) in (*GENERIC, ast.USub, ast.UAdd)):
             raise InputError(
                 "a formula of T may not use %, &, |, ~, ==, !=, ceil and floor, along which it has "
                 "no derivative; put one where() into another for two conditions"
@@ -186,7 +221,7 @@ def _computed(
         case ast.Name():
             return known[part.id]
         case ast.UnaryOp():
-            return -value(part.operand) if isinstance(part.op, ast.USub) else value(part.operand)
+            return BEFORE[type(part.op)](value(part.operand))
         case ast.BinOp():
             return SIGNS[type(part.op)](value(part.left), value(part.right))
         case ast.Compare():
@@ -202,11 +237,3 @@ class _Floats(ast.NodeTransformer):
             return ast.Constant(float(node.value))  # type: ignore[arg-type]
         except OverflowError:
             raise InputError("it holds a number that is too large; shorten it") from None
-
-
-@cache
-def _numexpr() -> ModuleType:
-    import numexpr  # takes a while to load, and few cases need it
-
-    numexpr.set_num_threads(1)  # each rank has one core
-    return numexpr

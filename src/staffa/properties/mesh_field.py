@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from staffa.backend.guarded_reading import read_apart
+from staffa.backend.one_file import require_alone
 from staffa.errors import InputError, choices
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them
@@ -138,6 +139,8 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
 
 def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
     """The same, in this process. counted: the numbers of a `Counting`."""
+    if path.suffix.lower() == ".vtkhdf":
+        require_alone(path, str(path))
     mesh, counting = _mesh(path), Counting(**counted)
     found = dict(mesh.cell_data.items()) | dict(mesh.point_data.items())
     if name not in found:

@@ -53,11 +53,11 @@ def marginal(distribution: str, variation: float, z: np.ndarray) -> np.ndarray:
         return 1 + variation * z
     if distribution == "lognormal":
         log_variance = np.log1p(variation**2)
-        return np.exp(np.sqrt(log_variance) * z - log_variance / 2)
+        return np.asarray(np.exp(np.sqrt(log_variance) * z - log_variance / 2))
     from scipy.special import log_ndtr
 
     m = weibull_modulus(variation)
-    return (-log_ndtr(-z)) ** (1 / m) / gamma(1 + 1 / m)
+    return np.asarray((-log_ndtr(-z)) ** (1 / m) / gamma(1 + 1 / m))
 
 
 def weibull_modulus(variation: float) -> float:

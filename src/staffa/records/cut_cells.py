@@ -7,9 +7,24 @@ from dataclasses import dataclass
 class CellSection:
     """The cells of a 3-D body on the plane at a depth, as `measure.cells` finds them.
 
-    pixel: edges of the raster (m). areas (m^2), perimeters (m, shared with other cells), sides and
-    ends: of each cell. junctions: how many cracks meet as a T, a Y or an X. cracked: the part of
-    the plane that has more damage than the threshold.
+    Attributes
+    ----------
+    depth
+        Depth of the plane below the cooled face (m).
+    pixel
+        Edges of the raster (m), shape (2,).
+    areas
+        Area of each cell (m^2).
+    perimeters
+        Perimeter of each cell (m), shared with other cells.
+    sides
+        Number of sides of each cell.
+    ends
+        Number of axes along which each cell touches an end of the body: 2 in a corner, 0 inside.
+    junctions
+        Number of places where cracks meet as a "T", a "Y" or an "X".
+    cracked
+        Part of the plane that has more damage than the threshold.
     """
 
     depth: float
@@ -31,9 +46,18 @@ class CellSection:
 class Coarse:
     """Cracks in cells that are too long for them, of a mesh whose edges differ.
 
-    share: part of the cracks' length in cells longer than ell/3. edge: mean edge of these (m).
-    toughness: over Gc, what a crack costs in them. place: middle of the one with most damage (m).
-    region: where that is, empty without a name.
+    Attributes
+    ----------
+    share
+        Part of the length of the cracks that runs through cells longer than ell/3.
+    edge
+        Mean edge of these cells (m).
+    toughness
+        Energy of a crack in them, over Gc.
+    place
+        Middle of the one with most damage (m), shape (2,) or (3,).
+    region
+        Region of that place; empty without a name.
     """
 
     share: float

@@ -1,15 +1,23 @@
-"""What a run is, for those who read it later: written once, before its first step."""
+"""The description of a run, for those who read it later."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from staffa.display_units import Magnitudes, Shown, Unit, shown
+from staffa.display_units import Magnitudes, Shown, Unit, choose_display_units
 from staffa.records.step import Measures
 
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """Points of the body at which fields are read off: shape (n, 2 or 3), m."""
+    """Points of the body at which fields are read off at each step.
+
+    Attributes
+    ----------
+    name
+        Name of the probe in the case file.
+    points
+        The points (m), shape (n, 2 or 3).
+    """
 
     name: str
     points: tuple[tuple[float, ...], ...]
@@ -19,8 +27,14 @@ class Probe:
 class Own:
     """A law, a split or a load that a script gave in place of the case's, to know it again by.
 
-    identity: its name and its parameters, or the text that it has as `identity`. values: what it
-    gives where it is tried; at: at these times (s), if it is a load.
+    Attributes
+    ----------
+    identity
+        Its name and its parameters, or its `identity` if it has one.
+    values
+        Its values where it is tried.
+    at
+        Times of these values (s), if it is a load.
     """
 
     identity: str
@@ -30,26 +44,88 @@ class Own:
 
 @dataclass(frozen=True, kw_only=True)
 class Manifest:
-    """What a run is: written once, before its first step.
+    """The description of a run, written once before its first step.
 
-    title, law, split: the case's own, or the law and the split of a script; split_reason: why that
-    is the split, in words. scaled: True if lengths
-    and times are scaled, False if in m and s.
-    size: extent along each axis, lower: where the body begins (None: at the origin); face: name of
-    the cooled face, if it is a flat side of the body; side: which of a box's that is, if it has
-    another name; h: cell edge; L: depth of the body below the face. toughness_factor: measured
-    discrete toughness over Gc. tip_reach: how far sharp tips lie beyond the recorded ones (see
-    `measure.tip`), None if not known. times, taus: all that the run will visit, or with adaptive
-    steps those that it will not miss; requested: whether each is an output time. threshold: damage
-    above which a point counts as cracked. probes: where fields are read off at each step. scales:
-    the derived numbers that `staffa check` prints, by name; none of a load that a script gave.
-    identity: SHA-256 of what must stay of the case, see `cases.attached`. own: what a script gave
-    in place of the case's, by the names of the arguments: "damage", "split", "temperature"; None
-    if that was not recorded. profile: `temperature.profile` of the case, empty if not known.
-    units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
-    axial: the body is one of revolution, and its numbers are of all of it.
-    reference: the temperature (K) from which the field T counts, if that is one and is known.
-    elements: of the displacement, see `physics.locking`.
+    Attributes
+    ----------
+    version
+        Version of staffa that ran.
+    commit
+        Its git commit; None if that is not known.
+    created
+        Date and time (UTC, ISO 8601).
+    ranks
+        Number of MPI ranks that started the run, or went on with it last.
+    title
+        Title of the case.
+    law
+        Name of the damage law, of the case or of a script.
+    scaled
+        True if lengths and times are scaled, False if they are in m and s.
+    size
+        Extent of the body along each axis (m).
+    face
+        Name of the cooled face; None if it is no flat side of the body.
+    h
+        Edge of the cells (m).
+    ell
+        Regularization length (m).
+    L
+        Depth of the body below the cooled face (m).
+    cells
+        Number of cells of the mesh.
+    unknowns
+        Number of unknowns of displacement and damage.
+    mesh
+        Identity of the mesh: the same for the same cells.
+    toughness_factor
+        Effective Gc over nominal Gc.
+    times
+        Times that the run visits (s): all, or with `adaptive` those that it does not miss.
+    taus
+        Dimensionless time of each; None where nothing diffuses.
+    requested
+        True for each of them that is an output time.
+    scales
+        Derived numbers that `staffa check` prints, by name; empty with a load of a script.
+    versions
+        Versions of the libraries, and the flags of the C compiler, by name.
+    petsc_options
+        Options of PETSc by name.
+    tip_reach
+        Distance of sharp tips beyond the recorded ones (m), see `measure.tip`; None if it is not
+        known.
+    adaptive
+        True if the steps between the times follow the cracks and the cooling.
+    lower
+        Lower corner of the body (m); None for the origin.
+    side
+        Side of a box that the cooled face is, if the face has another name.
+    probes
+        Points at which fields are read off.
+    threshold
+        Damage above which a point counts as cracked.
+    split
+        Name of the split of the energy, of the case or of a script.
+    split_reason
+        Why that is the split, in words.
+    identity
+        SHA-256 of what must stay of the case, see `case.values.attached_files`.
+    own
+        Laws and loads that a script gave in place of the case's, by the names of the arguments:
+        "damage", "split", "temperature". None if that was not recorded.
+    profile
+        `temperature.profile` of the case; empty if it is not known.
+    units
+        Units in which results are shown, by the names of `display_units.Shown`; empty if scaled.
+    reference
+        Temperature (K) from which the field T counts; None if it is not one number, or not known.
+    axial
+        True for a body of revolution; its numbers are of the whole body.
+    elements
+        Elements of the displacement, see `physics.locking`.
+    format
+        Number of the format of the run directory.
     """
 
     version: str
@@ -98,7 +174,7 @@ class Manifest:
             return Shown(**self.units)
         last = self.times[-1] if self.times else 1.0
         sizes = Magnitudes(extent=max(self.size), depth=self.L, last=last)
-        return shown(2 if self.plane else 3, sizes)
+        return choose_display_units(2 if self.plane else 3, sizes)
 
     @property
     def flat(self) -> bool:

@@ -1,15 +1,26 @@
-"""Energy release rate of a crack tip, as it is handed from floor to floor and kept on disk."""
+"""Energy release rate of a crack tip."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """Energy that a crack releases, an area by which it grows (see `measure.release`).
+    """Energy that a crack releases, an area by which it grows (see `measure.energy_release`).
 
-    position: of the tip, in 3-D of a point of the front (m); direction: the unit vector in which
-    the crack would go on. G (J/m^2), None where it is not known for the reason given; uncertainty:
-    difference of two rings around the tip (J/m^2). radius: of the larger one (m).
+    Attributes
+    ----------
+    position
+        Place of the tip, in 3-D of a point of the front (m).
+    direction
+        Unit vector in which the crack would go on.
+    G
+        Energy release rate (J/m^2); None where it is not known.
+    uncertainty
+        Difference of two rings around the tip (J/m^2).
+    radius
+        Radius of the larger ring (m).
+    reason
+        Why G is not known; None where it is.
     """
 
     position: tuple[float, ...]

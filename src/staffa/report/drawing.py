@@ -17,7 +17,7 @@ from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.ensemble_curves import counts_figure, growth_figure
-from staffa.plot.frames import read_frames, spread, with_fields
+from staffa.plot.frames import evenly_spread, read_frames, with_fields
 from staffa.plot.heat_balance import heat_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
 from staffa.plot.network_openings import network_figure
@@ -62,7 +62,7 @@ def draw(
     figures, skipped = _figures(run, found)
     movies: dict[str, Write] = {}
     if movie or (movie is None and len(run.manifest.size) == 3):
-        steps = spread(with_fields(run), MOST)
+        steps = evenly_spread(with_fields(run), MOST)
         if len(steps) >= FEWEST:
             movies[MOVIE] = partial(write_movie, run=run, steps=steps, told=told)
         else:

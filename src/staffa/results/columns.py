@@ -8,7 +8,7 @@ from staffa.measure.borders import Junction
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.records.step import CellSection, Step
 from staffa.results.ensemble_means import number
-from staffa.results.series import clock, clock_header, csv_text
+from staffa.results.series import clock_header, csv_text, time_columns
 from staffa.results.slab_table import Table
 
 ESTIMATES = (
@@ -67,7 +67,7 @@ def cells_table(run: Run) -> str | None:
     """One row for each step and depth; None without any."""
     m, unit = run.manifest, run.manifest.shown.length
     rows = (
-        [*clock(m, step), unit.of(section.depth), *_numbers(pattern([section]), unit)]
+        [*time_columns(m, step), unit.of(section.depth), *_numbers(pattern([section]), unit)]
         for step in run.steps
         for section in _sections(step)
     )

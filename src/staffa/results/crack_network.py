@@ -11,7 +11,7 @@ from staffa.display_units import NONE, Unit
 from staffa.io.network_files import write_table, write_vtp
 from staffa.io.own_files import make_folder
 from staffa.io.run_directory import Run
-from staffa.io.vtkhdf import Grid, read_vtkhdf
+from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
@@ -62,11 +62,11 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
     return found, reasons
 
 
-def _outline(grid: Grid) -> np.ndarray:
+def _outline(grid: VtkMesh) -> np.ndarray:
     """The sides of cells that belong to one cell alone, holes included."""
     sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
     sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
-    return grid.points[sides[counts == 1]][..., :2]
+    return np.asarray(grid.points[sides[counts == 1]][..., :2])
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:

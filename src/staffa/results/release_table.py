@@ -5,7 +5,7 @@ from math import dist
 from staffa.io.run_directory import Run
 from staffa.records.step import Step
 from staffa.records.tip_release import Release
-from staffa.results.series import clock, clock_header, csv_text
+from staffa.results.series import clock_header, csv_text, time_columns
 
 # A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.
 SAME_TIP = 3.0
@@ -28,7 +28,7 @@ def release_table(run: Run) -> str | None:
         for number, tip in enumerate(step.released):
             values = [*rates(run, tip), "" if tip.radius is None else length.of(tip.radius)]
             place = [*map(length.of, tip.position), *tip.direction]
-            rows.append([*clock(m, step), number, *place, *values, tip.reason or ""])
+            rows.append([*time_columns(m, step), number, *place, *values, tip.reason or ""])
     return csv_text(header, rows)
 
 
@@ -40,7 +40,7 @@ def rates(run: Run, tip: Release | None) -> list[object]:
     return [unit.of(tip.G), unit.of(tip.uncertainty)]
 
 
-def nearest(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
+def release_at(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
     """The release that a step has of the tip at a place (m), None if it has none there."""
     near = [tip for tip in step.released if dist(tip.position, position) <= SAME_TIP * ell]
     return min(near, key=lambda tip: dist(tip.position, position), default=None)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from staffa.geometry.block import SIDES, face_position, section_raster
-from staffa.io.vtkhdf import Grid
+from staffa.io.vtkhdf import VtkMesh
 from staffa.measure.cells import cells
 from staffa.physics.doubling import spacing_at
-from staffa.plot.cell_planes import Curve, Plane
+from staffa.plot.cell_planes import ColumnPlane, ReferenceCurve
 from staffa.plot.frames import Frame
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
@@ -29,12 +29,12 @@ def depths_of(manifest: Manifest, step: Step) -> list[float]:
     return [known[i] for i in np.linspace(0, len(known) - 1, MOST).round().astype(int)]
 
 
-def planes_of(manifest: Manifest, frame: Frame) -> list[Plane]:
+def planes_of(manifest: Manifest, frame: Frame) -> list[ColumnPlane]:
     """The damage of one moment on planes below the cooled face, and the cells in them."""
     return [_plane(manifest, frame, depth) for depth in depths_of(manifest, frame.step)]
 
 
-def doubling(manifest: Manifest, deepest: float) -> list[Curve]:
+def doubling(manifest: Manifest, deepest: float) -> list[ReferenceCurve]:
     """Between which spacings parallel cracks are, by theory, down to a depth (m); none where the
     case tells no ell0."""
     ell0 = manifest.scales.get("ell0")
@@ -44,13 +44,13 @@ def doubling(manifest: Manifest, deepest: float) -> list[Curve]:
     spacing = spacing_at(depths, ell0)
     names = ("p(a): where parallel cracks double", "2 p(a): where they have doubled")
     return [
-        Curve(name=name, depths=depths, lengths=times * spacing)
+        ReferenceCurve(name=name, depths=depths, lengths=times * spacing)
         for times, name in enumerate(names, start=1)
         if np.isfinite(spacing).any()
     ]
 
 
-def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
+def _plane(manifest: Manifest, frame: Frame, depth: float) -> ColumnPlane:
     """On the raster of `measure.planes`, so that the cells are those of the records."""
     side = str(manifest.cooled_side)
     across, end = SIDES[3][side]
@@ -62,7 +62,7 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
     points[:, [one, other]] = np.array([corner[one], corner[other]]) + middles
     points[:, across] = corner[across] + face_position(side, size) - end * depth
     damage = _damage(frame.grid, frame.alpha, points).reshape(raster.counts)
-    return Plane(
+    return ColumnPlane(
         depth=depth,
         axes=(one, other),
         extent=(
@@ -75,7 +75,7 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> Plane:
     )
 
 
-def _damage(grid: Grid, alpha: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _damage(grid: VtkMesh, alpha: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The damage at points, NaN outside of the body."""
     import pyvista  # takes a second to load
 

@@ -18,7 +18,7 @@ def reactions_table(run: Run) -> str | None:
     """One row for each step and held side: the force on the body there; None without any."""
     axes, unit = "xyz"[: len(run.manifest.size)], run.manifest.shown.force
     rows = [
-        [*clock(run.manifest, step), side, *map(unit.of, force)]
+        [*time_columns(run.manifest, step), side, *map(unit.of, force)]
         for step in run.steps
         for side, force in step.reactions.items()
     ]
@@ -47,7 +47,7 @@ def probes_table(run: Run) -> str | None:
         return [shown.difference.of(T), *itself, *map(shown.length.of, others[:-1]), others[-1]]
 
     rows = [
-        [*clock(m, step), *place, *read(*values)]
+        [*time_columns(m, step), *place, *read(*values)]
         for step in run.steps
         for place, values in zip(places, step.probed, strict=False)  # a failed step has none
     ]
@@ -66,7 +66,7 @@ def clock_header(manifest: Manifest) -> list[str]:
     return ["step", manifest.shown.time.column("time"), "tau"]
 
 
-def clock(manifest: Manifest, step: Step) -> list[object]:
+def time_columns(manifest: Manifest, step: Step) -> list[object]:
     """The columns that tell when: tau is empty where nothing diffuses."""
     time = manifest.shown.time.of(step.time)
     return [step.index, time, "" if step.tau is None else step.tau]

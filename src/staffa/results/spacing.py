@@ -8,12 +8,12 @@ import numpy as np
 
 from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
-from staffa.measure.cells import section
+from staffa.measure.cells import cell_section
 from staffa.measure.patterns import pattern
 from staffa.plot.frames import read_frames, with_fields
 from staffa.plot.labels import moment
 from staffa.records.manifest import Manifest
-from staffa.records.step import Measures, Section
+from staffa.records.step import CracksAtHeight, Measures
 from staffa.results.columns import cells_by_depth, columns
 from staffa.results.ensemble_means import number
 from staffa.results.sections import planes_of
@@ -83,7 +83,7 @@ def _without(why: str) -> Table:
     return Table(header=(), rows=(), notes=(f"No spacing by depth: {why}.",))
 
 
-def by_tips(manifest: Manifest, measures: Measures) -> list[Section]:
+def by_tips(manifest: Manifest, measures: Measures) -> list[CracksAtHeight]:
     """Sections of a 2-D body from the tips of its cracks, at round depths; none without cracks."""
     along = 1 - face_axis(str(manifest.cooled_side), 2)
     tips = [(tip.position[along], manifest.sharp(tip.depth, tip.room)) for tip in measures.tips]
@@ -94,7 +94,9 @@ def by_tips(manifest: Manifest, measures: Measures) -> list[Section]:
         places = sorted(place for place, depth in tips if depth > height)
         apart = float(np.diff(places).mean()) if len(places) > 1 else None
         sections.append(
-            Section(height=height, cracks=len(places), spacing=apart, positions=tuple(places))
+            CracksAtHeight(
+                height=height, cracks=len(places), spacing=apart, positions=tuple(places)
+            )
         )
     return sections
 
@@ -107,7 +109,7 @@ def by_fields(run: Run) -> Table | None:
     m, frame = run.manifest, frames[-1]
     pixel = (m.h / 2, m.h / 2)
     found = {
-        plane.depth: pattern([section(plane.cells, depth=plane.depth, pixel=pixel)])
+        plane.depth: pattern([cell_section(plane.cells, depth=plane.depth, pixel=pixel)])
         for plane in planes_of(m, frame)
     }
     table = cells_by_depth(found, m.shown.length)

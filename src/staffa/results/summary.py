@@ -9,7 +9,7 @@ from staffa.display_units import Unit
 from staffa.io.run_directory import Run
 from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
-from staffa.records.step import Audit, Effort, Energies, Heat, Step
+from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
 from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
 from staffa.results.slab_table import remaining, run_arrests
@@ -232,7 +232,7 @@ def _audit(run: Run) -> Iterator[Fact]:
     )
     yield Fact(name="audit, worst step", text=", ".join(worst))
     every = (*run.steps, *run.superseded, *run.rejected)
-    effort = sum((step.effort for step in every), Effort())
+    effort = sum((step.effort for step in every), SolverStatistics())
     needed = {
         "the second damage solver": effort.fallbacks,
         "a factorization in place of the iterative solver": effort.direct,

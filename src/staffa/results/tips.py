@@ -3,8 +3,8 @@
 from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
 from staffa.measure.generations import tracks
-from staffa.results.release_table import nearest, rates
-from staffa.results.series import clock, clock_header, csv_text
+from staffa.results.release_table import rates, release_at
+from staffa.results.series import clock_header, csv_text, time_columns
 
 
 def tips_table(run: Run) -> str | None:
@@ -32,6 +32,6 @@ def tips_table(run: Run) -> str | None:
         for step, position, depth in zip(run.steps, track.path, track.depths, strict=True):
             if position is not None:
                 where = map(unit.of, (*position, depth))
-                release = rates(run, nearest(step, position, manifest.ell)) if known else []
-                rows.append([number, *clock(manifest, step), *where, *release])
+                release = rates(run, release_at(step, position, manifest.ell)) if known else []
+                rows.append([number, *time_columns(manifest, step), *where, *release])
     return csv_text(["crack", *clock_header(manifest), *places], rows)

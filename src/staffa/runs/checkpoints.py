@@ -17,15 +17,15 @@ from dolfinx import fem
 from staffa.backend.jit import chosen_flags
 from staffa.backend.parallel import on_root
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
-from staffa.runs.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
-from staffa.evolution.restart_state import FACES, Standing, standing
+from staffa.evolution.restart_state import FACES, RestartState, restart_state
 from staffa.evolution.system import System
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
 from staffa.model.fields import owned
 from staffa.records.step import REJECTED, Step
+from staffa.runs.provenance import version
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
 SAME_PLACE = 1e-6
@@ -67,7 +67,7 @@ def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
         raise StoppedError(why) from None
 
 
-class Keeper:
+class CheckpointWriter:
     """Writes a run's steps, and checkpoints when they are due; reads these. Collective.
 
     A checkpoint is due after so many steps or minutes, and never so soon that writing would take
@@ -103,7 +103,7 @@ class Keeper:
             on_root(self.comm, lambda: self.journal.append(step))
         self._steps += step.status != REJECTED
 
-    def keep(self, stands: Standing, now: bool) -> None:
+    def keep(self, stands: RestartState, now: bool) -> None:
         """Write where the loop stands, if it is due or must be now."""
         if on_root(self.comm, lambda: self._is_due(now)):
             began = perf_counter()
@@ -112,7 +112,7 @@ class Keeper:
             self._saved = perf_counter()
             self._took = self._saved - began
 
-    def _keep(self, stands: Standing) -> None:
+    def _keep(self, stands: RestartState) -> None:
         if self._mesh is None:
             self._mesh = self._write({"points": self._numbering.points})
         numbers = stands.numbers()
@@ -162,7 +162,7 @@ class Keeper:
         with on_disk(self.directory):
             return on_root(self.comm, write)
 
-    def take_up(self, page: Mapping[str, Any]) -> Standing:
+    def take_up(self, page: Mapping[str, Any]) -> RestartState:
         """Where the loop stood at a checkpoint, on the ranks at hand.
 
         Raises
@@ -176,7 +176,7 @@ class Keeper:
                 f"the versions that made it, {_listed(page['versions'])}"
             )
         past = (self._shared(name) for name in page["past"])
-        found = standing(
+        found = restart_state(
             page["standing"],
             self._shared(page["state"]),
             past if page["past"] else None,
@@ -223,7 +223,7 @@ class Keeper:
         field = fem.Function(space or (spaces.u if own.ndim == 2 else spaces.alpha))
         owned(field)[:] = own.ravel()
         field.x.scatter_forward()
-        return field.x.array.copy()
+        return np.asarray(field.x.array.copy())
 
 
 def _listed(versions: Mapping[str, str]) -> str:

@@ -17,10 +17,13 @@ def version() -> str:
 
 def commit() -> str | None:
     """Commit of the source that runs, marked if it was changed; None outside a checkout."""
+    source = Path(__file__).parents[2]
+    if not (source.parent / ".git").exists():  # a folder above may be a stranger's, and git runs
+        return None  # what its settings say
     try:
         described = subprocess.run(
             ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"],
-            cwd=Path(__file__).parent,
+            cwd=source,
             capture_output=True,
             text=True,
             timeout=10,

@@ -12,16 +12,12 @@ import numpy as np
 
 from staffa.arguments import path_of, require, settings_of
 from staffa.backend.parallel import on_root
-from staffa.case.values.attached_files import CHANGEABLE, attached, identity
-from staffa.setup.build import COMM, problem
-from staffa.runs.run import Watcher, built, march_on, probes, watching, writing
-from staffa.runs.checkpoints import Keeper, on_disk, versions
-from staffa.case.schema.case import Case
-from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
-from staffa.case.values.pressing_loads import pressing
 from staffa.case.reading.read import parse_case, setting_names
 from staffa.case.rules.time_rules import counts_in
+from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import CHANGEABLE, attached, case_identity
+from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
@@ -33,6 +29,10 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
+from staffa.runs.checkpoints import CheckpointWriter, on_disk, versions
+from staffa.runs.run import Watcher, built, hold_run_lock, march_on, probes, watching
+from staffa.setup.build import COMM, problem
+from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
 
 # Of the end of a run: times nearer to one another are the same.
 SAME_TIME = 1e-9
@@ -81,7 +81,7 @@ def resume(
     require(comm, MPI.Comm, "comm", COMM)
     given = Given(damage=damage, split=split, temperature=temperature)
     on_root(comm, lambda: _require_run(directory))
-    with writing(comm, directory) as said_by_lock:
+    with hold_run_lock(comm, directory) as said_by_lock:
         old, case = on_root(comm, lambda: cases_of(directory, settings))
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
         steps = on_root(comm, lambda: _steps(directory))
@@ -103,7 +103,9 @@ def resume(
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
         with built(setup) as system:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            keeper = CheckpointWriter(
+                comm, directory, system, manifest.h, case.output.checkpoint, journal
+            )
             looks = Probes(setup.domain, manifest.probes)
             standing = keeper.take_up(taken.page) if taken.page else None
             if standing and settings:
@@ -177,7 +179,7 @@ def take(directory: Path) -> Taken:
     """
     folder = directory / checkpoint.FOLDER
     lines, said = run_directory.journal_lines(directory), []
-    for number in checkpoint.numbers(folder):
+    for number in checkpoint.checkpoint_numbers(folder):
         try:
             page = checkpoint.read_page(folder, number)
             if run_directory.Journal(directory, lines[: page["lines"]]).sum != page["steps"]:
@@ -242,7 +244,7 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
     """Make the directory what it was at the checkpoint, with the case that is gone on with."""
     text = to_toml(case)
-    manifest = replace(manifest, identity=identity(text, attached(case)))
+    manifest = replace(manifest, identity=case_identity(text, attached(case)))
     run_directory.write_case(directory, text, manifest)
     if taken.page is None and run_directory.journal_lines(directory):
         run_directory.put_aside(directory)
@@ -267,7 +269,7 @@ def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
 
 def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
     """Whether the case is the one that the run began with."""
-    now = identity(run_directory.read_case_text(directory), attached(case))
+    now = case_identity(run_directory.read_case_text(directory), attached(case))
     if manifest.identity not in (None, now):
         raise InputError(
             f"{directory / run_directory.CASE}, or a file that it names, was changed after the run "

@@ -11,31 +11,27 @@ import numpy as np
 
 from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
+from staffa.backend.lock import Lock
 from staffa.backend.parallel import any_over_ranks, best_candidate, on_root, require_together
 from staffa.backend.petsc_options import petsc_errors
-from staffa.case.values.attached_files import attached, identity
-from staffa.setup.build import CASE, COMM, problem
-from staffa.runs.checkpoints import FLAGS, Keeper, on_disk
-from staffa.case.schema.case import Case
-from staffa.case.scales.case_scales import Numbers, numbers
-from staffa.setup.user_objects import Given, recorded
 from staffa.case.check.preview import split_facts
-from staffa.case.schema.probe_keys import Line
-from staffa.runs.provenance import commit, now, version
 from staffa.case.rules import is_scaled
+from staffa.case.scales.case_scales import Numbers, derived_numbers
 from staffa.case.scales.shown_units import reference, units
-from staffa.case.values.default_split import for_any_load
+from staffa.case.schema.case import Case
+from staffa.case.schema.probe_keys import Line
 from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import attached, case_identity
+from staffa.case.values.default_split import for_any_load
 from staffa.errors import StaffaError, StoppedError
-from staffa.evolution.effective_toughness import toughness_factor
+from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.march import Observers, march
 from staffa.evolution.measures import measuring, releasing
 from staffa.evolution.problem import Problem
-from staffa.evolution.restart_state import Standing
+from staffa.evolution.restart_state import RestartState
 from staffa.evolution.system import System, build
 from staffa.io import run_directory
 from staffa.io.field_output import FieldWriter
-from staffa.io.lock import Lock
 from staffa.loads.closed_form import Load
 from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
@@ -45,6 +41,10 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest, Own, Probe
 from staffa.records.step import Moment, Step, kept
+from staffa.runs.checkpoints import FLAGS, CheckpointWriter, on_disk
+from staffa.runs.provenance import commit, now, version
+from staffa.setup.build import CASE, COMM, problem
+from staffa.setup.user_objects import Given, recorded
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,12 +97,12 @@ def run(
         case = for_any_load(case)  # as it is written into the directory
     given = Given(damage=damage, split=split, temperature=temperature)
     setup = problem(case, comm=comm, **vars(given))
-    own, factor = recorded(given, setup), toughness_factor(setup)
+    own, factor = recorded(given, setup), effective_gc_ratio(setup)
     with built(setup) as system:
         manifest = on_root(comm, lambda: describe(case, setup, system, factor, own))
         files = on_root(comm, lambda: attached(case))
         looks = Probes(setup.domain, manifest.probes)
-        with writing(comm, directory, new=True) as said_by_lock:
+        with hold_run_lock(comm, directory, new=True) as said_by_lock:
             text = to_toml(case)
             with on_disk(directory, begun=False):
                 on_root(comm, lambda: run_directory.create(directory, text, manifest, files))
@@ -110,7 +110,9 @@ def run(
             if said_by_lock:
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
-            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
+            keeper = CheckpointWriter(
+                comm, directory, system, manifest.h, case.output.checkpoint, journal
+            )
             return march_on(case, setup, system, manifest, watcher, keeper, looks)
 
 
@@ -150,7 +152,7 @@ def _require_free(directory: Path) -> None:
 
 
 @contextmanager
-def writing(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
+def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
     """Hold the lock of a run directory; what the lock has to say. Collective.
 
     new: there must be no run in it, and it is made.
@@ -185,9 +187,9 @@ def march_on(
     system: System,
     manifest: Manifest,
     watcher: Watcher,
-    keeper: Keeper,
+    keeper: CheckpointWriter,
     looks: Probes,
-    standing: Standing | None = None,
+    standing: RestartState | None = None,
     steps: tuple[Step, ...] = (),
 ) -> tuple[Step, ...]:
     """March from where a run stands, after these steps, to its end; the steps that stand.
@@ -222,7 +224,7 @@ def _observers(
     system: System,
     manifest: Manifest,
     watcher: Watcher,
-    keeper: Keeper,
+    keeper: CheckpointWriter,
     looks: Probes,
     steps: tuple[Step, ...],
 ) -> Observers:
@@ -284,7 +286,7 @@ def describe(
     """Describe this run for its manifest. own: what a script gives in place of the case's."""
     own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
     material = setup.material
-    derived = numbers(case, law=material.law, split=material.split, own_load=own_load)
+    derived = derived_numbers(case, law=material.law, split=material.split, own_load=own_load)
     tau_of = setup.tau_of
     spaces = (system.spaces.u, system.spaces.alpha)
     return Manifest(
@@ -317,7 +319,7 @@ def describe(
         scales={} if own_load else derived.table(),
         versions=_versions(),
         petsc_options=_petsc_options(),
-        identity=identity(to_toml(case), attached(case)),
+        identity=case_identity(to_toml(case), attached(case)),
         own=own,
         tip_reach=reach(
             material.law.name,

@@ -10,10 +10,10 @@ import numpy as np
 from staffa.arguments import require
 from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.rules import require_loaded
-from staffa.case.scales.case_scales import Numbers, load, numbers
+from staffa.case.scales.case_scales import Numbers, derived_numbers, load
 from staffa.case.scales.pace import plan
-from staffa.case.schema.case import Case, History, Prescribed
-from staffa.case.schema.support_keys import DisplacementFile
+from staffa.case.schema.case import Case, Prescribed
+from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.values.applied_forces import forces
 from staffa.case.values.default_split import for_any_load
 from staffa.case.values.elements import elements_of
@@ -34,13 +34,20 @@ from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.heat.thermal_body import Conduction
 from staffa.loads.closed_form import Load
 from staffa.model.domain import Domain, block, body
-from staffa.model.supports import Displacement, Section, SideSupport, at_rest, clamped, rollers
+from staffa.model.supports import (
+    Displacement,
+    GeneralizedPlaneStrain,
+    SideSupport,
+    clamped,
+    no_displacement,
+    rollers,
+)
 from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
 from staffa.records.step import Stop
 from staffa.setup.field_coverage import check_files
-from staffa.setup.rock import check_rock, materials, parts
+from staffa.setup.rock import check_rock, materials, region_boxes
 from staffa.setup.user_objects import Given, tried_load, try_given
 
 CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
@@ -75,7 +82,7 @@ def problem(
     else:
         case = for_any_load(case)
     try_given(Given(damage=damage, split=split), case)
-    derived = numbers(case, law=damage, split=split, own_load=temperature is not None)
+    derived = derived_numbers(case, law=damage, split=split, own_load=temperature is not None)
     keys = case.solver
     domain = body_of(case, comm)
     material, regions = materials(case, derived, domain.h, split)
@@ -158,7 +165,7 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
         size=size,
         h=float(keys.h),
         cells=str(keys.cells),
-        parts=parts(case),
+        parts=region_boxes(case),
         axial=case.axial,
         hole=float(keys.hole or 0.0),
     )
@@ -177,9 +184,9 @@ def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
     return lambda t: tau_of_time(t, kappa=derived.kappa, L=derived.L)
 
 
-def _section(case: Case) -> Section | None:
+def _section(case: Case) -> GeneralizedPlaneStrain | None:
     if case.supports.section in ("stretch", "free"):
-        return Section(bending=case.supports.section == "free")
+        return GeneralizedPlaneStrain(bending=case.supports.section == "free")
     return None
 
 
@@ -203,12 +210,12 @@ def _components(case: Case, support: Prescribed) -> dict[int, Displacement]:
     return {axis: _in_time(case, value) for axis, value in given.items() if value is not None}
 
 
-def _in_time(case: Case, value: float | History | DisplacementFile) -> Displacement:
+def _in_time(case: Case, value: float | DisplacementHistory | DisplacementFile) -> Displacement:
     if isinstance(value, DisplacementFile):
         (t, u), field = factors(value), in_body(case, value)
         return lambda x, time: float(np.interp(time, t, u)) * field(x)
-    if isinstance(value, History):
+    if isinstance(value, DisplacementHistory):
         t, u = np.array(value.t, dtype=float), np.array(value.u, dtype=float)
         return lambda x, time: float(np.interp(time, t, u))
     constant = float(value)
-    return (lambda x, time: constant) if constant else at_rest
+    return (lambda x, time: constant) if constant else no_displacement

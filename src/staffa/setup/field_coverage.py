@@ -7,7 +7,7 @@ from dolfinx.mesh import entities_to_geometry
 
 from staffa.backend.parallel import any_over_ranks
 from staffa.case.schema.case import Case
-from staffa.case.schema.toml_text import shown
+from staffa.case.schema.toml_text import as_toml
 from staffa.case.values.given_files import given_files, in_body
 from staffa.errors import InputError
 from staffa.model.domain import Domain
@@ -26,7 +26,7 @@ def check_files(case: Case, domain: Domain) -> None:
         found = in_body(case, value)(_vertices(domain, side))
         if any_over_ranks(domain.comm, not np.all(np.isfinite(found))):
             raise InputError(
-                f"{where} = {shown(value)}: its mesh does not reach every vertex of the body's; "
+                f"{where} = {as_toml(value)}: its mesh does not reach every vertex of the body's; "
                 f"take a file whose mesh covers it"
             )
 
@@ -37,4 +37,4 @@ def _vertices(domain: Domain, side: str | None) -> np.ndarray:
     if side is not None:
         facets = domain.facets(side)
         x = x[np.unique(entities_to_geometry(domain.mesh, domain.dim - 1, facets))]
-    return x.T
+    return np.asarray(x.T)

@@ -11,11 +11,11 @@ from staffa.case.scales.case_scales import Numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import RATIOS, is_isotropic
 from staffa.case.schema.temperature_keys import law_of
-from staffa.case.schema.toml_text import shown
+from staffa.case.schema.toml_text import as_toml
 from staffa.case.values.default_split import energy_split
 from staffa.case.values.property_functions import point_property, varies
-from staffa.case.values.stiffness import elasticity, roughness, tensor
-from staffa.case.values.subdomains import Piece, averages, pieces
+from staffa.case.values.stiffness import elasticity, structural_tensor, tensor
+from staffa.case.values.subdomains import Subdomain, averages, subdomains_of
 from staffa.errors import InputError
 from staffa.evolution.coefficients import LAWFUL
 from staffa.evolution.problem import Material, nowhere
@@ -35,7 +35,7 @@ def materials(
 ) -> tuple[Material, dict[str, Material]]:
     """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
     blocks = not case.domain.has_simplices
-    body, *regions = pieces(case)
+    body, *regions = subdomains_of(case)
     common = partial(
         Material,
         ell=float(case.damage.ell),
@@ -52,7 +52,7 @@ def materials(
     return _material(body, factor, common), {n: _material(p, factor, common) for n, p in names}
 
 
-def _material(piece: Piece, factor: PointFunction, common: partial[Material]) -> Material:
+def _material(piece: Subdomain, factor: PointFunction, common: partial[Material]) -> Material:
     keys, mean = piece.keys, averages(piece)
     elastic = elasticity(keys, partial(point_property, dim=piece.dim))
     simple = isinstance(elastic, Isotropic)
@@ -62,27 +62,27 @@ def _material(piece: Piece, factor: PointFunction, common: partial[Material]) ->
         elasticity=None if simple else elastic,
         Gc=mean.Gc,
         toughness=_toughness(piece, mean.Gc, factor),
-        roughness=roughness(keys),
+        roughness=structural_tensor(keys),
         expansion=_expansion(piece),
         rho=0.0 if keys.rho is None else point_property(keys.rho, piece.dim),
         laws=_laws(piece),
     )
 
 
-def _laws(piece: Piece) -> dict[str, Law]:
+def _laws(piece: Subdomain) -> dict[str, Law]:
     """The laws by which temperature changes its mechanical properties."""
     found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
     return {name: law for name, law in found.items() if law is not None}
 
 
-def _expansion(piece: Piece) -> Property | np.ndarray:
+def _expansion(piece: Subdomain) -> Property | np.ndarray:
     given = piece.keys.expansion
     if isinstance(given, tuple):
         return tensor(piece.keys, given)
     return point_property(given, piece.dim)
 
 
-def _toughness(piece: Piece, mean: float, factor: PointFunction) -> PointFunction:
+def _toughness(piece: Subdomain, mean: float, factor: PointFunction) -> PointFunction:
     """What stands in [toughness], times the toughness over its mean where it varies."""
     given = piece.keys.Gc
     own = 1.0 if isinstance(given, tuple) else point_property(given, piece.dim)
@@ -91,7 +91,7 @@ def _toughness(piece: Piece, mean: float, factor: PointFunction) -> PointFunctio
     return lambda x: own(x) / mean * factor(x)
 
 
-def parts(case: Case) -> dict[str, Part]:
+def region_boxes(case: Case) -> dict[str, Part]:
     """Where the regions are that have boxes, for the mesh of a block."""
     boxes = {name: (keys.lower, keys.upper) for name, keys in case.regions.items()}
     return {
@@ -111,7 +111,7 @@ def check_rock(case: Case, domain: Domain) -> None:
         A region is not one of the mesh, or a property has a value that no rock has.
     """
     x = middles(domain.mesh)
-    body, *regions = pieces(case)
+    body, *regions = subdomains_of(case)
     rest = np.ones(x.shape[1], dtype=bool)
     for name, piece in zip(case.regions, regions, strict=True):
         cells = domain.cells(name)
@@ -120,21 +120,21 @@ def check_rock(case: Case, domain: Domain) -> None:
     _check(domain, body, x[:, rest])
 
 
-def _check(domain: Domain, piece: Piece, x: np.ndarray) -> None:
+def _check(domain: Domain, piece: Subdomain, x: np.ndarray) -> None:
     varying = [item for item in piece.properties() if varies(item[-1])]
     for name, where, value in varying:
         found = values(point_property(value, piece.dim), x)
         least, most, rule = _range(name, piece)
         if any_over_ranks(domain.comm, not np.all((found > least) & (found < most))):
             raise InputError(
-                f"{where} = {shown(value)}: it must be {rule} in the middle of every cell, and is "
-                f"not; mend it, take a smaller variation, or a file whose mesh covers the body"
+                f"{where} = {as_toml(value)}: it must be {rule} in the middle of every cell, and "
+                f"is not; change it, take a smaller variation, or a file whose mesh covers the body"
             )
     if varying and not is_isotropic(piece.keys):
         _check_stiffness(domain, piece, x)
 
 
-def _range(name: str, piece: Piece) -> tuple[float, float, str]:
+def _range(name: str, piece: Subdomain) -> tuple[float, float, str]:
     """What the values of a property lie between, and how to say it."""
     if name not in RATIOS:
         return 0.0, np.inf, "finite and larger than zero"
@@ -143,7 +143,7 @@ def _range(name: str, piece: Piece) -> tuple[float, float, str]:
     return -np.inf, np.inf, "finite"  # the stiffness tells
 
 
-def _check_stiffness(domain: Domain, piece: Piece, x: np.ndarray) -> None:
+def _check_stiffness(domain: Domain, piece: Subdomain, x: np.ndarray) -> None:
     said = ""
     try:
         checked(elasticity(piece.keys, partial(point_property, dim=piece.dim)).stiffness(x))

@@ -28,7 +28,7 @@ def toughness_factor(case: Case) -> PointFunction:
     return lambda x: product(x, bands, h=case.outline.h, start=noise(x))
 
 
-def flat(case: Case) -> tuple[Segment | Disc, ...]:
+def cracks_of_case(case: Case) -> tuple[Segment | Disc, ...]:
     """The cracks whose shape the case gives; others are the mesh's own."""
     return tuple(crack for crack in case.cracks if not isinstance(crack, Named))
 
@@ -42,7 +42,7 @@ def cracked(case: Case, h: float) -> PointFunction:
 
     def near(x: np.ndarray) -> np.ndarray:
         found = np.zeros(x.shape[1], dtype=bool)
-        for crack in flat(case):
+        for crack in cracks_of_case(case):
             across, beyond = _disc(crack, x) if isinstance(crack, Disc) else _segment(crack, x)
             tiny = SAME * h
             found |= (across > -h + tiny) & (across <= h + tiny) & (beyond <= h / 2 + tiny)
@@ -76,7 +76,7 @@ def flat_cracks(case: Case) -> tuple[FlatCrack, ...]:
     Their vertices lie anywhere: those within h of a line leave cells whole across it, which held a
     plate in traction together with 5 to 16 % of its stiffness.
     """
-    return tuple(_flat(crack) for crack in flat(case))
+    return tuple(_flat(crack) for crack in cracks_of_case(case))
 
 
 def _flat(crack: Segment | Disc) -> FlatCrack:

@@ -13,7 +13,7 @@ import ufl
 from staffa.arguments import told
 from staffa.backend.parallel import best_candidate, max_over_ranks
 from staffa.case.schema.case import Case
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
 from staffa.evolution.problem import Problem
 from staffa.heat.thermal_body import Conduction
@@ -64,7 +64,7 @@ def try_given(given: Given, case: Case) -> None:
             _in_ufl(f"the damage law '{law.name}': {name}(alpha)", function, ufl.as_ufl(0.5))
     if split is not None:
         plane_stress = case.plane_stress
-        for nu in {averages(piece).nu for piece in pieces(case)}:
+        for nu in {averages(piece).nu for piece in subdomains_of(case)}:
             try_split(split, plane_stress=plane_stress, nu=nu)
         strains = (0.1, -0.1) if plane_stress else (0.1, 0.0, -0.1)
         e = of_principal(tuple(map(ufl.as_ufl, strains)), E=ufl.as_ufl(1.0), nu=ufl.as_ufl(0.2))
@@ -143,15 +143,17 @@ def recorded(given: Given, setup: Problem) -> dict[str, Own]:
 def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own]:
     found = {}
     if given.damage is not None:
-        found["damage"] = Own(identity=identity(given.damage), values=law_values(given.damage))
+        found["damage"] = Own(
+            identity=object_identity(given.damage), values=law_values(given.damage)
+        )
     if given.split is not None:
         plane_stress = setup.material.state == PLANE_STRESS
         values = split_values(given.split, plane_stress=plane_stress)
-        found["split"] = Own(identity=identity(given.split), values=values)
+        found["split"] = Own(identity=object_identity(given.split), values=values)
     load = given.temperature
     if load is not None:
         known = () if isinstance(load, Conduction) else tried_load(load, setup.domain, at)
-        found["temperature"] = Own(identity=identity(load), values=known, at=at)
+        found["temperature"] = Own(identity=object_identity(load), values=known, at=at)
     return found
 
 
@@ -228,7 +230,7 @@ def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return bool(np.all(np.abs(a - b) <= SAME * max(1e-300, *np.abs(a), *np.abs(b))))
 
 
-def identity(thing: Any) -> str:
+def object_identity(thing: Any) -> str:
     """The name and the parameters of an object: its text `identity`, or its class with its fields.
 
     The fields are those of a dataclass, else the attributes whose names do not begin with "_".

@@ -5,21 +5,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from staffa.case.check.cracking import peak_drop
-from staffa.case.rules.support_rules import as_table, held
+from staffa.case.rules.support_rules import as_table, is_held_at
 from staffa.case.scales.case_scales import Numbers
-from staffa.case.scales.surface_cooling import exchanges
+from staffa.case.scales.surface_cooling import surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount
 from staffa.case.values.applied_forces import forces
 from staffa.case.values.diffusion_time import conductivities, heat_capacity
 from staffa.case.values.heat_equation import in_time
-from staffa.geometry.outline import Plane
+from staffa.geometry.outline import FlatFace
 from staffa.units import Quantity
 
 SAMPLES = 25  # times at which a pressure is looked at
 
 
-def axis_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+def axis_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """A sentence that names all tension around the axis that breaks the rock by first estimates."""
     if not case.axial:
         return
@@ -41,7 +41,7 @@ def _of_heat(case: Case, derived: Numbers) -> Iterator[str]:
         yield f"cold pulls at '{face}' around the axis as much as along the section"
     if case.heat is None:
         return
-    rise = max((exchange.rise for exchange in exchanges(case)), default=0.0)
+    rise = max((exchange.rise for exchange in surface_exchanges(case)), default=0.0)
     rock = derived.rock
     # A cylinder that is warmer inside by a parabola is pulled at its wall by half of this.
     made = _made_within(case, derived) / (2 * (1 - rock.nu))
@@ -74,9 +74,9 @@ def _of_pressure(case: Case, derived: Numbers) -> Iterator[str]:
     a2, b2 = inner[1].position ** 2, outer[1].position ** 2
     within = _pressure(case, inner[0], times) + rest
     around = np.zeros_like(times)
-    if "x" not in held(case, outer[0]):
+    if "x" not in is_held_at(case, outer[0]):
         around = _pressure(case, outer[0], times) + rest
-    if "x" in held(case, inner[0]):
+    if "x" in is_held_at(case, inner[0]):
         return
     hoop = float((rest + (within * (a2 + b2) - 2 * around * b2) / (b2 - a2)).max())
     if hoop >= derived.sigma_c:
@@ -87,7 +87,7 @@ def _of_pressure(case: Case, derived: Numbers) -> Iterator[str]:
         )
 
 
-def _wall(case: Case, out: int) -> tuple[str, Plane] | None:
+def _wall(case: Case, out: int) -> tuple[str, FlatFace] | None:
     """The face around the axis that is the inner (-1) or outer (1) end of the body."""
     for name, plane in case.outline.faces.items():
         if plane is not None and (plane.axis, plane.out) == (0, out) and case.outline.sides[name]:
@@ -107,7 +107,7 @@ def _pressure(case: Case, face: str, times: np.ndarray) -> np.ndarray:
 
 def _of_moves(case: Case, derived: Numbers) -> Iterator[str]:
     for side in case.outline.faces:
-        moved = held(case, side).get("x")
+        moved = is_held_at(case, side).get("x")
         if moved is None:
             continue
         r = float(case.outline.places.on(side)[0].min())

@@ -13,7 +13,7 @@ from staffa.case.check.cracking import (
 from staffa.case.check.mesh_warnings import WIDTH, cell_edge, widest_ell
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.scales.squeeze import Squeeze
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.boxes import product
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least, at_most, quoted
@@ -32,7 +32,7 @@ OVERLAP = (WAVELENGTH / WIDTH) ** 2
 PARTED = 0.7
 
 
-def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """All of them."""
     yield from _of_heat(case)
     largest, squeezed = peak_drop(case, derived), face_squeeze(case, derived)
@@ -59,7 +59,7 @@ def cooling_cautions(case: Case, derived: Numbers) -> Iterator[str]:
 
 def _exchanges_heat(case: Case) -> bool:
     assert case.heat is not None
-    return bool(exchanges(case)) or case.heat.source is not None
+    return bool(surface_exchanges(case)) or case.heat.source is not None
 
 
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
@@ -294,7 +294,7 @@ def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[s
 
 
 def _cools_at_once(case: Case) -> bool:
-    coldest = strongest(exchanges(case), case.temperature.face)
+    coldest = strongest(surface_exchanges(case), case.temperature.face)
     return coldest is not None and coldest.at_once
 
 

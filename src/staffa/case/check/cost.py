@@ -6,7 +6,7 @@ from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import plan
 from staffa.case.schema.case import Case
 from staffa.case.values.elements import displacement_unknowns
-from staffa.evolution.schedule import Walk
+from staffa.evolution.schedule import AdaptiveSteps
 
 # Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
 # brick at 11k to 105k (iterative), one rank, as `/usr/bin/time -v staffa run CASE --quiet --set
@@ -25,8 +25,9 @@ LEAST = 0.006  # seconds of the smallest sweep: what does not depend on the size
 SWEEPS = {2: 20.0, 3: 10.0}
 # A split's displacement takes several factorizations.
 SPLIT = 4.0
-# The kept runs of bench/ and verify/ lie within this factor of what is said (`tests/test_cost.py`):
-# a step in which cracks run far takes ten times the sweeps of one in which they stand.
+# The kept runs of bench/ and verify/ lie within this factor of what is said
+# (`tests/scripts/test_cost.py`): a step in which cracks run far takes ten times the sweeps of one
+# in which they stand.
 WITHIN = 4.0
 
 
@@ -41,7 +42,7 @@ class Steps:
 def steps(case: Case, derived: Numbers) -> Steps:
     """The number of steps of a run; of steps that adapt, those that it takes without cracks."""
     times = plan(case, derived)
-    walk, number = Walk(times), 0
+    walk, number = AdaptiveSteps(times), 0
     while number < MOST_STEPS and (time := walk.next()) is not None:
         walk.onward(time, 0.0)
         number += 1
@@ -58,7 +59,7 @@ def memory(case: Case) -> float:
 def coarser_for(case: Case, available: float) -> float:
     """The cell edge with which a run needs no more than this (bytes; m)."""
     share = (memory(case) - BASE) / max(available - BASE, 0.1 * BASE)
-    return float(case.outline.h) * share ** (1 / case.dim)
+    return float(float(case.outline.h) * share ** (1 / case.dim))
 
 
 def duration(case: Case, number: int) -> float:
@@ -67,4 +68,4 @@ def duration(case: Case, number: int) -> float:
     each, power = A_SWEEP[case.solver.displacement]
     sweep = LEAST + each * n * max(1.0, n / SMALL) ** power
     split = 1.0 if case.damage.split == "none" else SPLIT
-    return number * SWEEPS[case.dim] * sweep * split
+    return float(number * SWEEPS[case.dim] * sweep * split)

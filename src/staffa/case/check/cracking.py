@@ -8,7 +8,7 @@ import numpy as np
 from staffa.case.rules import is_moved
 from staffa.case.scales.case_scales import Numbers, load
 from staffa.case.scales.squeeze import Squeeze, squeeze
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.values.default_split import presses
 from staffa.case.values.heat_equation import start
@@ -30,7 +30,7 @@ def first_and_last(derived: Numbers) -> tuple[float, float]:
 def peak_drop(case: Case, derived: Numbers) -> float:
     """Largest drop of the cooled face by the end of the run."""
     if case.heat is not None:
-        coldest = strongest(exchanges(case), case.temperature.face)
+        coldest = strongest(surface_exchanges(case), case.temperature.face)
         return coldest.reached if coldest else 0.0
     assert derived.face is not None
     on_face = np.zeros((3, 1))
@@ -76,7 +76,7 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
     """Name the effects of the heat equation besides cooling the face."""
     if case.heat is None:
         return
-    found = exchanges(case)
+    found = surface_exchanges(case)
     coldest = strongest(found, case.temperature.face)
     if case.heat.source is not None or any(e.rise > 0 for e in found):
         yield "heated parts may pull others apart"

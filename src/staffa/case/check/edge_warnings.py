@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from staffa.case.scales.surface_cooling import exchanges
+from staffa.case.scales.surface_cooling import surface_exchanges
 from staffa.case.schema.case import Case, Named
 from staffa.case.schema.quantity_text import amount, at_least, at_most
-from staffa.geometry.block import broken_layer
-from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.geometry.block import broken_layer_thickness
+from staffa.physics.damage import LAWS, effective_gc_factor
 
 RESOLVED = 3.0  # cells in ell that resolve a crack
 POOR = 2.0  # cells in ell below which its toughness is so far off that it is a warning
@@ -49,9 +49,9 @@ def long_edges(case: Case, h: float) -> Iterator[tuple[bool, str]]:
 
 def _tougher(case: Case, h: float) -> str:
     """By how much cells of an edge h (m) change the toughness, in words."""
-    layer = h * broken_layer(case.dim, str(case.domain.cells))
+    layer = h * broken_layer_thickness(case.dim, str(case.domain.cells))
     law = LAWS[case.damage.law]
-    more = discrete_toughness_factor(law, h=layer, ell=float(case.damage.ell)) - 1
+    more = effective_gc_factor(law, h=layer, ell=float(case.damage.ell)) - 1
     return f"cracks run as if Gc were about {100 * more:.2g} % larger"
 
 
@@ -74,5 +74,5 @@ def _cooled(case: Case) -> list[str]:
     """The faces that get colder."""
     faces = case.outline.faces
     if case.heat is not None:
-        return [e.where for e in exchanges(case) if e.drop > 0 and e.where in faces]
+        return [e.where for e in surface_exchanges(case) if e.drop > 0 and e.where in faces]
     return [case.temperature.face] if case.temperature.profile != "none" else []

@@ -37,7 +37,7 @@ def cells_across(case: Case) -> float:
     return min(found, sqrt(3) / 2 * body.n_cells / facets)
 
 
-def locking_cautions(case: Case) -> Iterator[str]:
+def locking_warnings(case: Case) -> Iterator[str]:
     """That linear elements are kept where they lock, and by how much they do."""
     if elements_of(case) != LINEAR or not is_constrained(case):
         return

@@ -20,7 +20,7 @@ FREE = 0.01  # parts of the strength: a stress across a face that is less counts
 SAMPLES = 25  # times at which what acts is looked at
 
 
-def force_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+def force_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """All of them."""
     yield from _of_split(case, derived)
     if case.forces is None:

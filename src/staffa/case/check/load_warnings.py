@@ -10,12 +10,12 @@ from pydantic import BaseModel
 from staffa.case.check.cracking import is_strained_at_start, verdict
 from staffa.case.check.support_warnings import laterally_held
 from staffa.case.rules import adaptive, is_moved
-from staffa.case.rules.support_rules import as_table, held
+from staffa.case.rules.support_rules import as_table, is_held_at
 from staffa.case.rules.time_rules import counts_in
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.knots import DEPART, departure
 from staffa.case.scales.pace import prescribed_knots
-from staffa.case.scales.prescribed import columns, curves, prescribed, visited_times
+from staffa.case.scales.prescribed import curves, prescribed, table_columns, visited_times
 from staffa.case.schema.boxes import Box
 from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import Formula
@@ -26,12 +26,12 @@ from staffa.case.schema.quantity_text import amount
 from staffa.case.schema.shape_keys import Cylinder, Layers
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.heat_equation import start
-from staffa.case.values.subdomains import piece_varies, pieces
+from staffa.case.values.subdomains import subdomain_varies, subdomains_of
 
 PLACES = re.compile(r"\b[xyz]\b")
 
 
-def load_cautions(case: Case, derived: Numbers) -> Iterator[str]:
+def load_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """All of them."""
     yield from _of_held_faces(case)
     yield from _of_tables(case, derived)
@@ -52,7 +52,7 @@ def _of_held_faces(case: Case) -> Iterator[str]:
         axis, every = case.outline.axis(side), "xyz"[: case.dim]
         moved = {"pressure": every if axis is None else every[axis], "x": "x", "y": "y", "z": "z"}
         for key in table.model_fields_set:
-            if set(moved[key]) <= held(case, side).keys():
+            if set(moved[key]) <= is_held_at(case, side).keys():
                 own = case.supports.on(side) not in (None, "free")
                 holds = f"supports.{side}" if own else "supports.section"
                 yield (
@@ -67,7 +67,7 @@ def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
     for where, table in prescribed(case):
         if isinstance(table, Formula):
             continue
-        times, values = columns(table)
+        times, values = table_columns(table)
         still = len(values) < 2 or values[-1] == values[-2]
         if still or float(times[-1]) >= stop * (1 - 1e-9):
             continue
@@ -128,7 +128,7 @@ def is_even(case: Case, derived: Numbers) -> bool:
     across = derived.face.axis if derived.face else None
     if isinstance(case.domain.shape, Layers) and across != case.dim - 1:
         return False
-    if any(piece_varies(piece) for piece in pieces(case)):
+    if any(subdomain_varies(piece) for piece in subdomains_of(case)):
         return False
     named = [region for region in case.regions.values() if region.lower is not None]
     boxes: list[Box | RegionKeys] = [
@@ -208,7 +208,7 @@ def _moved_along(case: Case, axis: int, out: int) -> tuple[np.ndarray, np.ndarra
     ends = [name for name, p in faces.items() if p and (p.axis, p.out) == (axis, out)]
     if len(ends) != 1:
         return None
-    components = held(case, ends[0])
+    components = is_held_at(case, ends[0])
     if list(components) != ["xyz"[axis]]:
         return None
     return as_table(components["xyz"[axis]])

@@ -10,14 +10,14 @@ import numpy as np
 
 from staffa.case.check.cost import coarser_for, memory
 from staffa.case.check.edge_warnings import long_edges
-from staffa.case.check.element_notes import locking_cautions
-from staffa.case.rules.support_rules import pulled_axes
+from staffa.case.check.element_notes import locking_warnings
+from staffa.case.rules.support_rules import moved_axes
 from staffa.case.schema.case import Case
 from staffa.case.schema.property_keys import RandomField
 from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.case.schema.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.subdomains import box_of, pieces
+from staffa.case.values.subdomains import box_of, subdomains_of
 from staffa.geometry.block_simplices import MISSING
 from staffa.geometry.gmsh_model import missing
 from staffa.geometry.msh import WAY_OUT
@@ -35,16 +35,16 @@ def widest_ell(case: Case) -> float:
     """The largest ell (m) with which the damage of a crack is no wider than the body; of a body
     that is only pulled, along the axes of the pull, which its cracks run across."""
     other = case.temperature.profile != "none" or case.forces is not None or case.cracks
-    axes = () if other else pulled_axes(case)
+    axes = () if other else moved_axes(case)
     return min(case.outline.size[axis] for axis in axes or range(case.dim)) / WIDTH
 
 
-def mesh_cautions(case: Case) -> Iterator[str]:
+def mesh_warnings(case: Case) -> Iterator[str]:
     """All of them."""
     yield from _of_ell(case)
     yield from _of_residual_stiffness(case)
     yield from _of_noise(case)
-    yield from locking_cautions(case)
+    yield from locking_warnings(case)
     yield from _of_regions(case)
     yield from _of_shape(case)
     yield from _of_memory(case)
@@ -99,7 +99,7 @@ def _of_noise(case: Case) -> Iterator[str]:
 def _written(case: Case) -> Iterator[tuple[str, Any]]:
     """The values of properties, those that a region takes from the body only once."""
     seen: set[int] = set()
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for _, where, value in piece.properties():
             if id(value) not in seen:
                 yield where, value

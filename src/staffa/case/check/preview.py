@@ -11,10 +11,10 @@ from staffa.case.check.mesh_warnings import cell_edge
 from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.warnings import notes, warnings
 from staffa.case.rules import adaptive, require_loaded, unit
-from staffa.case.scales.case_scales import Numbers, least_factor, numbers
+from staffa.case.scales.case_scales import Numbers, derived_numbers, least_factor
 from staffa.case.scales.pace import prescribed_knots
 from staffa.case.scales.prescribed import visited_times
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, as_duration, at_least
 from staffa.case.values.default_split import is_by_default
@@ -24,12 +24,12 @@ from staffa.case.values.pressing_loads import pressing
 from staffa.case.values.subdomains import (
     has_directions,
     is_uneven,
-    piece_varies,
-    pieces,
+    subdomain_varies,
+    subdomains_of,
     temperature_changes,
 )
-from staffa.geometry.block import broken_layer, section_raster
-from staffa.physics.damage import LAWS, discrete_toughness_factor
+from staffa.geometry.block import broken_layer_thickness, section_raster
+from staffa.physics.damage import LAWS, effective_gc_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
@@ -56,7 +56,7 @@ def preview(case: Case) -> Preview:
         Nothing loads the body.
     """
     require_loaded(case)
-    derived = numbers(case)
+    derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += element_facts(case)
     facts.append(("held", *holding(case)))
@@ -108,8 +108,8 @@ def _axis_facts(case: Case) -> list[Fact]:
 
 def _mesh_facts(case: Case) -> list[Fact]:
     ell, h = float(case.damage.ell), cell_edge(case)
-    layer = h * broken_layer(case.dim, str(case.domain.cells))
-    factor = discrete_toughness_factor(LAWS[case.damage.law], h=layer, ell=ell)
+    layer = h * broken_layer_thickness(case.dim, str(case.domain.cells))
+    factor = effective_gc_factor(LAWS[case.damage.law], h=layer, ell=ell)
     return [
         ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
         (
@@ -122,15 +122,15 @@ def _mesh_facts(case: Case) -> list[Fact]:
 
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Which numbers stand for a rock that is not one number, if it is not."""
-    body, *regions = pieces(case)
+    body, *regions = subdomains_of(case)
     other = any(piece.keys != body.keys for piece in regions)
     others = ["differs by region"] if other else []
-    if any(piece_varies(piece) for piece in pieces(case)):
+    if any(subdomain_varies(piece) for piece in subdomains_of(case)):
         others.append("varies from place to place")
     changing = temperature_changes(case)
     if changing:
         others.append(f"changes with temperature ({', '.join(changing)})")
-    if any(has_directions(piece.keys) for piece in pieces(case)):
+    if any(has_directions(piece.keys) for piece in subdomains_of(case)):
         others.append("has directions")
     if not others:
         return []
@@ -187,7 +187,7 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
         ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
         ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
     ]
-    for exchange in exchanges(case):
+    for exchange in surface_exchanges(case):
         if exchange.where == face and exchange.film is not None:
             biot = f"{exchange.film * derived.L:.3g}"
             facts.append(("Biot number", biot, "h L/k: well above 1, the film hardly hinders"))
@@ -198,7 +198,7 @@ def _what_drops(case: Case) -> str:
     """Whose temperature drop dT is."""
     if case.heat is None:
         return "temperature drop of the face"
-    coldest = strongest(exchanges(case), case.temperature.face)
+    coldest = strongest(surface_exchanges(case), case.temperature.face)
     if coldest is None:
         return "no side and no fluid is colder than the body was"
     what = "temperature drop" if coldest.film is None else "how much colder the bath is"

@@ -13,7 +13,7 @@ from staffa.case.values.default_split import takes_principal_strains
 STUCK = ("no-tension", "spectral")
 
 
-def sliding_cautions(case: Case) -> Iterator[str]:
+def sliding_warnings(case: Case) -> Iterator[str]:
     """Warn where a closed crack may be sheared, and its split does not let it slide."""
     if case.damage.split not in STUCK:
         return

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from staffa.case.check.cracking import face_squeeze, first_and_last, is_strained_at_start
-from staffa.case.rules.support_rules import held
+from staffa.case.rules.support_rules import is_held_at
 from staffa.case.scales.case_scales import Numbers, load
 from staffa.case.scales.squeeze import thermal_stress
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount
 from staffa.case.values.pressing_loads import WARMS, pressing
@@ -42,14 +42,14 @@ def holding(case: Case) -> tuple[str, str]:
     section = case.supports.section
     if section != "none":
         return f'section "{section}"', SECTIONS[section]
-    found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if held(case, name)]
+    found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if is_held_at(case, name)]
     if not found:
         return "by nothing", "it shortens and bends as it likes"
     shorten = case.temperature.profile != "none" and not laterally_held(case)
     return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
 
 
-def hinge_cautions(case: Case) -> Iterator[str]:
+def hinge_warnings(case: Case) -> Iterator[str]:
     """Parts of a mesh that single points or edges join."""
     found = case.outline.hinges
     if not found:
@@ -93,7 +93,7 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
             f"{mean / derived.sigma_c:.2g} sigma_c. A plate that is free to shorten has none, and "
             f"its cracks stop earlier; for one {_freed(case)}"
         )
-    elif not any(held(case, name) for name in case.outline.faces):
+    elif not any(is_held_at(case, name) for name in case.outline.faces):
         around = ", ".join(sides) or "its sides"
         cools = derived.dT > 0 or is_strained_at_start(case)
         changes = (
@@ -130,7 +130,7 @@ def _cooling(case: Case, derived: Numbers) -> Load:
     """The cooling in closed form, of the heat equation as of a half-space."""
     if case.heat is None:
         return load(case, derived)
-    coldest = strongest(exchanges(case), case.temperature.face)
+    coldest = strongest(surface_exchanges(case), case.temperature.face)
     if coldest is None or derived.face is None:
         return NoLoad()
     drop, kappa, face = coldest.drop, derived.kappa, derived.face

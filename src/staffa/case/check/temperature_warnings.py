@@ -8,18 +8,18 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import is_scaled
 from staffa.case.schema.temperature_keys import InTemperature
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.subdomains import pieces
+from staffa.case.values.subdomains import subdomains_of
 
 # Part of a temperature that is round-off.
 SAME = 1e-9
 
 
-def temperature_cautions(case: Case) -> Iterator[str]:
+def temperature_warnings(case: Case) -> Iterator[str]:
     """All of them."""
     if case.heat is None:
         return
     found = dict(films(case))
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         found |= {where: value for _, where, value in piece.properties()}
     for where, table in found.items():
         if isinstance(table, InTemperature):

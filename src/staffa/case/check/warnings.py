@@ -1,23 +1,23 @@
 """Warnings and notes on a case that can run: warnings ask for a change, notes explain."""
 
-from staffa.case.check.axis_warnings import axis_cautions
-from staffa.case.check.cooling_warnings import cooling_cautions, cooling_notes
-from staffa.case.check.force_warnings import force_cautions
-from staffa.case.check.load_warnings import load_cautions
-from staffa.case.check.mesh_warnings import mesh_cautions, mesh_notes
-from staffa.case.check.sliding_warnings import sliding_cautions
-from staffa.case.check.support_warnings import hinge_cautions, holding_notes
-from staffa.case.check.temperature_warnings import temperature_cautions
+from staffa.case.check.axis_warnings import axis_warnings
+from staffa.case.check.cooling_warnings import cooling_notes, cooling_warnings
+from staffa.case.check.force_warnings import force_warnings
+from staffa.case.check.load_warnings import load_warnings
+from staffa.case.check.mesh_warnings import mesh_notes, mesh_warnings
+from staffa.case.check.sliding_warnings import sliding_warnings
+from staffa.case.check.support_warnings import hinge_warnings, holding_notes
+from staffa.case.check.temperature_warnings import temperature_warnings
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.schema.case import Case
 
 
 def warnings(case: Case, derived: Numbers) -> list[str]:
     """Sentences on what is off, each with the number to take."""
-    found = [*mesh_cautions(case), *hinge_cautions(case)]
-    found += [*load_cautions(case, derived), *force_cautions(case, derived)]
-    found += [*axis_cautions(case, derived), *temperature_cautions(case), *sliding_cautions(case)]
-    return [*found, *cooling_cautions(case, derived)] if derived.cooled else found
+    found = [*mesh_warnings(case), *hinge_warnings(case)]
+    found += [*load_warnings(case, derived), *force_warnings(case, derived)]
+    found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
+    return [*found, *cooling_warnings(case, derived)] if derived.cooled else found
 
 
 def notes(case: Case, derived: Numbers) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from staffa.backend.guarded_reading import read_apart
 from staffa.case.schema.case import Case
-from staffa.case.schema.file_access import Place
+from staffa.case.schema.file_access import FileAccess
 from staffa.case.schema.quantity_text import is_scaled, unit
 from staffa.case.schema.shape_keys import Layers, PlateWithHole, Wellbore
 from staffa.case.schema.toml_text import inline
@@ -15,7 +15,7 @@ from staffa.geometry.block import UNSTRUCTURED
 from staffa.geometry.foreign import FORMATS
 from staffa.geometry.hinges import hinges
 from staffa.geometry.msh import SALOME
-from staffa.geometry.simplices import Simplices, outline
+from staffa.geometry.simplices import Simplices, mesh_outline
 
 # Of the edges of the finest cell so much may be asked for: they are a mean, and no mesh is exact.
 NEARLY = 0.9
@@ -23,7 +23,7 @@ READ_MSH, READ_FOREIGN = "staffa.geometry.msh:read_msh", "staffa.geometry.foreig
 BODIES = ("size", "shape", "mesh")
 
 
-def surveyed(case: Case, place: Place) -> Case:
+def inspected(case: Case, place: FileAccess) -> Case:
     """The case, with what is known of its body from outside.
 
     place: where its mesh may lie.
@@ -58,7 +58,7 @@ def surveyed(case: Case, place: Place) -> Case:
     return case if keys.mesh is None else _with_mesh(case, place, keys.mesh)
 
 
-def _with_mesh(case: Case, place: Place, given: str) -> Case:
+def _with_mesh(case: Case, place: FileAccess, given: str) -> Case:
     keys = case.domain
     if keys.unit is None and not is_scaled(case):
         raise InputError(
@@ -70,7 +70,7 @@ def _with_mesh(case: Case, place: Place, given: str) -> Case:
     except InputError as error:
         raise InputError(f"domain.mesh = {inline(given)}: {error}") from None
     mesh = mesh_of(file, float(keys.unit or 1.0), given)
-    found = replace(outline(mesh), hinges=tuple(map(tuple, hinges(mesh)[0].tolist())))
+    found = replace(mesh_outline(mesh), hinges=tuple(map(tuple, hinges(mesh)[0].tolist())))
     if keys.h is not None:
         if keys.h > found.h:
             raise InputError(

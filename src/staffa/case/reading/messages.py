@@ -9,8 +9,8 @@ from pydantic.fields import FieldInfo
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.shape_keys import KINDS
-from staffa.case.schema.toml_text import inline, shown
-from staffa.errors import choices, nearest
+from staffa.case.schema.toml_text import as_toml, inline
+from staffa.errors import choices, did_you_mean
 
 EXPLAINED = "`staffa new slab` writes a case with every key explained"
 # What the kinds of Pydantic's errors mean to someone who writes TOML.
@@ -80,7 +80,7 @@ OTHER_NAMES = {
 }
 
 
-def sentence(error: ValidationError) -> str:
+def message(error: ValidationError) -> str:
     """The most telling of what is wrong: an unknown key first, since it may explain the rest."""
     details = error.errors(include_url=False)
     for detail in details:
@@ -96,12 +96,12 @@ def unknown_key(parts: Sequence[int | str], key: str) -> str:
     owner = "a case" if not keys else f"[{keys[0]}]" if len(keys) == 1 else _where(keys)
     if key in names:  # of another alternative
         return f"{owner}: '{key}' does not go with the other keys there; leave it or them out"
-    refused = f"{owner} has no key '{shown(key, 40).strip('"')}'"
+    refused = f"{owner} has no key '{as_toml(key, 40).strip('"')}'"
     known_as = OTHER_NAMES.get(key.casefold())
     if known_as in names:
         return f"{refused}; it is called '{known_as}' here"
     tables = [name for name in Case.model_fields if key in _names_in(name)]
-    if tables and len(keys) < 2 and not nearest(key, names):
+    if tables and len(keys) < 2 and not did_you_mean(key, names):
         return f"{refused}; it stands in [{tables[0]}]"
     return f"{refused}; {choices(key, names)}"
 
@@ -117,12 +117,14 @@ def _wrong_value(detail: Any) -> str:
         rule = _one_of(keys, detail["input"], re.findall(r"'([^']*)'", context["expected"]))
     elif kind == "union_tag_invalid" and context["tag"].startswith("kind "):
         given = context["tag"].removeprefix("kind ")
-        rule = f"its kind must be one of {', '.join(map(inline, KINDS))}.{nearest(given, KINDS)}"
+        rule = (
+            f"its kind must be one of {', '.join(map(inline, KINDS))}.{did_you_mean(given, KINDS)}"
+        )
     elif kind in RULES:
         rule = RULES[kind].format(**context)
     else:
         rule = _likeness(keys)
-    return f"{_where(keys)} = {shown(detail['input'])}: {rule}"
+    return f"{_where(keys)} = {as_toml(detail['input'])}: {rule}"
 
 
 def _missing(keys: Sequence[int | str]) -> str:
@@ -141,7 +143,7 @@ def _one_of(keys: Sequence[int | str], value: Any, names: list[str]) -> str:
     field = _field(keys)
     examples = field.examples if field and field.examples else []
     tables = [f", or a table like {inline(e)}" for e in examples if isinstance(e, dict)]
-    guess = nearest(value, names) if isinstance(value, str) else ""
+    guess = did_you_mean(value, names) if isinstance(value, str) else ""
     return f"it must be one of {', '.join(map(inline, names))}{''.join(tables[:1])}.{guess}"
 
 

@@ -10,13 +10,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from staffa.arguments import path_of, require, settings_of
-from staffa.case.reading.inspect_mesh import surveyed
-from staffa.case.reading.messages import sentence, unknown_key
+from staffa.case.reading.inspect_mesh import inspected
+from staffa.case.reading.messages import message, unknown_key
 from staffa.case.reading.size_limits import LARGEST_FILE, text_is_short, too_large, values_are_few
 from staffa.case.rules import obey
 from staffa.case.schema.case import Case, SupportKeys
-from staffa.case.schema.field_types import SidesSection
-from staffa.case.schema.file_access import Place
+from staffa.case.schema.field_types import SidesTable
+from staffa.case.schema.file_access import FileAccess
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.property_keys import PLACE
@@ -96,16 +96,16 @@ def parse_case(
         _set(table, setting)
     values_are_few(table, name)
     _name_sides(table)
-    place = Place(folder, outside)
+    place = FileAccess(folder, outside)
     try:
         case = Case.model_validate(table, context={PLACE: place})
     except ValidationError as error:
-        raise InputError(sentence(error)) from None
-    return obey(surveyed(case, place))
+        raise InputError(message(error)) from None
+    return obey(inspected(case, place))
 
 
 # Tables whose keys may be the names of faces.
-SIDED: dict[str, type[SidesSection]] = {
+SIDED: dict[str, type[SidesTable]] = {
     "supports": SupportKeys,
     "heat": HeatKeys,
     "forces": ForceKeys,

@@ -9,7 +9,7 @@ from staffa.case.schema.case import Case
 from staffa.errors import InputError, choices
 
 
-def names() -> tuple[str, ...]:
+def ready_case_names() -> tuple[str, ...]:
     """Names of the ready cases."""
     folder = files("staffa.case.ready")
     return tuple(
@@ -26,8 +26,8 @@ def text(name: str) -> str:
         There is no such case.
     """
     require(name, str, "name", 'give the name of a ready case, like "slab"')
-    if name not in names():
-        raise InputError(f"staffa has no case '{name}'; {choices(name, names())}")
+    if name not in ready_case_names():
+        raise InputError(f"staffa has no case '{name}'; {choices(name, ready_case_names())}")
     return (files("staffa.case.ready") / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import ELASTIC, ORIENTATION, is_isotropic
-from staffa.case.schema.toml_text import inline, shown
-from staffa.case.values.subdomains import Piece, has_directions, pieces
+from staffa.case.schema.toml_text import as_toml, inline
+from staffa.case.values.subdomains import Subdomain, has_directions, subdomains_of
 from staffa.errors import InputError
 
 BEDDED = ("E", "nu", "E_axis", "nu_axis", "G_axis")
@@ -18,7 +18,7 @@ PERPENDICULAR = 1e-6  # cosine of the angle between two axes
 
 def stiffness_is_complete(case: Case) -> None:
     """E and nu; these and three more across a bedding; three lists; or a whole stiffness."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         keys = piece.keys
         if keys.stiffness is not None:
             _stiffness_is_alone(case, piece)
@@ -30,7 +30,7 @@ def stiffness_is_complete(case: Case) -> None:
             _is_orthotropic(case, piece)
 
 
-def _said(case: Case, piece: Piece) -> list[str]:
+def _said(case: Case, piece: Subdomain) -> list[str]:
     """The keys of the stiffness that are written down for a piece, not left at their defaults."""
     keys = piece.keys
     return [
@@ -40,7 +40,7 @@ def _said(case: Case, piece: Piece) -> list[str]:
     ]
 
 
-def _stiffness_is_alone(case: Case, piece: Piece) -> None:
+def _stiffness_is_alone(case: Case, piece: Subdomain) -> None:
     others = [name for name in _said(case, piece) if name != "stiffness"]
     if others:
         raise InputError(
@@ -60,7 +60,7 @@ def _lengths(rows: Sequence[Sequence[float]]) -> str:
     return " and ".join(str(n) for n in sorted({len(row) for row in rows})) or "no"
 
 
-def _is_bedded(piece: Piece) -> None:
+def _is_bedded(piece: Subdomain) -> None:
     keys, where = piece.keys, piece.where
     if keys.G is not None or isinstance(keys.E, tuple) or isinstance(keys.nu, tuple):
         raise InputError(
@@ -75,7 +75,7 @@ def _is_bedded(piece: Piece) -> None:
         )
 
 
-def _is_orthotropic(case: Case, piece: Piece) -> None:
+def _is_orthotropic(case: Case, piece: Subdomain) -> None:
     keys, where = piece.keys, piece.where
     _are_given(piece, ("E", "nu", "G"), "an orthotropic rock has a list of each")
     flat = case.plane_stress
@@ -86,7 +86,7 @@ def _is_orthotropic(case: Case, piece: Piece) -> None:
             few = ORTHOTROPIC[name].split(", ")[:fewer]
             enough = f" (in plane stress {', '.join(few)} {'is' if fewer == 1 else 'are'} enough)"
             raise InputError(
-                f"{where}.{name} = {shown(given)}: of an orthotropic rock it is a list, "
+                f"{where}.{name} = {as_toml(given)}: of an orthotropic rock it is a list, "
                 f"[{ORTHOTROPIC[name]}]{enough if flat else ''}"
             )
     if keys.axis is not None:
@@ -96,7 +96,7 @@ def _is_orthotropic(case: Case, piece: Piece) -> None:
         )
 
 
-def _are_given(piece: Piece, needed: Sequence[str], rule: str) -> None:
+def _are_given(piece: Subdomain, needed: Sequence[str], rule: str) -> None:
     for name in needed:
         if getattr(piece.keys, name) is None:
             region = piece.where != "material"
@@ -111,7 +111,7 @@ def turning(dim: int) -> str:
 
 def axes_are_directions(case: Case) -> None:
     """At most one of axis, angle, axes; each of the body's dimension, and of some use."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         keys, where, dim = piece.keys, piece.where, case.dim
         given = [name for name in ORIENTATION if getattr(keys, name) is not None]
         if len(given) > 1:
@@ -143,7 +143,7 @@ def fits_the_dimension(where: str, dim: int, angle: Any, axes: Any) -> None:
 
 def are_perpendicular(where: str, axes: Sequence[Sequence[float]]) -> None:
     """Two directions in space that enclose a right angle."""
-    given = f"{where} = {shown(axes)}"
+    given = f"{where} = {as_toml(axes)}"
     if len(axes) != 2 or any(len(a) != 3 or not any(a) for a in axes):
         raise InputError(f"{given}: give two directions of three numbers each, not all zero")
     first, second = (np.array(a, dtype=float) / np.linalg.norm(a) for a in axes)
@@ -155,7 +155,7 @@ def are_perpendicular(where: str, axes: Sequence[Sequence[float]]) -> None:
 
 
 def _turn_something(case: Case) -> None:
-    body, *others = pieces(case)
+    body, *others = subdomains_of(case)
     for piece in (body, *others):
         own = case.regions[piece.where.split(".", 1)[1]] if piece is not body else case.material
         given = [name for name in ORIENTATION if getattr(own, name) is not None]
@@ -169,7 +169,7 @@ def _turn_something(case: Case) -> None:
 
 def lists_have_a_number_an_axis(case: Case) -> None:
     """Lists along the rock's axes are as long as there are such axes."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for name in ("Gc", "expansion", "k"):
             given = getattr(piece.keys, name)
             if not isinstance(given, tuple):
@@ -182,7 +182,7 @@ def lists_have_a_number_an_axis(case: Case) -> None:
                 )
 
 
-def _counts(case: Case, piece: Piece, name: str) -> tuple[tuple[int, ...], str]:
+def _counts(case: Case, piece: Subdomain, name: str) -> tuple[tuple[int, ...], str]:
     if piece.keys.axis is not None:
         return (2,), "along the bedding and across it, since axis is given"
     if name == "expansion" and case.dim == 2:

@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from staffa.case.schema.case import Case, History, Prescribed, Segment
+from staffa.case.schema.case import Case, Prescribed, Segment
 from staffa.case.schema.material_keys import is_isotropic
 from staffa.case.schema.shape_keys import Layers
+from staffa.case.schema.support_keys import DisplacementHistory
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.stiffness import elasticity, roughness, tensor
-from staffa.case.values.subdomains import Piece, conductivity, has_directions, pieces
+from staffa.case.values.stiffness import elasticity, structural_tensor, tensor
+from staffa.case.values.subdomains import Subdomain, conductivity, has_directions, subdomains_of
 from staffa.errors import InputError
 from staffa.geometry.outline import on_axis
 from staffa.physics.elasticity import turned
@@ -121,7 +122,7 @@ def _moves_nothing_at_the_axis(case: Case) -> None:
         support = case.supports.on(side)
         if not isinstance(support, Prescribed) or support.x is None:
             continue
-        moved = any(support.x.u) if isinstance(support.x, History) else bool(support.x)
+        moved = any(support.x.u) if isinstance(support.x, DisplacementHistory) else bool(support.x)
         if moved and _at_axis(case, float(case.outline.places.on(side)[0].min())):
             raise InputError(
                 f"supports.{side}.x = {inline(support.x)}: the face meets the axis, where nothing "
@@ -154,12 +155,12 @@ def rock_fits_the_axis(case: Case) -> None:
     """Require rock with directions to be the same all around the axis."""
     if not case.axial:
         return
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         if has_directions(piece.keys):
             _is_the_same_around(piece)
 
 
-def _is_the_same_around(piece: Piece) -> None:
+def _is_the_same_around(piece: Subdomain) -> None:
     keys, turn = piece.keys, _around(TURN)
     wrong = []
     if not is_isotropic(keys):
@@ -168,7 +169,7 @@ def _is_the_same_around(piece: Piece) -> None:
     if isinstance(keys.expansion, tuple):
         expansion = tensor(keys, keys.expansion)
         wrong += [] if _alike(turn @ expansion @ turn.T, expansion) else ["expansion"]
-    flat = {"Gc": roughness(keys)}
+    flat = {"Gc": structural_tensor(keys)}
     if isinstance(keys.k, tuple):
         flat["k"] = conductivity(piece)
     wrong += [

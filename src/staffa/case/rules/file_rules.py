@@ -11,9 +11,9 @@ from staffa.case.schema.heat_keys import TemperatureFile
 from staffa.case.schema.property_keys import FieldFile
 from staffa.case.schema.quantity_text import is_scaled, unit
 from staffa.case.schema.support_keys import DisplacementFile
-from staffa.case.schema.toml_text import inline, shown
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.given_files import given_files, in_body
-from staffa.case.values.subdomains import pieces
+from staffa.case.values.subdomains import subdomains_of
 from staffa.errors import InputError
 
 UNIT = 'if its coordinates count in another unit, say so, like unit = "1 mm"'
@@ -39,7 +39,7 @@ def files_count_as_the_case(case: Case) -> None:
 
 def _files(case: Case) -> Iterator[tuple[str, FieldFile]]:
     """Every field in a file, with its key."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         yield from (
             (where, value) for _, where, value in piece.properties() if isinstance(value, FieldFile)
         )
@@ -52,9 +52,9 @@ def _is_larger_than_a_cell(case: Case, where: str, value: FieldFile) -> None:
     if extent is None or not np.all(extent[:dim] > (1 + 1e-6) * np.array(body.size)):
         return
     raise InputError(
-        f"{where} = {shown(value)}: the body, {_size(body.size)}{unit(case, 'm')}, is smaller than "
-        f"one cell of its mesh, {_size(extent[:dim])}{unit(case, 'm')}; {UNIT}, else give a number "
-        f"or a formula"
+        f"{where} = {as_toml(value)}: the body, {_size(body.size)}{unit(case, 'm')}, is smaller "
+        f"than one cell of its mesh, {_size(extent[:dim])}{unit(case, 'm')}; {UNIT}, else give "
+        f"a number or a formula"
     )
 
 
@@ -70,7 +70,7 @@ def files_cover_the_body(case: Case) -> None:
         covers(where, value, case.dim, places, found)
         if isinstance(value, TemperatureFile) and not is_scaled(case) and found.min() < 0:
             raise InputError(
-                f"{where} = {shown(value)}: {found.min():g} K lies below absolute zero; look at "
+                f"{where} = {as_toml(value)}: {found.min():g} K lies below absolute zero; look at "
                 f"field_unit, that of its temperatures"
             )
         if isinstance(value, DisplacementFile):
@@ -103,7 +103,7 @@ def covers(where: str, value: FieldFile, dim: int, places: np.ndarray, found: np
         for place in (places[:, np.argmax(lost)], *value.field.bounds)
     )
     raise InputError(
-        f"{where} = {shown(value)}: its mesh does not reach {at}, nor {lost.mean():.0%} of the "
+        f"{where} = {as_toml(value)}: its mesh does not reach {at}, nor {lost.mean():.0%} of the "
         f"places; it reaches from {low} to {high}, and must cover all of the body, or of the "
         f"region or side; {UNIT}"
     )

@@ -11,14 +11,14 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import Formula
 from staffa.case.schema.force_keys import ForceKeys, StressWithDepth
 from staffa.case.schema.heat_keys import InTime
-from staffa.case.schema.toml_text import inline, shown
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.applied_forces import COMPONENTS
 from staffa.case.values.default_split import default_split, is_anisotropic, presses
 from staffa.case.values.diffusion_time import times_in
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
 from staffa.physics.split import SPLITS
-from staffa.properties.formula import formula, names, trial
+from staffa.properties.formula import formula, formula_variables, trial
 from staffa.units import Quantity, parse
 
 # What a formula of a component may depend on, besides places in the body.
@@ -115,7 +115,7 @@ def _volume_fits(case: Case, keys: ForceKeys) -> None:
             try:
                 parse(volume.given, "volume per thickness" if case.extents == 2 else "volume")
             except InputError as error:
-                raise InputError(f"forces.crack_volume = {shown(volume)}: {error}") from None
+                raise InputError(f"forces.crack_volume = {as_toml(volume)}: {error}") from None
 
 
 def split_fits_the_rock(case: Case) -> None:
@@ -129,7 +129,7 @@ def split_fits_the_rock(case: Case) -> None:
     name = name or default_split(case)
     if name == "none":
         return
-    if case.plane_stress and any(averages(p).nu >= 0.5 for p in pieces(case)):
+    if case.plane_stress and any(averages(p).nu >= 0.5 for p in subdomains_of(case)):
         raise InputError(
             f'damage.split = "{name}"{_by_default(case)} needs a bulk modulus, and rock with nu = '
             f"0.5 has none; take 0.49 or less"
@@ -141,7 +141,7 @@ def split_fits_the_rock(case: Case) -> None:
             f'damage.split = "{name}" is for isotropic rock, and this one is not; take '
             f'"volumetric-deviatoric"'
         )
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         if (nu := averages(piece).nu) < 0:
             raise InputError(
                 f'damage.split = "{name}" is for nu >= 0, and {piece.where}.nu = {nu:g}; take '
@@ -175,7 +175,7 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
             continue
         still = side is None and where.split(".")[1] in IN_SPACE
         in_cracks = side is None and where.startswith("forces.crack_")
-        known = ("t",) if in_cracks else names(case.dim, time=not still)
+        known = ("t",) if in_cracks else formula_variables(case.dim, time=not still)
         try:
             function = formula(value.formula, known)
             there = case.outline.places.on(side)
@@ -184,4 +184,4 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
                 if where == "forces.crack_volume" and found.min() < 0:
                     raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:
-            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+            raise InputError(f"{where}.formula = {as_toml(value.formula)}: {error}") from None

@@ -11,10 +11,10 @@ from staffa.case.schema.field_types import Formula
 from staffa.case.schema.heat_keys import Geotherm, HeatCracks, HeatKeys, HeatSide, InTime
 from staffa.case.schema.material_keys import RockKeys
 from staffa.case.schema.quantity_text import is_scaled
-from staffa.case.schema.toml_text import inline, shown
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.diffusion_time import times_in
 from staffa.errors import InputError
-from staffa.properties.formula import formula, names, trial
+from staffa.properties.formula import formula, formula_variables, trial
 from staffa.units import Quantity
 
 START = ("initial", "stress_free")
@@ -38,8 +38,8 @@ def heat_has_its_profile(case: Case) -> None:
                 if given is not None:
                     instead = ", which is k/(rho c)" if where == "material" else " in [material]"
                     raise InputError(
-                        f"{where}.{name} = {shown(given)} has no meaning with {profile}; leave it "
-                        f"out and give kappa{instead}"
+                        f"{where}.{name} = {as_toml(given)} has no meaning with {profile}; leave "
+                        f"it out and give kappa{instead}"
                     )
         return
     if case.heat is None:
@@ -105,7 +105,7 @@ def _given(table: HeatSide | HeatCracks | None) -> list[str]:
 
 
 def _side_is_complete(where: str, side: HeatSide) -> None:
-    given, says = _given(side), f"{where} = {shown(side)}"
+    given, says = _given(side), f"{where} = {as_toml(side)}"
     if not given:
         raise InputError(
             f"{says} says nothing; give T (held at it), flux (heat that enters), or h and T (a "
@@ -123,7 +123,7 @@ def _side_is_complete(where: str, side: HeatSide) -> None:
 
 
 def _cracks_are_complete(where: str, cracks: HeatCracks) -> None:
-    given, says = _given(cracks), f"{where} = {shown(cracks)}"
+    given, says = _given(cracks), f"{where} = {as_toml(cracks)}"
     if not given:
         raise InputError(
             f"{says} says nothing; give conductivity (the fraction left across a crack), or h and "
@@ -198,7 +198,7 @@ def formulas_give_numbers(case: Case) -> None:
         if not isinstance(value, Formula) or getattr(value, "of_temperature", False):
             continue
         at_start = where.removeprefix("heat.") in START
-        known = names(case.dim, time=not at_start)
+        known = formula_variables(case.dim, time=not at_start)
         try:
             function = formula(value.formula, known)
             there = case.outline.places.on(side)
@@ -213,4 +213,4 @@ def formulas_give_numbers(case: Case) -> None:
                     f"a film coefficient must not be negative, and there it is {np.min(found):g}"
                 )
         except InputError as error:
-            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+            raise InputError(f"{where}.formula = {as_toml(value.formula)}: {error}") from None

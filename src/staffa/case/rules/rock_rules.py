@@ -13,13 +13,13 @@ from staffa.case.schema.field_types import Formula, is_name
 from staffa.case.schema.material_keys import RATIOS, RegionKeys, RockKeys, is_isotropic
 from staffa.case.schema.property_keys import RandomField
 from staffa.case.schema.temperature_keys import of_temperature
-from staffa.case.schema.toml_text import inline, shown
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import point_property, varies
 from staffa.case.values.stiffness import elasticity
-from staffa.case.values.subdomains import Piece, pieces
+from staffa.case.values.subdomains import Subdomain, subdomains_of
 from staffa.errors import InputError
 from staffa.physics.elasticity import checked
-from staffa.properties.formula import formula, names, trial
+from staffa.properties.formula import formula, formula_variables, trial
 
 # A normal field of a larger variation would reach zero at one place in a few million.
 NORMAL = 0.2
@@ -32,7 +32,7 @@ def regions_are_places(case: Case) -> None:
             is_name(name)
         except ValueError as error:
             raise InputError(
-                f"[regions.{shown(name, 20)}]: {error}; write it like [regions.clay]"
+                f"[regions.{as_toml(name, 20)}]: {error}; write it like [regions.clay]"
             ) from None
         if case.domain.is_block:
             _is_a_box(case, f"regions.{name}", region)
@@ -60,7 +60,7 @@ def _is_a_box(case: Case, where: str, region: RegionKeys) -> None:
 
 def random_fields_are_possible(case: Case) -> None:
     """Lengths and directions are of the body's dimension, and no normal field reaches zero."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for _, where, value in piece.properties():
             if isinstance(value, RandomField):
                 _is_possible(where, value, case.dim)
@@ -89,27 +89,27 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
 
 def properties_have_values(case: Case) -> None:
     """What varies has numbers that a rock can have, wherever it is tried."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for name, where, value in piece.properties():
             if not varies(value) or isinstance(value, RandomField) or of_temperature(value):
                 continue  # a random field's values are looked at with the mesh, others by their law
             found = _tried_values(where, value, piece)
             if name not in RATIOS and found.min() <= 0:
                 raise InputError(
-                    f"{where} = {shown(value)}: it is {found.min():.4g} somewhere and must be "
+                    f"{where} = {as_toml(value)}: it is {found.min():.4g} somewhere and must be "
                     f"larger than zero"
                 )
 
 
-def _tried_values(where: str, value: Any, piece: Piece) -> np.ndarray:
+def _tried_values(where: str, value: Any, piece: Subdomain) -> np.ndarray:
     """Its values where its piece is looked at, if they are finite numbers."""
     places = piece.places().x
     if isinstance(value, Formula):
         try:
-            known = names(piece.dim, time=False)
+            known = formula_variables(piece.dim, time=False)
             return trial(formula(value.formula, known), known, places, 0.0)
         except InputError as error:
-            raise InputError(f"{where}.formula = {shown(value.formula)}: {error}") from None
+            raise InputError(f"{where}.formula = {as_toml(value.formula)}: {error}") from None
     found: np.ndarray = value.at_points(piece.dim)(places)
     covers(where, value, piece.dim, places, found)
     return found
@@ -120,9 +120,9 @@ def elasticity_is_definite(case: Case) -> None:
     of the stiffness is needed since other rock of the body has directions."""
     where = "" if case.plane_stress else "plane strain" if case.material.plane else "3-D"
     where = "a body of revolution" if case.axial else where
-    if not all(is_isotropic(piece.keys) for piece in pieces(case)):
+    if not all(is_isotropic(piece.keys) for piece in subdomains_of(case)):
         where = where or "a body some of whose stiffness has directions"
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         keys = piece.keys
         if is_isotropic(keys):
             _can_be_compressed(piece, where)
@@ -135,20 +135,20 @@ def elasticity_is_definite(case: Case) -> None:
             raise InputError(f"{piece.where}: {error}") from None
 
 
-def _tried(piece: Piece) -> Any:
+def _tried(piece: Subdomain) -> Any:
     """What is made of a number for a trial: of a random field its mean."""
     return lambda value: (
         float(value.mean) if isinstance(value, RandomField) else point_property(value, piece.dim)
     )
 
 
-def _can_be_compressed(piece: Piece, where: str) -> None:
+def _can_be_compressed(piece: Subdomain, where: str) -> None:
     """where: the kind of body in which nu must be less than 0.5, if it must."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
     largest = float(np.max(nu(piece.places().x))) if callable(nu) else nu
     least = float(np.min(nu(piece.places().x))) if callable(nu) else nu
-    said = f"{piece.where}.nu = {shown(given)}"
+    said = f"{piece.where}.nu = {as_toml(given)}"
     if not -1 < least <= largest <= 0.5:
         beyond = least if least <= -1 else largest
         raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")

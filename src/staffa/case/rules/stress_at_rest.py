@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from staffa.case.rules.support_rules import held, is_moved
+from staffa.case.rules.support_rules import is_held_at, is_moved
 from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import ONE
 from staffa.case.schema.quantity_text import amount, key
@@ -10,14 +10,14 @@ from staffa.case.schema.shape_keys import Layers
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.applied_forces import forces
 from staffa.case.values.default_split import energy_split, is_anisotropic, presses
-from staffa.case.values.subdomains import averages, is_uneven, pieces
+from staffa.case.values.subdomains import averages, is_uneven, subdomains_of
 from staffa.errors import InputError
 from staffa.loads.forces import Forces
 from staffa.physics.damage import LAWS, strength
 from staffa.physics.split import NO_SPLIT, driven_density, of_principal
 
 
-def at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
+def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
     """Normal stresses along x, y, z that the rock carries under [forces] alone, uncracked.
 
     Along an axis whose two ends are held nothing moves; along another the stress is what acts on
@@ -48,7 +48,7 @@ def at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
     for axis in range(case.dim):
         sides = case.outline.sides
         ends = [name for name in sides if sides[name] and case.outline.axis(name) == axis]
-        free = [name for name in ends if "xyz"[axis] not in held(case, name)]
+        free = [name for name in ends if "xyz"[axis] not in is_held_at(case, name)]
         if len({sides[name] for name in ends}) < 2:
             return None
         if free:
@@ -57,7 +57,7 @@ def at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
                 return None
             after[axis] = given + pores
             loaded.append(axis)
-    return _with_fixed_strains(before, after, loaded, averages(pieces(case)[0]).nu)
+    return _with_fixed_strains(before, after, loaded, averages(subdomains_of(case)[0]).nu)
 
 
 def _acting_on(case: Case, acting: Forces, face: str, x: np.ndarray, t: float) -> np.ndarray | None:
@@ -78,7 +78,7 @@ def _acting_on(case: Case, acting: Forces, face: str, x: np.ndarray, t: float) -
                 return None
             stress += plane.out * force[plane.axis]
     if acting.gravity is not None:
-        body = pieces(case)[0]
+        body = subdomains_of(case)[0]
         weight = body.average(body.keys.rho or ONE) * acting.gravity[plane.axis]
         stress += weight * (plane.position - x[plane.axis])
     return stress
@@ -103,7 +103,7 @@ def equivalent(case: Case, stress: np.ndarray) -> np.ndarray:
 
     stress: normal stresses along x, y, z (Pa), shape (3, n), of the rock of [material].
     """
-    rock, split = averages(pieces(case)[0]), energy_split(case)
+    rock, split = averages(subdomains_of(case)[0]), energy_split(case)
     strains = ((1 + rock.nu) * stress - rock.nu * stress.sum(axis=0)) / rock.E
     if case.plane_stress:
         strains = strains[:2]
@@ -118,12 +118,12 @@ def rest_is_borne(case: Case) -> None:
     even = case.domain.is_block or isinstance(case.domain.shape, Layers)
     if case.forces is None or not even or is_uneven(case):
         return
-    stress = at_rest(case, case.outline.places.within().x)
+    stress = normal_stresses_at_rest(case, case.outline.places.within().x)
     if stress is None:
         return
-    rock = averages(pieces(case)[0])
+    rock = averages(subdomains_of(case)[0])
     factor = np.prod([max(band.factor, 1.0) for band in case.toughness.bands])
-    toughest = max(averages(piece).Gc for piece in pieces(case)) * float(factor)
+    toughest = max(averages(piece).Gc for piece in subdomains_of(case)) * float(factor)
     bears = strength(LAWS[case.damage.law], E=rock.E, Gc=toughest, ell=float(case.damage.ell))
     share = equivalent(case, stress) / bears
     if share.min() > 1:

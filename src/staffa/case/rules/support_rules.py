@@ -8,14 +8,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from staffa.case.rules.time_rules import table_agrees
-from staffa.case.schema.case import Case, History, Prescribed
-from staffa.case.schema.support_keys import DisplacementFile
+from staffa.case.schema.case import Case, Prescribed
+from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.given_files import factors, largest
+from staffa.case.values.given_files import factors, largest_displacement
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 
-Held = float | History | DisplacementFile
+PrescribedValue = float | DisplacementHistory | DisplacementFile
 # Part of the largest displacement by which fields in files may differ where two sides meet.
 INTERPOLATED = 1e-6
 
@@ -88,13 +88,13 @@ def prescribed_agree(case: Case) -> None:
             )
         for name in names:
             given = getattr(support, name)
-            if isinstance(given, History):
+            if isinstance(given, DisplacementHistory):
                 table_agrees(f"supports.{side}.{name}", given.t, given.u, "u")
 
 
 def edges_agree(case: Case) -> None:
     """Two sides that meet do not prescribe a component differently on the edge they share."""
-    holds = {side: held(case, side) for side in case.outline.faces}
+    holds = {side: is_held_at(case, side) for side in case.outline.faces}
     for one, other in combinations(holds, 2):
         if frozenset((one, other)) not in case.outline.touching:
             continue
@@ -108,7 +108,7 @@ def edges_agree(case: Case) -> None:
                 )
 
 
-def held(case: Case, side: str) -> dict[str, Held]:
+def is_held_at(case: Case, side: str) -> dict[str, PrescribedValue]:
     """The components that are prescribed on a side, with a section's rollers."""
     support, names = case.supports.on(side), "xyz"[: case.dim]
     axis = case.outline.axis(side)
@@ -123,7 +123,7 @@ def held(case: Case, side: str) -> dict[str, Held]:
     return dict.fromkeys({"rollers": across, "clamped": names}.get(support, ""), 0.0)
 
 
-def _same(one: Held, other: Held, shared: Callable[[], np.ndarray]) -> bool:
+def _same(one: PrescribedValue, other: PrescribedValue, shared: Callable[[], np.ndarray]) -> bool:
     """True if two histories, straight between their times, are equal at all times where both
     sides are. shared: gives places of both (m), shape (3, n)."""
     (t, u), (s, v) = as_table(one), as_table(other)
@@ -137,12 +137,12 @@ def _same(one: Held, other: Held, shared: Callable[[], np.ndarray]) -> bool:
     return bool(np.all(np.abs(first - second) <= slack))
 
 
-def _at(value: Held, history: np.ndarray, places: np.ndarray) -> np.ndarray:
+def _at(value: PrescribedValue, history: np.ndarray, places: np.ndarray) -> np.ndarray:
     """A displacement at places and times, shape (n, times). history: of its largest value."""
     if not isinstance(value, DisplacementFile):
         return np.broadcast_to(history, (places.shape[1], len(history)))
-    share = value.field.reaching(np.inf)(places) / (largest(value) or 1.0)
-    return share[:, None] * history
+    share = value.field.reaching(np.inf)(places) / (largest_displacement(value) or 1.0)
+    return np.asarray(share[:, None] * history)
 
 
 def _shared(case: Case, one: str, other: str) -> np.ndarray:
@@ -152,13 +152,13 @@ def _shared(case: Case, one: str, other: str) -> np.ndarray:
     return here[:, near]
 
 
-def as_table(value: Held) -> tuple[np.ndarray, np.ndarray]:
+def as_table(value: PrescribedValue) -> tuple[np.ndarray, np.ndarray]:
     """Times (s) and displacements (m) of a component, each of shape (n,); of a field in a file
     those of its largest value."""
     if isinstance(value, DisplacementFile):
         times, factor = factors(value)
-        return times, factor * largest(value)
-    if isinstance(value, History):
+        return times, factor * largest_displacement(value)
+    if isinstance(value, DisplacementHistory):
         return np.array(value.t, dtype=float), np.array(value.u, dtype=float)
     return np.zeros(1), np.full(1, float(value))
 
@@ -177,7 +177,7 @@ def is_moved(case: Case) -> bool:
     return any(_moves(case.supports.on(side)) for side in case.outline.faces)
 
 
-def pulled_axes(case: Case) -> tuple[int, ...]:
+def moved_axes(case: Case) -> tuple[int, ...]:
     """Axes along which faces across them are moved; none if a face is moved along itself too."""
     faces = case.outline.faces
     moved = [(case.outline.axis(side), _moves(case.supports.on(side))) for side in faces]

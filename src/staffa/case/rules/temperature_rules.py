@@ -12,9 +12,9 @@ from staffa.case.schema.heat_keys import FilmFormula, FilmInTemperature
 from staffa.case.schema.material_keys import RATIOS, is_isotropic
 from staffa.case.schema.quantity_text import is_scaled
 from staffa.case.schema.temperature_keys import InTemperature, PropertyFormula, of_temperature
-from staffa.case.schema.toml_text import inline, shown
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.heat_equation import film as film_of
-from staffa.case.values.subdomains import Piece, pieces
+from staffa.case.values.subdomains import Subdomain, subdomains_of
 from staffa.errors import InputError
 from staffa.heat.thermal_body import OfSurface
 
@@ -32,7 +32,7 @@ def temperature_is_known(case: Case) -> None:
         for name in type(table).model_fields:
             if of_temperature(value := getattr(table, name)):
                 raise InputError(
-                    f"{where}.{name} = {shown(value)} depends on temperature, and "
+                    f"{where}.{name} = {as_toml(value)} depends on temperature, and "
                     f"temperature.profile = {inline(case.temperature.profile)} knows changes "
                     f'alone; take temperature.profile = "heat" with [heat], or give one value'
                 )
@@ -40,16 +40,16 @@ def temperature_is_known(case: Case) -> None:
 
 def laws_fit_the_rock(case: Case) -> None:
     """Temperature changes what it can, in rock without directions, as a run can follow."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for name, where, value in _of_temperature(piece):
-            said = f"{where} = {shown(value)}"
+            said = f"{where} = {as_toml(value)}"
             if name not in CHANGING or where.endswith(tuple("0123456789")):
                 hint = "put what changes into c" if name == "rho" else "give one value"
                 raise InputError(
                     f"{said}: temperature may change {', '.join(CHANGING)} alone, each one for all "
                     f"directions; {hint}"
                 )
-            if name in ("E", "nu") and not all(is_isotropic(p.keys) for p in pieces(case)):
+            if name in ("E", "nu") and not all(is_isotropic(p.keys) for p in subdomains_of(case)):
                 raise InputError(
                     f"{said} depends on temperature, and some rock of the body has directions, "
                     f"whose stiffness does not; give one value"
@@ -75,13 +75,13 @@ def _can_be_booked(case: Case, said: str) -> None:
 
 def tables_of_temperature_agree(case: Case) -> None:
     """Tables have as many values as temperatures, which increase; Poisson's ratios are possible."""
-    found = [(where, value) for p in pieces(case) for _, where, value in _of_temperature(p)]
+    found = [(where, value) for p in subdomains_of(case) for _, where, value in _of_temperature(p)]
     for where, table in (*found, *films(case)):
         if isinstance(table, InTemperature):
             _agrees(where, table)
             if where.split(".")[-1] in RATIOS and not all(-1 < nu < 0.5 for nu in table.value):
                 raise InputError(
-                    f"{where} = {shown(table)}: Poisson's ratio must lie between -1 and 0.5 at "
+                    f"{where} = {as_toml(table)}: Poisson's ratio must lie between -1 and 0.5 at "
                     f"every temperature"
                 )
 
@@ -102,7 +102,7 @@ def _agrees(where: str, table: InTemperature) -> None:
 
 def formulas_of_temperature_give_numbers(case: Case) -> None:
     """Formulas of T give what a rock can have, at the temperatures that the case names."""
-    for piece in pieces(case):
+    for piece in subdomains_of(case):
         for name, where, value in _of_temperature(piece):
             if isinstance(value, PropertyFormula):
                 _is_possible(case, piece, name, where, value)
@@ -111,8 +111,10 @@ def formulas_of_temperature_give_numbers(case: Case) -> None:
             _film_is_possible(case, where, film)
 
 
-def _is_possible(case: Case, piece: Piece, name: str, where: str, value: PropertyFormula) -> None:
-    x, said = piece.places().x, f"{where}.formula = {shown(value.formula)}"
+def _is_possible(
+    case: Case, piece: Subdomain, name: str, where: str, value: PropertyFormula
+) -> None:
+    x, said = piece.places().x, f"{where}.formula = {as_toml(value.formula)}"
     for T in np.linspace(*temperature_range(case), TRIED):
         found = _tried(said, lambda T=T: value.values_at(np.full(x.shape[1], T), x))
         least, most = (-1.0, 0.5) if name in RATIOS else (0.0, np.inf)
@@ -125,7 +127,7 @@ def _is_possible(case: Case, piece: Piece, name: str, where: str, value: Propert
 
 
 def _film_is_possible(case: Case, where: str, film: FilmFormula) -> None:
-    said, x = f"{where}.formula = {shown(film.formula)}", case.outline.places.within().x
+    said, x = f"{where}.formula = {as_toml(film.formula)}", case.outline.places.within().x
     try:
         law = film_of(film, case.dim)
     except InputError as error:
@@ -158,7 +160,7 @@ def _kelvin(case: Case, T: float) -> str:
     return f"T = {T:.4g}{'' if is_scaled(case) else ' K'}"
 
 
-def _of_temperature(piece: Piece) -> Iterator[tuple[str, str, Any]]:
+def _of_temperature(piece: Subdomain) -> Iterator[tuple[str, str, Any]]:
     """The properties of a piece that depend on temperature, as `Piece.properties` has them."""
     return (item for item in piece.properties() if of_temperature(item[-1]))
 

@@ -6,11 +6,11 @@ from math import sqrt
 import numpy as np
 
 from staffa.case.rules import times_given
-from staffa.case.scales.surface_cooling import exchanges, strongest
+from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.values.default_split import energy_split
 from staffa.case.values.diffusion_time import depth, diffusivity, times_in
-from staffa.case.values.subdomains import Averages, averages, pieces
+from staffa.case.values.subdomains import Averages, averages, subdomains_of
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.loads.closed_form import Convective, Face, HalfSpace, Load, NoLoad, Slab
@@ -61,7 +61,7 @@ class Numbers:
         }
 
 
-def numbers(
+def derived_numbers(
     case: Case,
     *,
     law: DamageLaw | None = None,
@@ -76,7 +76,7 @@ def numbers(
     ell = float(case.damage.ell)
     law, split = law or LAWS[case.damage.law], split or energy_split(case)
     state = _state(case)
-    rocks = {piece.name: averages(piece) for piece in pieces(case)}
+    rocks = {piece.name: averages(piece) for piece in subdomains_of(case)}
     m = rocks["material"]
     cooled = case.temperature.profile != "none"
     L = depth(case)
@@ -199,7 +199,7 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
     if case.heat is not None:
-        coldest = strongest(exchanges(case), keys.face)
+        coldest = strongest(surface_exchanges(case), keys.face)
         dT = coldest.drop if coldest else 0.0
         return dT, scales.severity(dT=dT, **sizes)
     if keys.severity is not None:

@@ -10,12 +10,12 @@ from pydantic import BaseModel
 
 from staffa.case.rules.time_rules import times_given
 from staffa.case.scales.knots import DEPART
-from staffa.case.schema.case import Case, History
+from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import Formula
 from staffa.case.schema.heat_keys import InTime
-from staffa.case.schema.support_keys import DisplacementFile
+from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.values.diffusion_time import times_in
-from staffa.properties.formula import formula, names
+from staffa.properties.formula import formula, formula_variables
 
 SAMPLES = 1001  # times at which a formula is looked at, before what is steep between them
 MOST_SAMPLES = 10_000  # then nothing more is closed in on
@@ -23,11 +23,11 @@ PLACES = 9  # points at which a formula is looked at
 # A jump of a formula is closed in on down to this part of the run.
 JUMP = 1e-9
 TIME = re.compile(r"\bt\b")
-type Table = History | InTime | DisplacementFile
+type Table = DisplacementHistory | InTime | DisplacementFile
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve:
+class PrescribedCurve:
     """A prescribed value in time: its key; times t (s), shape (n,); values there, shape (n, m), at
     m places."""
 
@@ -36,7 +36,7 @@ class Curve:
     values: np.ndarray
 
 
-def curves(case: Case) -> Iterator[Curve]:
+def curves(case: Case) -> Iterator[PrescribedCurve]:
     """Every value of a case that is prescribed in time, from t = 0 to the end of the run.
 
     Among its times are those of the case and of its outputs. Beyond the times of a table its value
@@ -49,9 +49,9 @@ def curves(case: Case) -> Iterator[Curve]:
         if isinstance(given, Formula):
             yield _of_formula(case, where, given, visited)
             continue
-        t, values = (np.array(column, dtype=float) for column in columns(given))
+        t, values = (np.array(column, dtype=float) for column in table_columns(given))
         within = np.unique([0.0, *t[t < end], *visited])
-        yield Curve(where=where, t=within, values=np.interp(within, t, values)[:, None])
+        yield PrescribedCurve(where=where, t=within, values=np.interp(within, t, values)[:, None])
 
 
 def visited_times(case: Case) -> np.ndarray:
@@ -60,11 +60,11 @@ def visited_times(case: Case) -> np.ndarray:
     return np.unique([*times_in(case, times_given(case)), *times_in(case, outputs)])
 
 
-def columns(table: Table) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+def table_columns(table: Table) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """The times of a table and the values at them; of a field in a file its factors."""
     if isinstance(table, DisplacementFile):
         return table.t or (), table.factor or ()
-    return table.t, table.u if isinstance(table, History) else table.value
+    return table.t, table.u if isinstance(table, DisplacementHistory) else table.value
 
 
 def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table | Formula]]:
@@ -73,7 +73,7 @@ def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table 
         value = getattr(section, name)
         where = f"{path}.{name}".lstrip(".")
         of_time = isinstance(value, Formula) and TIME.search(value.formula)
-        if of_time or isinstance(value, History | InTime):
+        if of_time or isinstance(value, DisplacementHistory | InTime):
             yield where, value
         elif isinstance(value, DisplacementFile):
             if value.t is not None:
@@ -82,17 +82,17 @@ def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table 
             yield from prescribed(value, where)
 
 
-def _of_formula(case: Case, where: str, given: Formula, visited: np.ndarray) -> Curve:
+def _of_formula(case: Case, where: str, given: Formula, visited: np.ndarray) -> PrescribedCurve:
     side = where.split(".")[1]
     on = case.outline.places.on(side if side in case.outline.faces else None)
     x = on[:, np.unique(np.linspace(0, on.shape[1] - 1, PLACES).round().astype(int))]
-    function = formula(given.formula, names(case.dim))
+    function = formula(given.formula, formula_variables(case.dim))
 
     def at(times: np.ndarray) -> np.ndarray:
         return np.array([np.zeros(x.shape[1]) + function(x, float(time)) for time in times])
 
     t, values = _sampled(at, np.unique([*np.linspace(0.0, visited[-1], SAMPLES), *visited]))
-    return Curve(where=where, t=t, values=values)
+    return PrescribedCurve(where=where, t=t, values=values)
 
 
 def _sampled(

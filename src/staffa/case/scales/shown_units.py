@@ -7,7 +7,7 @@ from staffa.case.scales.case_scales import Numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import is_scaled, quantities
 from staffa.case.values.diffusion_time import heat_capacity
-from staffa.display_units import Magnitudes, Unit, shown
+from staffa.display_units import Magnitudes, Unit, choose_display_units
 from staffa.units import Quantity, Temperature, unit_of
 
 # Keys of [domain] that tell how finely the body is cut, not how large it is.
@@ -20,7 +20,9 @@ def units(case: Case, derived: Numbers) -> dict[str, Unit]:
     """Units of the case by the names of `Shown`, as it writes them; none if it is scaled."""
     if is_scaled(case):
         return {}
-    return vars(shown(case.extents, _magnitudes(case, derived), dict(_written(case))))
+    return vars(
+        choose_display_units(case.extents, _magnitudes(case, derived), dict(_written(case)))
+    )
 
 
 def reference(case: Case) -> float | None:

@@ -16,7 +16,7 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.heat_keys import HeatCracks, HeatSide, InTime
 from staffa.case.schema.property_keys import FieldFile
 from staffa.case.schema.temperature_keys import InTemperature
-from staffa.case.values.diffusion_time import conductivity, diffusivity, times_in
+from staffa.case.values.diffusion_time import conductivity_across, diffusivity, times_in
 from staffa.case.values.given_files import in_body
 from staffa.case.values.heat_equation import film, in_time
 from staffa.case.values.property_functions import in_space
@@ -30,7 +30,7 @@ ROUND_OFF = 1e-9  # part of a temperature: "20 °C" and a formula's 293.15 may d
 
 
 @dataclass(frozen=True, kw_only=True)
-class Exchange:
+class SurfaceExchange:
     """What a side, or a fluid in the cracks, does to the rock next to it.
 
     where: side, or "cracks". drop, rise: by how much it gets colder, and hotter, than the rock was
@@ -46,7 +46,7 @@ class Exchange:
     at_once: bool = False
 
 
-def exchanges(case: Case) -> tuple[Exchange, ...]:
+def surface_exchanges(case: Case) -> tuple[SurfaceExchange, ...]:
     """All of a case with profile "heat", up to its last time.
 
     The fluid in the cracks is held against the rock in the middle of the cooled face.
@@ -61,7 +61,7 @@ def exchanges(case: Case) -> tuple[Exchange, ...]:
     return tuple(found)
 
 
-def strongest(found: Iterable[Exchange], face: str) -> Exchange | None:
+def strongest(found: Iterable[SurfaceExchange], face: str) -> SurfaceExchange | None:
     """What cools the rock most: at the face if that cools at all, else anywhere; None if nothing
     does."""
     cooling = [e for e in found if e.drop > 0]
@@ -71,14 +71,14 @@ def strongest(found: Iterable[Exchange], face: str) -> Exchange | None:
 
 def _exchange(
     case: Case, where: str, side: str, given: HeatSide | HeatCracks, last: float
-) -> Exchange:
+) -> SurfaceExchange:
     middle = _middle(case, side)
     if isinstance(given, HeatSide) and given.flux is not None:
-        k = conductivity(case, side)
+        k = conductivity_across(case, side)
         flux = _history(case, given.flux, middle, last)
         shift = 2 * sqrt(diffusivity(case, side) * last / pi) / k
         drop, rise = _shares(-flux * shift)
-        return Exchange(where=where, drop=drop, rise=rise, reached=drop)
+        return SurfaceExchange(where=where, drop=drop, rise=rise, reached=drop)
     assert case.heat is not None
     initial = case.heat.initial
     at_start = in_space(initial, case.dim)
@@ -91,10 +91,10 @@ def _exchange(
     drop, rise = _shares(below)
     if given.h is None:
         at_once = bool(drop > 0 and below[0] >= AT_ONCE * drop)
-        return Exchange(where=where, drop=drop, rise=rise, reached=drop, at_once=at_once)
-    k = conductivity(case, side)
+        return SurfaceExchange(where=where, drop=drop, rise=rise, reached=drop, at_once=at_once)
+    k = conductivity_across(case, side)
     film = _largest_film(case, given.h, middle, last) / k
-    return Exchange(
+    return SurfaceExchange(
         where=where,
         drop=drop,
         rise=rise,

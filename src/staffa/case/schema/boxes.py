@@ -5,11 +5,11 @@ from collections.abc import Iterable
 import numpy as np
 from pydantic import Field
 
-from staffa.case.schema.field_types import Position, Section
+from staffa.case.schema.field_types import CaseTable, Position
 from staffa.geometry.places import in_box
 
 
-class Box(Section):
+class Box(CaseTable):
     """A part of the body between two corners."""
 
     lower: tuple[Position, ...] = Field(description="lower corner", examples=[[0.0, 0.0]])

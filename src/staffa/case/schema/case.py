@@ -8,6 +8,7 @@ from staffa.case.schema.boxes import Box
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.case.schema.domain_keys import DomainKeys
 from staffa.case.schema.field_types import (
+    CaseTable,
     Drop,
     Flag,
     Instant,
@@ -17,14 +18,12 @@ from staffa.case.schema.field_types import (
     Number,
     Position,
     PositiveNumber,
-    Section,
     one_of,
 )
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import MaterialKeys, RegionKeys
 from staffa.case.schema.probe_keys import ProbeKeys
-from staffa.case.schema.support_keys import History as History
 from staffa.case.schema.support_keys import Prescribed as Prescribed
 from staffa.case.schema.support_keys import SupportKeys as SupportKeys
 from staffa.case.schema.time_keys import TimeKeys
@@ -36,7 +35,7 @@ from staffa.records.step import Stop
 from staffa.units import EXAMPLES
 
 
-class DamageKeys(Section):
+class DamageKeys(CaseTable):
     """How cracks are carried by the damage field."""
 
     law: Annotated[str, one_of(LAWS)] = Field(
@@ -86,7 +85,7 @@ class Band(Box):
     factor: PositiveNumber = Field(description="its toughness over material.Gc", examples=[3.0])
 
 
-class ToughnessKeys(Section):
+class ToughnessKeys(CaseTable):
     """Heterogeneity of the toughness, a function of position alone."""
 
     amplitude: Annotated[Number, Field(ge=0, lt=1)] = Field(
@@ -106,7 +105,7 @@ class ToughnessKeys(Section):
     )
 
 
-class TemperatureKeys(Section):
+class TemperatureKeys(CaseTable):
     """The cooling: known in closed form, or from the heat equation of the table [heat]."""
 
     profile: Literal["half-space", "slab", "convective", "heat", "none"] = Field(
@@ -135,14 +134,14 @@ class TemperatureKeys(Section):
     )
 
 
-class Segment(Section):
+class Segment(CaseTable):
     """A straight crack of a 2-D body."""
 
     start: tuple[Position, ...] = Field(description="one end", examples=[[0.5, 0.0]])
     end: tuple[Position, ...] = Field(description="the other end", examples=[[0.5, 0.1]])
 
 
-class Disc(Section):
+class Disc(CaseTable):
     """A flat round crack of a 3-D body."""
 
     center: tuple[Position, ...] = Field(
@@ -154,7 +153,7 @@ class Disc(Section):
     )
 
 
-class Named(Section):
+class Named(CaseTable):
     """A crack that the mesh has."""
 
     name: str = Field(
@@ -181,7 +180,7 @@ Crack = Annotated[
 ]
 
 
-class OutputKeys(Section):
+class OutputKeys(CaseTable):
     """What is kept of the fields."""
 
     at: tuple[Instant, ...] = Field(
@@ -212,7 +211,7 @@ class OutputKeys(Section):
     )
 
 
-class MeasureKeys(Section):
+class MeasureKeys(CaseTable):
     """How the cracks are measured."""
 
     depths: tuple[Length, ...] = Field(
@@ -226,7 +225,7 @@ class MeasureKeys(Section):
     )
 
 
-class SolverKeys(Section):
+class SolverKeys(CaseTable):
     """How the energy is minimized."""
 
     displacement: Literal["auto", "direct", "iterative"] = Field(
@@ -275,7 +274,7 @@ class SolverKeys(Section):
     )
 
 
-class Case(Section):
+class Case(CaseTable):
     """A whole case file."""
 
     title: Line = Field(default="", description="a line for tables and pictures")

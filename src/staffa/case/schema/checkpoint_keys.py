@@ -4,10 +4,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from staffa.case.schema.field_types import Integer, PositiveNumber, Section
+from staffa.case.schema.field_types import CaseTable, Integer, PositiveNumber
 
 
-class CheckpointKeys(Section):
+class CheckpointKeys(CaseTable):
     """After so many steps, or so many minutes, whichever comes first."""
 
     steps: Annotated[Integer, Field(ge=1)] = Field(

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
-from staffa.case.schema.field_types import FilePath, Length, Section
+from staffa.case.schema.field_types import CaseTable, FilePath, Length
 from staffa.case.schema.shape_keys import ShapeKeys
 from staffa.geometry import shapes
 from staffa.geometry.block import UNSTRUCTURED
@@ -21,7 +21,7 @@ def _two_or_three(size: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     return size
 
 
-class DomainKeys(Section):
+class DomainKeys(CaseTable):
     """The body: a rectangle or a box with its lower corner at the origin (size), a shape, or a mesh
     (mesh) whose names are its regions, faces and cracks."""
 
@@ -116,7 +116,7 @@ class DomainKeys(Section):
             return self._outline
         h = float(self.h or 0.0)
         if self.shape is not None:
-            return shapes.outline(self.shape.shape(), h)
+            return shapes.shape_outline(self.shape.shape(), h)
         assert self.size is not None
         size = tuple(float(s) for s in self.size)
         lower = (float(self.hole or 0.0), *(0.0,) * (len(size) - 1))

@@ -19,9 +19,9 @@ from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
-from staffa.errors import InputError, nearest
+from staffa.errors import InputError, did_you_mean
 from staffa.physics.elasticity import PointFunction
-from staffa.properties.formula import LONGEST, formula, names
+from staffa.properties.formula import LONGEST, formula, formula_variables
 from staffa.units import EXAMPLES, Quantity, parse, sensible
 
 LONGEST_NAME = 60
@@ -156,7 +156,7 @@ def one_of(known: Iterable[str]) -> AfterValidator:
     def is_known(value: str) -> str:
         if value not in names:
             listed = ", ".join(f'"{name}"' for name in names)
-            raise ValueError(f"it must be one of {listed}.{nearest(value, names)}")
+            raise ValueError(f"it must be one of {listed}.{did_you_mean(value, names)}")
         return value
 
     return AfterValidator(is_known)
@@ -185,7 +185,7 @@ class Schema(GenerateJsonSchema):
         return {BOUNDS.get(name, name): value for name, value in found.items()}
 
 
-class Section(BaseModel):
+class CaseTable(BaseModel):
     """A table of the case file: no unknown key, nothing changed later."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -198,7 +198,7 @@ class Section(BaseModel):
         return super().model_json_schema(*args, **options)
 
 
-class Formula(Section):
+class Formula(CaseTable):
     """A formula in SI units, or scaled as the case is."""
 
     formula: Annotated[str, StringConstraints(max_length=LONGEST)] = Field(
@@ -207,11 +207,11 @@ class Formula(Section):
 
     def at_points(self, dim: int) -> PointFunction:
         """Its values where nothing depends on time."""
-        evaluated = formula(self.formula, names(dim, time=False))
+        evaluated = formula(self.formula, formula_variables(dim, time=False))
         return lambda x: evaluated(x, 0.0)
 
 
-class SidesSection(Section):
+class SidesTable(CaseTable):
     """A table that also takes the names of a body's faces as keys."""
 
     model_config = ConfigDict(extra="allow")

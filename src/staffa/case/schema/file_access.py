@@ -11,7 +11,7 @@ WHERE = "a path counts from the folder of the case file"
 
 
 @dataclass(frozen=True)
-class Place:
+class FileAccess:
     """The folder of a case file; outside: whether files may also lie elsewhere.
 
     A case may come from anyone, and what it names is read, and copied into the run.

@@ -6,10 +6,10 @@ from pydantic import Field
 
 from staffa.case.schema.field_types import (
     Acceleration,
+    CaseTable,
     CrackVolume,
     Number,
-    Section,
-    SidesSection,
+    SidesTable,
     Stress,
     StressGradient,
 )
@@ -61,7 +61,7 @@ def _stress(words: str) -> Any:
     return Field(default=None, description=words, examples=STRESS_EXAMPLES)
 
 
-class Prestress(Section):
+class Prestress(CaseTable):
     """The components of a stress, tension positive; what is left out is none."""
 
     xx: StressInSpace | None = _stress("along x")
@@ -76,7 +76,7 @@ def _traction(axis: str) -> Any:
     return Field(default=None, description=f"force per area along {axis}", examples=STRESS_EXAMPLES)
 
 
-class SideForce(Section):
+class SideForce(CaseTable):
     """What acts on a side."""
 
     pressure: StressValue | None = Field(
@@ -91,7 +91,7 @@ def _side(words: str) -> Any:
     return Field(default=None, description=words, examples=[{"pressure": "10 MPa"}, {"x": "2 MPa"}])
 
 
-class ForceKeys(SidesSection):
+class ForceKeys(SidesTable):
     """What pulls and presses on the body besides cold. Stresses count positive in tension,
     pressures where they press. What acts at t = 0, with prestress and weight, is in equilibrium
     before the first step; it may not crack the rock by itself. On a side acts { pressure =

@@ -9,14 +9,14 @@ from staffa.case.schema.boxes import Box
 from staffa.case.schema.field_types import (
     NOT_NEGATIVE,
     POSITIVE,
+    CaseTable,
     FilmCoefficient,
     Formula,
     HeatFlux,
     HeatSource,
     Instant,
     PositiveNumber,
-    Section,
-    SidesSection,
+    SidesTable,
     Temperature,
     TemperatureGradient,
     kind,
@@ -29,7 +29,7 @@ from staffa.properties.formula import LONGEST, uses
 from staffa.units import Quantity
 
 
-class InTime(Section):
+class InTime(CaseTable):
     """Values in time, straight between the given times and constant beyond them."""
 
     t: tuple[Instant, ...] = Field(
@@ -91,7 +91,7 @@ class SourceInTime(InTime):
     value: tuple[HeatSource, ...] = _values("0 W/m^3", "100 W/m^3")
 
 
-class Even(Section):
+class Even(CaseTable):
     """A quantity that changes evenly along a direction."""
 
     value: InstanceOf[Quantity]
@@ -123,7 +123,7 @@ def _is_formula(value: Any) -> bool:
     return isinstance(value, Formula) or (isinstance(value, dict) and "formula" in value)
 
 
-def form(value: Any) -> str:
+def kind_of_value(value: Any) -> str:
     """Which alternative of a value in space or time is meant."""
     return "a formula" if _is_formula(value) else kind(value)
 
@@ -131,13 +131,13 @@ def form(value: Any) -> str:
 def form_or_file(value: Any) -> str:
     """The same, where a field in a file may be meant too."""
     is_file = isinstance(value, FieldFile) or (isinstance(value, dict) and "file" in value)
-    return "a file" if is_file else form(value)
+    return "a file" if is_file else kind_of_value(value)
 
 
 def form_of_film(value: Any) -> str:
     """Tell which alternative of a film coefficient is meant."""
     in_temperature = isinstance(value, InTemperature) or (isinstance(value, dict) and OF_T in value)
-    return "a table of temperature" if in_temperature else form(value)
+    return "a table of temperature" if in_temperature else kind_of_value(value)
 
 
 # A number, a table, or a formula of it.
@@ -145,7 +145,7 @@ type Given[Value, Table] = Annotated[
     Annotated[Value, Tag("a value")]
     | Annotated[Table, Tag("a table")]
     | Annotated[Formula, Tag("a formula")],
-    Discriminator(form),
+    Discriminator(kind_of_value),
 ]
 # The same, or a field in a file.
 type OrFile[Value, Table] = Annotated[
@@ -188,7 +188,7 @@ FLUX_EXAMPLES = ["-500 W/m^2", {"formula": "-500*exp(-t/3600)"}]
 SOURCE_EXAMPLES = ["2e-6 W/m^3", {"formula": "100*exp(-t/3600)"}]
 
 
-class HeatSide(Section):
+class HeatSide(CaseTable):
     """What happens to heat on a side: T alone, flux alone, or h and T."""
 
     h: FilmValue | None = Field(
@@ -206,7 +206,7 @@ class HeatSide(Section):
     )
 
 
-class HeatCracks(Section):
+class HeatCracks(CaseTable):
     """What cracks do to heat: conductivity alone, or h and T."""
 
     conductivity: Annotated[PositiveNumber, Field(le=1)] | None = Field(
@@ -247,7 +247,7 @@ def _side(words: str) -> Any:
     )
 
 
-class HeatKeys(SidesSection):
+class HeatKeys(SidesTable):
     """The heat equation, for temperature.profile = "heat". A side is held like { T = "5 °C" },
     takes up heat like { flux = "60 mW/m^2" }, or gives it to a bath through a film like
     { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. The faces of a mesh

@@ -7,13 +7,13 @@ from pydantic import Field
 from staffa.case.schema.field_types import (
     ONE,
     Angle,
+    CaseTable,
     Conductivity,
     Diffusivity,
     Direction,
     Expansion,
     Number,
     Position,
-    Section,
     Stress,
     Toughness,
 )
@@ -40,7 +40,7 @@ RATIOS = ("nu", "nu_axis")
 ORIENTATION = ("axis", "angle", "axes")
 
 
-class RockKeys(Section):
+class RockKeys(CaseTable):
     """What may be said of rock anywhere."""
 
     E: Moduli | None = Field(

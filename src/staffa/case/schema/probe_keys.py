@@ -4,19 +4,19 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from staffa.case.schema.field_types import Integer, Name, Position, Section
+from staffa.case.schema.field_types import CaseTable, Integer, Name, Position
 
 MOST = 1000  # points of a line: each is a row a step
 
 
-class Spot(Section):
+class Spot(CaseTable):
     """One point of the body."""
 
     name: Name = Field(description="what the point is called in probes.csv", examples=["well"])
     point: tuple[Position, ...] = Field(description="where it is", examples=[[0.5, 0.5]])
 
 
-class Line(Section):
+class Line(CaseTable):
     """Points at equal distances on a straight line."""
 
     name: Name = Field(description="what the line is called in probes.csv", examples=["axis"])

@@ -22,6 +22,7 @@ from pydantic import (
 
 from staffa.case.schema.field_types import (
     Angle,
+    CaseTable,
     Conductivity,
     Density,
     Direction,
@@ -33,11 +34,10 @@ from staffa.case.schema.field_types import (
     Length,
     Modulus,
     PositiveNumber,
-    Section,
     Toughness,
     kind,
 )
-from staffa.case.schema.file_access import Place
+from staffa.case.schema.file_access import FileAccess
 from staffa.errors import InputError
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.axes import turned_by, with_third
@@ -48,7 +48,7 @@ from staffa.units import parse
 PLACE = "place"  # of the case file, in the context of its validation
 
 
-class RandomField(Section):
+class RandomField(CaseTable):
     """A seeded random field, the same on any mesh partition."""
 
     mean: PositiveNumber = Field(description="mean of the field", examples=[0.2])
@@ -141,7 +141,7 @@ class RandomHeatCapacity(RandomField):
     mean: HeatCapacity = _mean("800 J/(kg K)")
 
 
-class FieldFile(Section):
+class FieldFile(CaseTable):
     """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is,
     if nothing else is said.
 
@@ -170,7 +170,7 @@ class FieldFile(Section):
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> "FieldFile":
-        place = (info.context or {}).get(PLACE, Place())
+        place = (info.context or {}).get(PLACE, FileAccess())
         try:
             self._field = read_field(place.file(self.file), self.name, self._counting())
         except InputError as error:
@@ -242,7 +242,7 @@ class HeatCapacityFile(FieldFile):
     dimension: ClassVar[str] = "heat capacity"
 
 
-def form(value: Any) -> str:
+def kind_of_property_value(value: Any) -> str:
     """Which alternative of a property is meant: by its keys, so that only one can complain."""
     keys = set(value) if isinstance(value, dict) else set()
     if isinstance(value, Formula) or "formula" in keys:
@@ -265,7 +265,7 @@ type PropertyValue[Q, R, F] = Annotated[
     | Annotated[Formula, Tag("a formula")]
     | Annotated[R, Tag("a random field")]
     | Annotated[F, Tag("a file")],
-    Discriminator(form),
+    Discriminator(kind_of_property_value),
 ]
 type OneOrMore[One, Each] = Annotated[
     Annotated[One, Tag("one property")] | Annotated[tuple[Each, ...], Tag("a list")],

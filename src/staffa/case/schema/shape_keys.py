@@ -4,14 +4,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from staffa.case.schema.field_types import Length, Name, Position, Section
+from staffa.case.schema.field_types import CaseTable, Length, Name, Position
 from staffa.geometry.shapes import Bored, Layered, Round, Shape
 
 KINDS = ("plate with hole", "wellbore", "disc", "cylinder", "layers")
 RADIUS = "radius of the hole, or of a round body"
 
 
-class _Bored(Section):
+class _Bored(CaseTable):
     """What a plate with a hole and a block with a bore have in common."""
 
     size: tuple[Length, ...] = Field(description="extent along each axis", examples=[[2.0, 2.0]])
@@ -41,7 +41,7 @@ class Wellbore(_Bored):
     kind: Literal["wellbore"]
 
 
-class RoundPlate(Section):
+class RoundPlate(CaseTable):
     """A disc around the origin: side."""
 
     kind: Literal["disc"]
@@ -52,7 +52,7 @@ class RoundPlate(Section):
         return Round(radius=float(self.radius))
 
 
-class Cylinder(Section):
+class Cylinder(CaseTable):
     """An upright cylinder whose bottom lies around the origin: side, bottom, top."""
 
     kind: Literal["cylinder"]
@@ -64,14 +64,14 @@ class Cylinder(Section):
         return Round(radius=float(self.radius), height=float(self.height))
 
 
-class Layer(Section):
+class Layer(CaseTable):
     """A horizontal layer."""
 
     region: Name = Field(description="its region, which may come again", examples=["shale"])
     thickness: Length = Field(description="how thick it is", examples=[0.3])
 
 
-class Layers(Section):
+class Layers(CaseTable):
     """A rectangle or a box of horizontal layers: the sides of a block, and a region by layer."""
 
     kind: Literal["layers"]

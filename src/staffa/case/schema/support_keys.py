@@ -5,12 +5,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from staffa.case.schema.field_types import Instant, Number, Position, Section, SidesSection, kind
+from staffa.case.schema.field_types import CaseTable, Instant, Number, Position, SidesTable, kind
 from staffa.case.schema.property_keys import FieldFile
 from staffa.properties.mesh_field import Counting
 
 
-class History(Section):
+class DisplacementHistory(CaseTable):
     """A displacement in time, straight between the given times and constant beyond them."""
 
     t: tuple[Instant, ...] = Field(description="times, increasing", examples=[[0.0, 1.0]])
@@ -61,13 +61,13 @@ def _history(value: Any) -> str:
 
 Component = Annotated[
     Annotated[Position, Tag("a value")]
-    | Annotated[History, Tag("a table")]
+    | Annotated[DisplacementHistory, Tag("a table")]
     | Annotated[DisplacementFile, Tag("a file")],
     Discriminator(_history),
 ]
 
 
-class Prescribed(Section):
+class Prescribed(CaseTable):
     """Displacement components prescribed on a side."""
 
     x: Component | None = _component("x")
@@ -87,7 +87,7 @@ def _support(side: str) -> Any:
     return Field(default="free", description=side, examples=[SUPPORT_EXAMPLE])
 
 
-class SupportKeys(SidesSection):
+class SupportKeys(SidesTable):
     """What holds the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
     like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or a shape
     go by their names. Rigid motions that are left are stopped without bending anything."""

@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from staffa.case.schema.field_types import (
+    CaseTable,
     Conductivity,
     Density,
     Expansion,
@@ -29,7 +30,6 @@ from staffa.case.schema.field_types import (
     Modulus,
     Number,
     PositiveNumber,
-    Section,
     Temperature,
     Toughness,
 )
@@ -49,18 +49,18 @@ from staffa.case.schema.property_keys import (
     RandomNumber,
     RandomToughness,
     ToughnessFile,
-    form,
+    kind_of_property_value,
 )
 from staffa.physics.elasticity import PointFunction, values
-from staffa.physics.temperature import ARRAYS, Law, Secant, Table, Written
-from staffa.properties.formula import LONGEST, generic, names, uses
+from staffa.physics.temperature import ARRAYS, Law, LinearTable, Secant, Written
+from staffa.properties.formula import LONGEST, formula_variables, generic, uses
 from staffa.units import Quantity
 
 LONGEST_TABLE = 100
 OF_T = "T"  # what formulas call temperature
 
 
-class WithReference(Section):
+class WithReference(CaseTable):
     """A value of temperature and place."""
 
     _reference: float = PrivateAttr(default=0.0)
@@ -81,7 +81,7 @@ class WithReference(Section):
         raise NotImplementedError
 
 
-class InTemperature(Section):
+class InTemperature(CaseTable):
     """Values by temperature, straight between the given ones and constant beyond them."""
 
     T: tuple[Temperature, ...] = Field(
@@ -93,7 +93,9 @@ class InTemperature(Section):
 
     def values_at(self, T: np.ndarray | float) -> np.ndarray:
         """Its values at temperatures (K), of the same shape."""
-        return np.interp(T, np.array(self.T, dtype=float), np.array(self.value, dtype=float))
+        at, values = np.array(self.T, dtype=float), np.array(self.value, dtype=float)
+        found: np.ndarray = np.interp(T, at, values)
+        return found
 
 
 class PropertyInTemperature(InTemperature, WithReference):
@@ -111,14 +113,14 @@ class PropertyInTemperature(InTemperature, WithReference):
         level = self._level()
         if self.factor is None:
             return lambda x: np.full(x.shape[1], level)
-        factor = self.factor.at_points(dim) if isinstance(self.factor, Section) else self.factor
+        factor = self.factor.at_points(dim) if isinstance(self.factor, CaseTable) else self.factor
         return lambda x: level * values(factor, x)
 
     def law(self, dim: int) -> Law | None:
         """See `WithReference`."""
         level = self._level()
         rows = tuple(float(value) / level for value in self.value)
-        return Table(T=tuple(float(T) for T in self.T), value=rows)
+        return LinearTable(T=tuple(float(T) for T in self.T), value=rows)
 
     def _level(self) -> float:
         return float(self.values_at(self._reference))
@@ -215,7 +217,7 @@ class PropertyFormula(WithReference, Formula):
         return Written(text=self.formula, reference=self._reference, value=self._value(dim))
 
     def _value(self, dim: int) -> Any:
-        evaluated = generic(self.formula, (*names(dim, time=False), OF_T))
+        evaluated = generic(self.formula, (*formula_variables(dim, time=False), OF_T))
         return lambda T, x, functions: evaluated(
             {"x": x[0], "y": x[1], "z": x[2], OF_T: T}, functions
         )
@@ -267,7 +269,7 @@ def kind_of_property(value: Any) -> str:
     """Tell which alternative of a property is meant: by its keys, so that only one complains."""
     if isinstance(value, InTemperature) or (isinstance(value, dict) and OF_T in value):
         return "a table of temperature"
-    return form(value)
+    return kind_of_property_value(value)
 
 
 # R: the random field whose mean is a Q; L: its table of temperature; F: its formula; X: the field

@@ -4,7 +4,14 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from staffa.case.schema.field_types import POSITIVE, Instant, Integer, PositiveNumber, Section, kind
+from staffa.case.schema.field_types import (
+    POSITIVE,
+    CaseTable,
+    Instant,
+    Integer,
+    PositiveNumber,
+    kind,
+)
 
 
 def _two_ends(steps: int) -> int:
@@ -16,7 +23,7 @@ def _two_ends(steps: int) -> int:
 Steps = Annotated[Integer, AfterValidator(_two_ends), Field(le=100_000)]
 
 
-class UniformTau(Section):
+class UniformTau(CaseTable):
     """Equal steps in tau, both ends included."""
 
     start: PositiveNumber = Field(description="the first", examples=[0.01])
@@ -24,7 +31,7 @@ class UniformTau(Section):
     steps: Steps = Field(description="how many, both ends included", examples=[40])
 
 
-class UniformTime(Section):
+class UniformTime(CaseTable):
     """Equal steps in time, both ends included."""
 
     start: Instant = Field(description="the first", examples=["1 s"])
@@ -50,7 +57,7 @@ def _growth() -> Any:
     )
 
 
-class AdaptiveTau(Section):
+class AdaptiveTau(CaseTable):
     """Steps in tau that follow the cracks and the cold, and end at each time of output.at."""
 
     start: PositiveNumber = Field(description="the first", examples=[0.01])
@@ -61,7 +68,7 @@ class AdaptiveTau(Section):
     growth: PositiveNumber = _growth()
 
 
-class AdaptiveTime(Section):
+class AdaptiveTime(CaseTable):
     """Steps in time that follow the cracks and the cold, and end at each time of output.at."""
 
     start: Instant = Field(description="the first", examples=["1 s"])
@@ -96,7 +103,7 @@ Times = Annotated[
 ]
 
 
-class TimeKeys(Section):
+class TimeKeys(CaseTable):
     """When to look: give tau or t. Each is a list, or equal steps { start, stop, steps }, or
     adaptive ones { start, stop, shortest, longest, advance, growth }, which follow the cracks and
     the cold."""

@@ -43,7 +43,7 @@ def inline(value: Any) -> str:
     return repr(value) if isinstance(value, int | float) else str(value)  # or a date
 
 
-def shown(value: Any, width: int = 60) -> str:
+def as_toml(value: Any, width: int = 60) -> str:
     """A value as it stands in the file, cut short."""
     try:
         text = inline(value)

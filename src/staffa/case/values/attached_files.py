@@ -10,7 +10,7 @@ from pathlib import Path
 from staffa.case.schema.case import Case
 from staffa.case.schema.property_keys import FieldFile
 from staffa.case.values.given_files import given_files
-from staffa.case.values.subdomains import pieces
+from staffa.case.values.subdomains import subdomains_of
 
 # Tables of a case that decide what is done next, and not what has been.
 CHANGEABLE = ("time", "output", "solver")
@@ -18,14 +18,14 @@ CHANGEABLE = ("time", "output", "solver")
 
 def attached(case: Case) -> tuple[Path, ...]:
     """Its mesh, and the files of its fields, each once."""
-    values = [value for piece in pieces(case) for _, _, value in piece.properties()]
+    values = [value for piece in subdomains_of(case) for _, _, value in piece.properties()]
     fields = [value.path for value in values if isinstance(value, FieldFile)]
     fields += [value.path for _, value, _ in given_files(case)]
     mesh = [] if case.domain.file is None else [Path(abspath(case.domain.file))]
     return tuple(dict.fromkeys([*mesh, *fields]))
 
 
-def identity(text: str, files: Iterable[Path]) -> str:
+def case_identity(text: str, files: Iterable[Path]) -> str:
     """SHA-256 of all of a case that must stay while its run goes on, and of the files it names.
 
     text: the case as TOML; of its own words, so that a later default changes nothing.

@@ -3,7 +3,7 @@
 from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import is_isotropic
 from staffa.case.values.pressing_loads import acting_forces, pressing
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.physics.split import SPLITS, Contact, EnergySplit, StarConvex
 
 GAMMA = 5.0
@@ -21,7 +21,9 @@ def is_anisotropic(case: Case) -> bool:
 
 def takes_principal_strains(case: Case) -> bool:
     """True if splits by principal strains are for its rock: isotropic, with nu >= 0."""
-    return not is_anisotropic(case) and all(averages(piece).nu >= 0 for piece in pieces(case))
+    return not is_anisotropic(case) and all(
+        averages(piece).nu >= 0 for piece in subdomains_of(case)
+    )
 
 
 def safest_split(case: Case) -> str:

@@ -13,10 +13,10 @@ from staffa.physics.scales import time_of_tau
 
 def conductivities(case: Case) -> tuple[float, ...]:
     """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
-    return tuple(np.diag(subdomains.conductivity(subdomains.pieces(case)[0])).tolist())
+    return tuple(np.diag(subdomains.conductivity(subdomains.subdomains_of(case)[0])).tolist())
 
 
-def conductivity(case: Case, face: str) -> float:
+def conductivity_across(case: Case, face: str) -> float:
     """Conductivity across a face; the mean one if that is not flat across an axis (W/(m K))."""
     along, axis = conductivities(case), case.outline.axis(face)
     return sum(along) / len(along) if axis is None else along[axis]
@@ -24,7 +24,7 @@ def conductivity(case: Case, face: str) -> float:
 
 def heat_capacity(case: Case) -> float:
     """rho c, of a case with profile "heat" (J/(m^3 K))."""
-    body = subdomains.pieces(case)[0]
+    body = subdomains.subdomains_of(case)[0]
     return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 
@@ -32,7 +32,7 @@ def diffusivity(case: Case, side: str | None = None) -> float:
     """kappa (m^2/s) across a side, by default the one from which depths are measured."""
     if case.heat is None:
         return float(case.material.kappa or ONE)
-    return conductivity(case, side or case.temperature.face) / heat_capacity(case)
+    return conductivity_across(case, side or case.temperature.face) / heat_capacity(case)
 
 
 def depth(case: Case) -> float:

@@ -10,7 +10,7 @@ from staffa.case.schema.material_keys import is_isotropic
 from staffa.case.schema.temperature_keys import NumberInTemperature
 from staffa.case.values.property_functions import in_space, point_property
 from staffa.case.values.stiffness import elasticity
-from staffa.case.values.subdomains import Piece, pieces
+from staffa.case.values.subdomains import Subdomain, subdomains_of
 from staffa.geometry.block import UNSTRUCTURED
 from staffa.physics.elasticity import effective_nu
 from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
@@ -49,13 +49,13 @@ def displacement_unknowns(case: Case) -> int:
     return case.dim * (body.n_vertices + edges)
 
 
-def largest_nu(case: Case) -> tuple[float, Piece]:
+def largest_nu(case: Case) -> tuple[float, Subdomain]:
     """The largest Poisson's ratio of the rock where it is looked at, and the piece that has it."""
-    found = [(_largest(piece), piece) for piece in pieces(case)]
+    found = [(_largest(piece), piece) for piece in subdomains_of(case)]
     return max(found, key=lambda one: one[0])
 
 
-def _largest(piece: Piece) -> float:
+def _largest(piece: Subdomain) -> float:
     """The largest; of rock with directions that of isotropic rock as stiff as it."""
     keys = piece.keys
     if is_isotropic(keys):

@@ -43,7 +43,7 @@ def factors(value: DisplacementFile) -> tuple[np.ndarray, np.ndarray]:
     return np.array(value.t, dtype=float), np.array(value.factor, dtype=float)
 
 
-def largest(value: DisplacementFile) -> float:
+def largest_displacement(value: DisplacementFile) -> float:
     """The displacement of largest size in it (m), with its sign."""
     found = value.field.values
     return float(found[np.argmax(np.abs(found))])

@@ -12,31 +12,33 @@ from staffa.case.schema.property_keys import FieldFile
 from staffa.case.schema.temperature_keys import OF_T, law_of
 from staffa.case.values.given_files import in_body
 from staffa.case.values.property_functions import in_space, point_property, product_of
-from staffa.case.values.subdomains import Piece, conductivity, pieces
+from staffa.case.values.subdomains import Subdomain, conductivity, subdomains_of
 from staffa.heat.thermal_body import (
-    Bath,
     Conduction,
     Conductor,
-    Film,
-    Held,
-    Inflow,
+    Dirichlet,
+    FluidFilledCrack,
     Insulating,
+    Neumann,
     OfSurface,
     PointValues,
+    Robin,
     Values,
     everywhere_one,
     nothing,
 )
 from staffa.physics.elasticity import Property
 from staffa.physics.temperature import ARRAYS
-from staffa.properties.formula import formula, generic, known, names
+from staffa.properties.formula import formula, formula_variables, generic, known
 
 
 def conduction(case: Case) -> Conduction:
     """The heat equation of a case with profile "heat"."""
     keys, dim = case.heat, case.dim
     assert keys is not None
-    body, *regions = (_conductor(piece, keys.bands, case.outline.h) for piece in pieces(case))
+    body, *regions = (
+        _conductor(piece, keys.bands, case.outline.h) for piece in subdomains_of(case)
+    )
     return Conduction(
         **vars(body),
         regions=dict(zip(case.regions, regions, strict=True)),
@@ -66,7 +68,7 @@ def _kinks(case: Case) -> tuple[float, ...]:
     return tuple(sorted({float(t) for table in tables for t in table.t}))
 
 
-def _conductor(piece: Piece, bands: tuple[HeatBand, ...], h: float) -> Conductor:
+def _conductor(piece: Subdomain, bands: tuple[HeatBand, ...], h: float) -> Conductor:
     """How the rock of a piece conducts and stores heat."""
     keys, dim = piece.keys, piece.dim
     k, rho, c = keys.k or ONE, keys.rho or ONE, keys.c or ONE
@@ -99,21 +101,21 @@ def _factor(bands: tuple[HeatBand, ...], name: str, h: float) -> PointValues:
     return lambda x: product(x, ((band, getattr(band, name)) for band in bands), h=h)
 
 
-def _sides(case: Case) -> tuple[Held | Inflow | Film, ...]:
+def _sides(case: Case) -> tuple[Dirichlet | Neumann | Robin, ...]:
     keys, dim = case.heat, case.dim
     assert keys is not None
-    found: list[Held | Inflow | Film] = []
+    found: list[Dirichlet | Neumann | Robin] = []
     for side in case.outline.faces:
         given = keys.on(side)
         if given is None:
             continue
         if given.flux is not None:
-            found.append(Inflow(side=side, q=in_time(given.flux, dim)))
+            found.append(Neumann(side=side, q=in_time(given.flux, dim)))
         elif given.h is not None:
             h, T = film(given.h, dim), temperature(case, given.T)
-            found.append(Film(side=side, h=h, T=T))
+            found.append(Robin(side=side, h=h, T=T))
         else:
-            found.append(Held(side=side, T=temperature(case, given.T)))
+            found.append(Dirichlet(side=side, T=temperature(case, given.T)))
     return tuple(found)
 
 
@@ -125,14 +127,14 @@ def temperature(case: Case, value: Any) -> Values:
     return in_time(value, case.dim)
 
 
-def _cracks(keys: HeatKeys, dim: int) -> Insulating | Bath | None:
+def _cracks(keys: HeatKeys, dim: int) -> Insulating | FluidFilledCrack | None:
     given = keys.cracks
     if given is None:
         return None
     if given.conductivity is not None:
         return Insulating(residual=given.conductivity)
     assert given.h is not None and given.T is not None
-    return Bath(h=film(given.h, dim), T=in_time(given.T, dim))
+    return FluidFilledCrack(h=film(given.h, dim), T=in_time(given.T, dim))
 
 
 def film(value: Any, dim: int) -> Values | OfSurface:
@@ -141,7 +143,7 @@ def film(value: Any, dim: int) -> Values | OfSurface:
     if isinstance(value, FilmInTemperature):
         return OfSurface(at=lambda x, time, T: value.values_at(T))
     if isinstance(value, FilmFormula) and value.of_temperature:
-        evaluated = generic(value.formula, (*names(dim), OF_T))
+        evaluated = generic(value.formula, (*formula_variables(dim), OF_T))
         return OfSurface(
             at=lambda x, time, T: evaluated({**known(x, time), OF_T: T}, ARRAYS.functions)
         )
@@ -151,7 +153,7 @@ def film(value: Any, dim: int) -> Values | OfSurface:
 def in_time(value: float | InTime | Formula, dim: int) -> Values:
     """A value of the table [heat] as a function of points and time."""
     if isinstance(value, Formula):
-        return formula(value.formula, names(dim))
+        return formula(value.formula, formula_variables(dim))
     if isinstance(value, InTime):
         t, values = np.array(value.t, dtype=float), np.array(value.value, dtype=float)
         return lambda x, time: float(np.interp(time, t, values))

@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from staffa.case.schema.case import Case, History, Prescribed
+from staffa.case.schema.case import Case, Prescribed
 from staffa.case.schema.field_types import Formula
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatCracks, HeatKeys, HeatSide, InTime
-from staffa.case.schema.support_keys import DisplacementFile
+from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.schema.temperature_keys import depends_on_place
 from staffa.case.values.diffusion_time import times_in
 from staffa.case.values.heat_equation import film, start, temperature
 from staffa.case.values.property_functions import varies
-from staffa.case.values.subdomains import averages, pieces
+from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.heat.thermal_body import OfSurface
 
 # Times at which a formula is looked at: evenly, and as many that crowd at the start.
@@ -71,7 +71,7 @@ def _moves(support: Any) -> bool:
 
 
 def _moves_by(component: Any) -> bool:
-    if isinstance(component, History):
+    if isinstance(component, DisplacementHistory):
         return bool(np.any(component.u))
     return isinstance(component, DisplacementFile) or float(component) != 0
 
@@ -89,7 +89,7 @@ def only_pulled(case: Case) -> bool:
             given = getattr(support, name)
             if isinstance(given, DisplacementFile):
                 return False
-            u = np.ravel(given.u if isinstance(given, History) else given or 0.0)
+            u = np.ravel(given.u if isinstance(given, DisplacementHistory) else given or 0.0)
             if np.any(plane.out * u < 0 if axis == plane.axis else u != 0):
                 return False
     return True
@@ -97,7 +97,7 @@ def only_pulled(case: Case) -> bool:
 
 def _mismatch(case: Case) -> Iterator[str]:
     """Rock that does not expand alike in all places and directions."""
-    body, *regions = pieces(case)
+    body, *regions = subdomains_of(case)
     expansions = [piece.keys.expansion for piece in (body, *regions)]
     uneven = [
         f"{piece.where}.expansion"

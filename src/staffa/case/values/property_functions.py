@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from staffa.case.schema.field_types import Section
+from staffa.case.schema.field_types import CaseTable
 from staffa.case.schema.property_keys import RandomField
 from staffa.geometry.places import Sample
 from staffa.physics.elasticity import PointFunction, Property, values
@@ -12,7 +12,7 @@ from staffa.physics.elasticity import PointFunction, Property, values
 
 def varies(value: Any) -> bool:
     """Whether a property differs from place to place: whether it is a table."""
-    return isinstance(value, Section)
+    return isinstance(value, CaseTable)
 
 
 def point_property(value: Any, dim: int) -> Property:
@@ -25,7 +25,7 @@ def in_space(value: Any, dim: int) -> PointFunction:
     return partial(values, point_property(value, dim))
 
 
-def average(value: Any, dim: int, places: Callable[[], Sample]) -> float:
+def mean_value(value: Any, dim: int, places: Callable[[], Sample]) -> float:
     """The one number that stands for a property: its mean, where that is not known over places."""
     if isinstance(value, RandomField):
         return float(value.mean)

@@ -38,10 +38,10 @@ def tensor(keys: RockKeys, given: Sequence[float], third: float | None = None) -
     elif len(numbers) == 2:
         numbers.append(sum(numbers) / 2 if third is None else third)
     axes = rock_axes(keys)
-    return axes.T @ np.diag(numbers) @ axes
+    return np.asarray(axes.T @ np.diag(numbers) @ axes)
 
 
-def roughness(keys: RockKeys) -> np.ndarray | None:
+def structural_tensor(keys: RockKeys) -> np.ndarray | None:
     """A with the toughness Gc sqrt(n . A n) of a crack across n, where Gc is the least of the given
     list; None if Gc is no list."""
     if not isinstance(keys.Gc, tuple):

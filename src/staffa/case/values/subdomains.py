@@ -17,9 +17,9 @@ from staffa.case.schema.material_keys import (
     rock_of,
 )
 from staffa.case.schema.temperature_keys import depends_on_place, of_temperature, with_reference
-from staffa.case.values.property_functions import average, in_space, varies
+from staffa.case.values.property_functions import in_space, mean_value, varies
 from staffa.case.values.stiffness import elasticity, tensor
-from staffa.geometry.places import Bounds, Grid, Sample
+from staffa.geometry.places import Bounds, BoxGrid, Sample
 from staffa.physics.elasticity import isotropic_average
 
 
@@ -38,7 +38,7 @@ class Averages:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Piece:
+class Subdomain:
     """The body or a region of it.
 
     where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
@@ -59,7 +59,7 @@ class Piece:
 
     def average(self, value: Any) -> float:
         """The mean of one of its properties."""
-        return average(value, self.dim, self.places)
+        return mean_value(value, self.dim, self.places)
 
     def properties(self) -> Iterator[tuple[str, str, Any]]:
         """Every value of its rock that may vary: the name of its key, where it stands, itself."""
@@ -76,7 +76,7 @@ class Piece:
                     yield f"{name}.factor", f"{self.where}.{name}{entry}.factor", factor
 
 
-def pieces(case: Case) -> tuple[Piece, ...]:
+def subdomains_of(case: Case) -> tuple[Subdomain, ...]:
     """The body first, then its regions."""
     places = case.outline.places
     T = reference_temperature(case)
@@ -85,14 +85,14 @@ def pieces(case: Case) -> tuple[Piece, ...]:
         return with_reference(keys, RockKeys.model_fields, T)
 
     body = known(case.material)
-    found = [Piece(where="material", keys=body, dim=case.dim, places=places.within)]
+    found = [Subdomain(where="material", keys=body, dim=case.dim, places=places.within)]
     for name, region in case.regions.items():
         box = box_of(case, region)
         where = partial(places.within, name)
         if box is not None:
-            where = partial(Grid(boxes=((name, box),), flat={}).within, name)
+            where = partial(BoxGrid(boxes=((name, box),), flat={}).within, name)
         keys = known(rock_of(case.material, region))
-        found.append(Piece(where=f"regions.{name}", keys=keys, dim=case.dim, places=where))
+        found.append(Subdomain(where=f"regions.{name}", keys=keys, dim=case.dim, places=where))
     return tuple(found)
 
 
@@ -117,7 +117,7 @@ def box_of(case: Case, region: RegionKeys) -> Bounds | None:
     return lower, upper
 
 
-def averages(piece: Piece) -> Averages:
+def averages(piece: Subdomain) -> Averages:
     """The numbers that stand for its rock."""
     keys = piece.keys
     if is_isotropic(keys):
@@ -134,7 +134,7 @@ def averages(piece: Piece) -> Averages:
     return Averages(E=E, nu=nu, Gc=float(Gc), expansion=mean)
 
 
-def conductivity(piece: Piece) -> np.ndarray:
+def conductivity(piece: Subdomain) -> np.ndarray:
     """Its conductivity along x, y (and z), averaged over places; a tensor, shape (dim, dim)."""
     k = piece.keys.k or ONE
     if isinstance(k, tuple):
@@ -151,18 +151,20 @@ def has_directions(keys: MaterialKeys) -> bool:
 def is_uneven(case: Case) -> bool:
     """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
     varies, has directions, or strains otherwise in a region than around it."""
-    body, *regions = (_strained_by(piece) for piece in pieces(case))
-    kinds = any(piece_varies(piece) or has_directions(piece.keys) for piece in pieces(case))
+    body, *regions = (_strained_by(piece) for piece in subdomains_of(case))
+    kinds = any(
+        subdomain_varies(piece) or has_directions(piece.keys) for piece in subdomains_of(case)
+    )
     others = any(region != body for region in regions)
     return kinds or others or bool(temperature_changes(case))
 
 
-def _strained_by(piece: Piece) -> tuple[float, ...]:
+def _strained_by(piece: Subdomain) -> tuple[float, ...]:
     rock = averages(piece)
     return rock.E, rock.nu, rock.expansion
 
 
-def piece_varies(piece: Piece) -> bool:
+def subdomain_varies(piece: Subdomain) -> bool:
     """True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
     return any(
@@ -175,7 +177,7 @@ def temperature_changes(case: Case) -> tuple[str, ...]:
     """Names of the properties that temperature changes in some rock."""
     found = {
         name: None
-        for piece in pieces(case)
+        for piece in subdomains_of(case)
         for name, _, value in piece.properties()
         if of_temperature(value)
     }

@@ -1,0 +1,1 @@
+"""Tests that build a mesh or solve on one, in this process."""

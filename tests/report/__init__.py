@@ -1,0 +1,1 @@
+"""Tests of results: tables, pictures, pages and comparisons, mostly of drawn runs."""

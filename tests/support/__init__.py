@@ -1,0 +1,1 @@
+"""Shared parts of the tests: bodies, meshes, cut runs, and the places of files."""

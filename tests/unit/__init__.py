@@ -1,0 +1,1 @@
+"""Tests of formulas, records and readings: neither a mesh nor a case is needed."""
