@@ -14,10 +14,8 @@ from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
 from staffa.errors import InputError
+from support.paths import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
-while not (ROOT / "pyproject.toml").exists():
-    ROOT = ROOT.parent
 SOURCE, DOCS = ROOT / "src" / "staffa", ROOT / "docs"
 PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
 TABLE = PAGE.split("## To add X, touch Y")[1].split("\n## ")[0]
