@@ -57,15 +57,17 @@ def test_the_picture_of_the_data_names_classes_where_they_are() -> None:
 
 
 def defined(path: Path) -> set[str]:
-    """Return the names that a module defines at its top."""
+    """Return the names of the classes, functions, methods, types and constants of a module."""
     found = set()
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             found.add(node.name)
         elif isinstance(node, ast.Assign):
             found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             found.add(node.target.id)
+        elif isinstance(node, ast.TypeAlias):
+            found.add(node.name.id)
     return found
 
 
