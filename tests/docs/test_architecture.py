@@ -89,7 +89,7 @@ def test_every_file_of_the_table_exists() -> None:
 def missing(page: Path, path: str) -> bool:
     """Tell if a file that a page names does not exist; tests and tools go by their name alone."""
     if "/" not in path:
-        folders = [ROOT / name for name in ("tests", "tools")]
+        folders = [ROOT / name for name in ("tests", "tools", "bench", "verification")]
         found = any(list(folder.rglob(path)) for folder in folders)
         return not found and not (SOURCE / path).exists()
     return not any((folder / path).exists() for folder in (ROOT, SOURCE, page.parent))
@@ -104,7 +104,7 @@ def test_every_file_that_a_page_names_exists(page: Path) -> None:
     named |= {
         path
         for path in re.findall(r"`([\w./-]+/[\w-]+\.(?:toml|json|sh|md|slurm))`", text)
-        if path.startswith(REPOSITORY)
+        if path.startswith(REPOSITORY) and "NAME" not in path
     }
     gone = sorted(path for path in named if missing(page, path))
     assert not gone, f"{page.name} names {gone}, which do not exist: where did they move?"
