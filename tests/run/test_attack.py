@@ -11,22 +11,31 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from staffa.backend.guarded_reading import read_apart
 from staffa.backend.isolation import elsewhere, isolated_python
-from staffa.errors import InputError, StaffaError
+from staffa.backend.lock import Lock
+from staffa.case.reading.read import read_case
+from staffa.cli import commands
+from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
+from staffa.io.vtkhdf import read_vtkhdf
+from staffa.plot.labels import TAU
+from staffa.plot.style import write_picture
 from staffa.properties.mesh_field import read_field
 from staffa.report.html import POLICY
 from staffa.results.series import csv_text
 from staffa.runs import provenance
+from staffa.runs.ensemble import started_members
 from support import meshes
 from support.bodies import needs_gmsh
 from support.paths import BIN
@@ -180,6 +189,15 @@ def test_no_run_goes_through_a_symbolic_link(tmp_path: Path) -> None:
         require_free(tmp_path / "link")
     with pytest.raises(InputError, match="symbolic link"):
         own_files.make_folder(tmp_path / "link")
+
+
+def test_no_member_of_an_ensemble_is_a_link(run: Path, tmp_path: Path) -> None:
+    """A run elsewhere, of the same case, would have gone on."""
+    (tmp_path / "all").mkdir()
+    (tmp_path / "all/seed-0").symlink_to(run)
+    case = read_case(run / "case.toml")
+    with pytest.raises(InputError, match=r"seed-0 is a symbolic link"):
+        started_members(case, range(1), tmp_path / "all")
 
 
 def test_a_link_in_the_place_of_a_file_is_replaced_and_not_followed(tmp_path: Path) -> None:
@@ -405,6 +423,29 @@ def test_sequences_that_rewrite_the_screen_are_spelled_out(run: Path, tmp_path: 
         assert "canary" in said
 
 
+def test_a_warning_that_would_rewrite_the_screen_is_spelled_out(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    commands._warn(StaffaWarning(f"a {ESCAPE} name"), StaffaWarning)
+    said = capsys.readouterr().err
+    assert "canary" in said and "\x1b" not in said and "\x07" not in said
+
+
+def test_a_name_with_dollars_in_it_is_drawn_as_it_is(tmp_path: Path) -> None:
+    """Matplotlib took it for a formula, and ended in a traceback."""
+
+    def draw() -> Figure:
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot([0, 1], label=r"face $\frac{$")
+        axes.set_xlabel(TAU, parse_math=True)
+        axes.legend()
+        return figure
+
+    write_picture(tmp_path / "a.png", draw)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_a_cell_that_a_spreadsheet_would_compute_is_a_text() -> None:
     rows = [["=cmd()", "+1", "-1", "@x", "a", -1.5, None]]
     assert csv_text(["x"] * 7, rows) == "x,x,x,x,x,x,x\n'=cmd(),'+1,'-1,'@x,a,-1.5,\n"
@@ -465,6 +506,81 @@ def test_a_manifest_of_no_run_is_a_sentence(name: str, run: Path) -> None:
     (run / "manifest.json").write_text(json.dumps(manifest | {name: BROKEN[name]}))
     with pytest.raises(StaffaError, match=rf"damaged: .*\b{name}\b"):
         read_run(run)
+
+
+def spoiled(name: str, value) -> Callable[[h5py.Group], None]:
+    """Put numbers in the place of others in a file of fields."""
+
+    def spoil(root: h5py.Group) -> None:
+        where = root[name]
+        shape = where.shape
+        del root[name]
+        root[name] = np.full(shape, value) if np.isscalar(value) else value
+
+    return spoil
+
+
+def without_end(root: h5py.Group) -> None:
+    del root["Points"]
+    root.create_dataset("Points", shape=(10**11, 3), dtype="f8", chunks=(1000, 3))
+
+
+def elsewhere_kept(root: h5py.Group) -> None:
+    size = root["PointData/alpha"].size
+    del root["PointData/alpha"]
+    kept = [("/dev/zero", 0, 8 * size)]
+    root["PointData"].create_dataset("alpha", shape=size, dtype="f8", external=kept)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (spoiled("Connectivity", 2**40), "corners that are not there"),
+        (spoiled("Connectivity", -7), "corners that are not there"),
+        (spoiled("Points", np.nan), "no points with three coordinates"),
+        (spoiled("PointData/alpha", np.zeros(3)), "not one value at each place"),
+        (spoiled("PointData/alpha", b"a text"), "other things than numbers"),
+        (spoiled("Types", 99), "99"),
+        (without_end, "more numbers than it can hold"),
+        (elsewhere_kept, "keeps numbers in another file"),
+    ],
+)
+def test_damaged_fields_of_a_run_are_left_out(spoil, said: str, run: Path, tmp_path: Path) -> None:
+    """They ended in tracebacks as they were drawn, or asked for all memory."""
+    file = next((run / "fields").glob("*.vtkhdf"))
+    with h5py.File(file, "r+") as fields:
+        spoil(fields["VTKHDF"])
+    with pytest.raises((KeyError, ValueError), match=said):
+        read_vtkhdf(file)
+    done = staffa("report", run, folder=tmp_path)
+    assert done.returncode == 0 and "not drawn: fields/" in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize("name", ["case.toml", "steps.jsonl", "fields", "checkpoint"])
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(
+    name: str, run: Path, tmp_path: Path
+) -> None:
+    """Reports and resumed runs hung."""
+    files = list((run / name).iterdir()) if (run / name).is_dir() else [run / name]
+    for file in files:
+        file.unlink()
+        os.mkfifo(file)
+    command = "resume" if name == "checkpoint" else "report"
+    done = staffa(command, run, folder=tmp_path)
+    assert done.returncode in (0, 1, 2), done.stderr
+    assert done.returncode == 0 or "ordinary file" in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("name", ["lock", "run.log"])
+def test_a_pipe_in_the_place_of_a_lock_or_a_log_is_not_waited_for(name: str, run: Path) -> None:
+    (run / name).unlink(missing_ok=True)
+    os.mkfifo(run / name)
+    if name == "lock":
+        with pytest.raises(InputError, match="lock is no ordinary file"):
+            Lock(run).take()
+    else:
+        with pytest.raises(OSError):
+            own_files.to_append(run / name)
 
 
 DEEP = "[" * 100_000 + "]" * 100_000

@@ -3,6 +3,7 @@
 import fcntl
 import os
 import socket
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EACCES, EAGAIN
@@ -47,6 +48,9 @@ class Lock:
                 f"{folder} cannot be written to ({error.strerror}); see to that first, or go on "
                 f"with a copy of it"
             ) from None
+        if not stat.S_ISREG(os.fstat(self._file).st_mode):
+            self._close()
+            raise InputError(f"{self._path} is no ordinary file; remove it")
         holder = os.pread(self._file, 200, 0).decode(errors="replace").strip()
         said = f"{holder} was cut while it wrote to {folder}" if holder else None
         refused = _refused(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -16,7 +16,7 @@ from staffa.case.reading.read import read_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import wall_time_seconds
-from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning
+from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import read_run
 
@@ -266,7 +266,7 @@ def _require_docstrings() -> None:
 def _warn(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
     """Show a warning of staffa's own as one sentence, and none of a library's."""
     if issubclass(category, StaffaWarning) and sys.stderr is not None:
-        print(f"staffa: {message}", file=sys.stderr)
+        print(f"staffa: {printable(str(message))}", file=sys.stderr)
 
 
 # By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx.

@@ -19,7 +19,7 @@ from staffa.cli.results import print_pictures, print_summary
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.display_units import Shown
-from staffa.errors import AloneError, AuditError, StaffaError
+from staffa.errors import AloneError, AuditError, StaffaError, printable
 from staffa.io.run_directory import Run, append_log, read_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
@@ -148,7 +148,10 @@ def _was_interrupted(error: BaseException | None) -> bool:
 
 def _interrupted(directory: Path, *, speaks: bool) -> int:
     if speaks:
-        print(f"staffa: interrupted; the finished steps are in {directory}", file=sys.stderr)
+        print(
+            printable(f"staffa: interrupted; the finished steps are in {directory}"),
+            file=sys.stderr,
+        )
     return 130
 
 
@@ -242,7 +245,7 @@ class Follower:
             self._say(f"  note: {sentence}")
         if self.speaks and self.quiet and step.audit and step.status == "converged":
             for sentence in step.audit.violations:
-                print(f"staffa: step {step.index}, audit: {sentence}", file=sys.stderr)
+                print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)
 
     def _named(self) -> str:
         return f"{self.name}, " if self.name else ""

@@ -59,7 +59,7 @@ def _name_clock(pair: Pair, axes: Axes) -> None:
     manifest = pair.first.run.manifest
     if pair.clock == "tau":
         alike = {side.run.manifest.profile for side in pair.sides} == {manifest.profile}
-        axes.set_xlabel(tau_label(manifest) if alike else TAU)
+        axes.set_xlabel(tau_label(manifest) if alike else TAU, parse_math=True)
         return
     axes.set_xlabel(pair.shown.time.label("time"))
     last = pair.first.run.steps[-1]

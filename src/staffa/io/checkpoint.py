@@ -52,8 +52,11 @@ def read_part(folder: Path, name: str) -> dict[str, np.ndarray]:
     DamagedError
         They are not there, or not as they were.
     """
+    file = _part(folder, name)
+    if file.exists() and not file.is_file():  # a pipe would be waited for
+        raise DamagedError(f"{name[:8]}.h5 of it is no ordinary file")
     try:
-        content = _part(folder, name).read_bytes()
+        content = file.read_bytes()
     except OSError as error:
         raise DamagedError(f"{name[:8]}.h5 of it cannot be read ({error.strerror})") from None
     if sha256(content).hexdigest() != name:
@@ -78,7 +81,8 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
 def checkpoint_numbers(folder: Path) -> list[int]:
     """Those of the checkpoints that are there, the latest first."""
     found = folder.iterdir() if folder.is_dir() else ()
-    return sorted((int(path.stem) for path in found if PAGE.fullmatch(path.name)), reverse=True)
+    pages = (path for path in found if PAGE.fullmatch(path.name) and path.is_file())
+    return sorted((int(path.stem) for path in pages), reverse=True)
 
 
 def read_page(folder: Path, number: int) -> dict[str, Any]:

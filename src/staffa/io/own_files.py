@@ -30,8 +30,9 @@ def write_aside(path: Path, content: str | bytes) -> None:
 
 
 def to_append(path: Path) -> IO[str]:
-    """A file to append lines to, made if it is not there; never what a symbolic link leads to."""
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+    """A file to append lines to, made if it is not there; never what a symbolic link leads to, nor
+    a pipe that nobody reads."""
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     return os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8")
 
 
@@ -56,7 +57,8 @@ def remove_halves(path: Path) -> None:
     inside = (folder for folder in path.iterdir() if folder.is_dir() and not folder.is_symlink())
     for folder in (path, *inside):
         for half in folder.glob(f".*{HALF}"):
-            half.unlink()
+            if half.is_symlink() or not half.is_dir():
+                half.unlink()
 
 
 def keep_names(path: Path) -> None:

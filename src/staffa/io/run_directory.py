@@ -305,6 +305,8 @@ def read_case_text(path: Path) -> str:
 
 
 def _text(file: Path, errors: str = "strict") -> str:
+    if file.exists() and not file.is_file():  # a pipe would be waited for, a device may never end
+        raise InputError(f"{file} cannot be read (it is no ordinary file)")
     try:
         return file.read_text(encoding="utf-8", errors=errors)
     except OSError as error:

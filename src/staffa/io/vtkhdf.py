@@ -10,10 +10,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from staffa.backend.one_file import require_alone
+from staffa.errors import InputError
 from staffa.io.own_files import write_aside
 
 # VTK's cell types (vtkCellType.h) and their number of vertices.
 VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
+DENSEST = 1100  # so many times fewer bytes does gzip make of them at most
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,14 +76,54 @@ def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
 
 
 def read_vtkhdf(path: Path) -> tuple[VtkMesh, dict[str, np.ndarray]]:
-    """The mesh and the values, of points and of cells, of a file that `write_vtkhdf` wrote."""
+    """The mesh and the values, of points and of cells, of a file that `write_vtkhdf` wrote.
+
+    Raises
+    ------
+    OSError, KeyError, ValueError, IndexError
+        It is none: also where it shows what is in another file, or where that would crash what
+        draws it.
+    """
+    if path.exists() and not path.is_file():  # a pipe would be waited for
+        raise ValueError("it is no ordinary file")
+    try:
+        require_alone(path, "it")
+    except InputError as error:
+        raise ValueError(str(error).removeprefix("it: ")) from None
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
+        _is_of_sense(root, path.stat().st_size)
         kind = int(root["Types"][0])
         grid = VtkMesh(
             points=root["Points"][:],
             cells=root["Connectivity"][:].reshape(-1, VERTICES[kind]),
             type=kind,
         )
-        data = {**root["PointData"], **root.get("CellData", {})}
-        return grid, {name: values[:] for name, values in data.items()}
+        values = {name: of[:] for name, of in root["PointData"].items()}
+        in_cells = {name: of[:] for name, of in root.get("CellData", {}).items()}
+    _is_whole(grid, values, in_cells)
+    return grid, values | in_cells
+
+
+def _is_of_sense(root: h5py.Group, size: int) -> None:
+    """Its numbers take no more memory than a file of so many bytes can hold."""
+    sets = [root["Points"], root["Connectivity"], root["Types"]]
+    sets += [*root["PointData"].values(), *root.get("CellData", {}).values()]
+    if not all(isinstance(one, h5py.Dataset) and one.dtype.kind in "fiu" for one in sets):
+        raise ValueError("it holds other things than numbers")
+    if any(one.nbytes > DENSEST * size for one in sets):
+        raise ValueError("it tells of more numbers than it can hold")
+
+
+def _is_whole(
+    grid: VtkMesh, values: Mapping[str, np.ndarray], in_cells: Mapping[str, np.ndarray]
+) -> None:
+    """Its cells are of its points, and each of both has its values."""
+    n, cells = len(grid.points), grid.cells
+    if grid.points.shape != (n, 3) or not len(cells) or not np.all(np.isfinite(grid.points)):
+        raise ValueError("it has no points with three coordinates, or no cells")
+    if cells.dtype.kind not in "iu" or cells.min() < 0 or cells.max() >= n:
+        raise ValueError("its cells have corners that are not there")
+    counts = [(of, n) for of in values.values()] + [(of, len(cells)) for of in in_cells.values()]
+    if any(len(of) != count for of, count in counts):
+        raise ValueError("it has not one value at each place")

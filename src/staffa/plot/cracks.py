@@ -173,7 +173,7 @@ def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: 
         columnspacing=1.3, borderaxespad=0.1,
     )  # fmt: skip
     if frames[0].step.tau is not None:
-        figure.supxlabel(tau_label(manifest), fontsize=8)
+        figure.supxlabel(tau_label(manifest), fontsize=8, parse_math=True)
 
 
 def isotherms(frames: Sequence[Frame], dT: float) -> dict[float, str]:

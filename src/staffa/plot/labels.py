@@ -54,7 +54,7 @@ def tau_label(manifest: Manifest) -> str:
 
 def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:
     """Name the axis of time; below one in units, an axis of tau where every step has it."""
-    axes.set_xlabel(clock_label(manifest, steps))
+    axes.set_xlabel(clock_label(manifest, steps), parse_math=counts_tau(manifest, steps))
     late = max(steps, key=lambda step: step.time, default=None)
     if late is None or not late.tau or not has_tau(steps) or counts_tau(manifest, steps):
         return
@@ -75,7 +75,7 @@ def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
     assert figure is not None
     below = axes.transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
     second = axes.secondary_xaxis(0.0, functions=(to_tau, to_time), transform=below)
-    second.set_xlabel(label)
+    second.set_xlabel(label, parse_math=True)
     axes.set_xlim(left=0)
     ticks = [0.0]
     for tick in MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(0, tau):

@@ -45,6 +45,7 @@ RC: Any = {
     "xtick.labelcolor": BLACK,
     "ytick.labelcolor": BLACK,
     "text.color": BLACK,
+    "text.parse_math": False,  # names of faces and of runs may have dollars in them
     "axes.labelcolor": BLACK,
 }
 

@@ -93,6 +93,11 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
     run_directory.require_free(directory, ours=is_of_ensemble)
     begun = {}
     for seed, place in members(directory).items():
+        if place.is_symlink():
+            raise InputError(
+                f"{place} is a symbolic link, which is not followed; remove it, or put there what "
+                f"it leads to"
+            )
         if not (place / run_directory.CASE).is_file():
             if seed in seeds:
                 run_directory.require_free(place)
