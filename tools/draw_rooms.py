@@ -9,6 +9,8 @@ import ast
 import re
 import textwrap
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
@@ -18,12 +20,15 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch, Rectangle
+from matplotlib.path import Path as Line
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "staffa"
 PICTURES = ROOT / "docs" / "pictures"
 LIGHT, HEAVY, INK = "#e8f1dc", "#dbe6f4", "#2b2b2b"
 WIDTH, HEIGHT, ROW, PITCH = 2.35, 0.62, 1.05, 2.6  # of boxes and between them, in inches
+GAP = 0.3  # for an arrow that passes between boxes, in inches
+ROUNDS = 40  # of sorting each floor by its neighbors; it is at rest before
 
 # The way of the data: (what flows, the room that makes it or keeps it, what happens on the way).
 FLOW = [
@@ -100,28 +105,58 @@ class Rooms:
         return {(a, b) for a, others in self.below.items() for b in others} - implied
 
 
-def places(rooms: Rooms) -> dict[str, tuple[float, float]]:
-    """Return the center of each box in inches: floors as rows, neighbors near one another."""
-    rows: dict[int, list[str]] = {}
-    for name in sorted(rooms.below):
-        rows.setdefault(rooms.floor(name), []).append(name)
-    found: dict[str, tuple[float, float]] = {}
+@dataclass(frozen=True)
+class Bend:
+    """A point at which an arrow passes a floor between two rooms.
 
-    def lay(order: list[str], height: int) -> None:
-        for column, name in enumerate(order):
-            found[name] = ((column - (len(order) - 1) / 2) * PITCH, height * ROW)
+    Attributes
+    ----------
+    above, below : the rooms at the ends of the arrow.
+    floor : the number of the floor.
+    """
 
-    for height, names in rows.items():
-        lay(names, height)
-    links = rooms.arrows()
-    near = {n: [b if a == n else a for a, b in links if n in (a, b)] for n in rooms.below}
-    for _ in range(12):
-        for height, names in sorted(rows.items()):
-            mean = {
-                n: sum(found[o][0] for o in near[n]) / len(near[n]) if near[n] else 0.0
-                for n in names
-            }
-            lay(sorted(names, key=lambda n: (round(mean[n], 6), n)), height)
+    above: str
+    below: str
+    floor: int
+
+
+def ways(rooms: Rooms) -> list[list[str | Bend]]:
+    """Return each arrow as the points that it passes, one on each floor, from the upper room."""
+    return [
+        [a, *(Bend(a, b, f) for f in range(rooms.floor(a) - 1, rooms.floor(b), -1)), b]
+        for a, b in sorted(rooms.arrows())
+    ]
+
+
+def places(rooms: Rooms) -> dict[str | Bend, tuple[float, float]]:
+    """Return the place of each box and bend in inches: floors as rows, neighbors close together."""
+    near: dict[str | Bend, list[str | Bend]] = {name: [] for name in sorted(rooms.below)}
+    for way in ways(rooms):
+        for one, other in pairwise(way):
+            near.setdefault(one, []).append(other)
+            near.setdefault(other, []).append(one)
+    rows: dict[int, list[str | Bend]] = {}
+    for point in near:
+        floor = point.floor if isinstance(point, Bend) else rooms.floor(point)
+        rows.setdefault(floor, []).append(point)
+    found: dict[str | Bend, tuple[float, float]] = {}
+
+    def lay(floor: int) -> None:
+        widths = [GAP if isinstance(point, Bend) else PITCH for point in rows[floor]]
+        x = -sum(widths) / 2
+        for point, width in zip(rows[floor], widths, strict=True):
+            found[point] = (x + width / 2, floor * ROW)
+            x += width
+
+    def mean(point: str | Bend) -> float:
+        return sum(found[other][0] for other in near[point]) / max(len(near[point]), 1)
+
+    for floor in rows:
+        lay(floor)
+    for _ in range(ROUNDS):
+        for floor in sorted(rows):
+            rows[floor].sort(key=lambda point: round(mean(point), 6))
+            lay(floor)
     return found
 
 
@@ -154,17 +189,17 @@ def draw_rooms(rooms: Rooms, out: Path) -> None:
     width = max(x for x, _ in at.values()) - min(x for x, _ in at.values()) + WIDTH + 0.4
     height = max(y for _, y in at.values()) + HEIGHT + 0.7
     axes = canvas(width, height)
-    for above, below in sorted(rooms.arrows()):
-        (x0, y0), (x1, y1) = at[above], at[below]
+    for way in ways(rooms):
+        ends = [[(at[p][0], at[p][1] + side * HEIGHT / 2) for side in (1, -1)] for p in way]
         arrow = FancyArrowPatch(
-            (x0, y0 - HEIGHT / 2), (x1, y1 + HEIGHT / 2), arrowstyle="-|>", mutation_scale=8,
-            color="#8a8a8a", linewidth=0.9, shrinkA=0, shrinkB=0, zorder=2,
+            path=Line([point for pair in ends for point in pair][1:-1]), arrowstyle="-|>",
+            mutation_scale=8, color="#8a8a8a", linewidth=0.9, shrinkA=0, shrinkB=0, zorder=2,
         )  # fmt: skip
-        arrow.set_gid(f"{above}->{below}")
+        arrow.set_gid(f"{way[0]}->{way[-1]}")
         axes.add_patch(arrow)
-    for name, center in at.items():
+    for name in rooms.below:
         color = HEAVY if name in rooms.heavy else LIGHT
-        box(axes, center, name, rooms.about.get(name, ""), color)
+        box(axes, at[name], name, rooms.about.get(name, ""), color)
     for shift, color, text in (
         (-3.4, LIGHT, "loads without MPI and PETSc"),
         (0.4, HEAVY, "some modules need MPI and PETSc"),
@@ -177,7 +212,7 @@ def draw_rooms(rooms: Rooms, out: Path) -> None:
 
 def draw_flow(out: Path) -> None:
     """Draw what becomes of a case file, from top to bottom."""
-    axes = canvas(7.4, len(FLOW) * 0.85 + 0.1)
+    axes = canvas(6.6, len(FLOW) * 0.85 + 0.1)
     for row, (what, where, how) in enumerate(FLOW):
         y = -row * 0.85
         box(axes, (0, y), what, f"in {where}" if where else "what a user writes", LIGHT)
@@ -185,7 +220,7 @@ def draw_flow(out: Path) -> None:
             start, end = (0, y + 0.85 - HEIGHT / 2), (0, y + HEIGHT / 2)
             axes.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=9))
         axes.text(WIDTH / 2 + 0.15, y, textwrap.fill(how, 58), va="center", fontsize=8)
-    axes.set(xlim=(-WIDTH / 2 - 0.1, 6.1), ylim=(-len(FLOW) * 0.85 + 0.45, HEIGHT / 2 + 0.1))
+    axes.set(xlim=(-WIDTH / 2 - 0.1, 5.3), ylim=(-len(FLOW) * 0.85 + 0.45, HEIGHT / 2 + 0.1))
     save(axes, out)
 
 

@@ -14,10 +14,8 @@ from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
 from staffa.errors import InputError
+from support.paths import ROOT
 
-ROOT = Path(__file__).resolve().parent.parent
-while not (ROOT / "pyproject.toml").exists():
-    ROOT = ROOT.parent
 SOURCE, DOCS = ROOT / "src" / "staffa", ROOT / "docs"
 PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
 TABLE = PAGE.split("## To add X, touch Y")[1].split("\n## ")[0]
@@ -59,15 +57,17 @@ def test_the_picture_of_the_data_names_classes_where_they_are() -> None:
 
 
 def defined(path: Path) -> set[str]:
-    """Return the names that a module defines at its top."""
+    """Return the names of the classes, functions, methods, types and constants of a module."""
     found = set()
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             found.add(node.name)
         elif isinstance(node, ast.Assign):
             found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             found.add(node.target.id)
+        elif isinstance(node, ast.TypeAlias):
+            found.add(node.name.id)
     return found
 
 
@@ -89,7 +89,7 @@ def test_every_file_of_the_table_exists() -> None:
 def missing(page: Path, path: str) -> bool:
     """Tell if a file that a page names does not exist; tests and tools go by their name alone."""
     if "/" not in path:
-        folders = [ROOT / name for name in ("tests", "tools")]
+        folders = [ROOT / name for name in ("tests", "tools", "bench", "verification")]
         found = any(list(folder.rglob(path)) for folder in folders)
         return not found and not (SOURCE / path).exists()
     return not any((folder / path).exists() for folder in (ROOT, SOURCE, page.parent))
@@ -104,7 +104,7 @@ def test_every_file_that_a_page_names_exists(page: Path) -> None:
     named |= {
         path
         for path in re.findall(r"`([\w./-]+/[\w-]+\.(?:toml|json|sh|md|slurm))`", text)
-        if path.startswith(REPOSITORY)
+        if path.startswith(REPOSITORY) and "NAME" not in path
     }
     gone = sorted(path for path in named if missing(page, path))
     assert not gone, f"{page.name} names {gone}, which do not exist: where did they move?"
