@@ -46,17 +46,17 @@ check: $(READY)
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
-	$(PYTHON_HERE) bench/run.py $(CASES)
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/second_order.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/split.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/scaling.py
+	$(PYTHON_HERE) -m bench.yardstick.run $(CASES)
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.presets.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.second_order.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.split.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.scaling.run
 
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
 	[ -n "$(ONLY)" ] || $(FOR_TESTS) $(PYTHON_HERE) -m pytest -m long
 	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/case/test_fuzz.py
-	$(PYTHON_HERE) verify/run.py $(ONLY)
+	$(PYTHON_HERE) -m verification $(ONLY)
 
 format: $(READY)
 	$(PYTHON_HERE) -m ruff check --select I --fix
