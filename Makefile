@@ -10,16 +10,18 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
-# Tests compile hundreds of forms and compute little with each.
-FOR_TESTS = STAFFA_CFLAGS=-O1
+# Tests compile a thousand forms and compute little with each: without optimization and symbols
+# for a debugger, the largest take a second in place of half a minute.
+FOR_TESTS = STAFFA_CFLAGS="-O0 -g0"
 SHARED_OUT = -n $(RANKS) --dist worksteal
-.PHONY: help demo demo3d test check bench verify format clean FORCE
+.PHONY: help demo demo3d check quick test bench verify format clean FORCE
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
-	@echo "make test    run every test but those of minutes, which make verify runs"
-	@echo "make check   format, lint, types and the fast tests, in a few minutes"
+	@echo "make check   format, lint and types; no tests, which are in make test"
+	@echo "make quick   the fast tests alone"
+	@echo "make test    run every test, the fast ones too, but those of minutes, which make verify runs"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes hours"
 	@echo "make format  rewrite the code in the house format"
@@ -33,16 +35,18 @@ demo3d: $(READY)
 	rm -rf runs/demo3d
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/brick.toml --out runs/demo3d
 
-# Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
-test: $(READY)
-	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long"
-	$(FOR_TESTS) $(PYTHON_HERE) -m pytest -m "mpi and not long"
-
 check: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
 	$(PYTHON_HERE) -m ruff check
 	$(PYTHON_HERE) -m mypy
+
+quick: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
+
+# Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
+test: $(READY)
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long"
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/mpi -m "not long"
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
