@@ -31,7 +31,10 @@ def forked(
     words = ["staffa", *map(str, arguments)]
     with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as complained:
         sys.stdout.flush()
-        child = os.fork()
+        with warnings.catch_warnings():
+            # Threads of libraries do not go along; none of them holds what a command needs.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            child = os.fork()
         if child == 0:
             _become(words, folder, said.fileno(), complained.fileno())
         code = _exit_code(child, words, timeout)
