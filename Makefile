@@ -10,18 +10,20 @@ export OMP_NUM_THREADS = 1
 unexport PYTHONPATH PYTHONHOME
 export PYTHONNOUSERSITE = 1
 
-# Tests compile hundreds of forms and compute little with each.
-FOR_TESTS = STAFFA_CFLAGS=-O1
+# Tests compile a thousand forms and compute little with each: half an optimization, and no symbols
+# for a debugger, with which the largest form takes three times as long.
+FOR_TESTS = STAFFA_CFLAGS="-O1 -g0"
 SHARED_OUT = -n $(RANKS) --dist worksteal
-.PHONY: help demo demo3d test test-serial test-mpi check lint types fast-tests docs coverage
+.PHONY: help demo demo3d check lint types quick test test-serial test-mpi docs coverage
 .PHONY: bench verify format clean FORCE
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
-	@echo "make test    run every test but those of minutes, which make verify runs"
-	@echo "make check   format, lint, measures of the code, types and the fast tests, in a few minutes"
+	@echo "make check   format, lint, measures of the code and types; no tests, which are in make test"
+	@echo "make quick   the fast tests alone"
+	@echo "make test    run every test, the fast ones too, but those of minutes, which make verify runs"
 	@echo "make docs    run the scripts of the docs, and check their links and words"
 	@echo "make coverage  the tests of one rank, with the lines that they leave out"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
@@ -37,16 +39,7 @@ demo3d: $(READY)
 	rm -rf runs/demo3d
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/brick.toml --out runs/demo3d
 
-# Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
-test: test-serial test-mpi
-
-test-serial: $(READY)
-	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long"
-
-test-mpi: $(READY)
-	$(FOR_TESTS) $(PYTHON_HERE) -m pytest -m "mpi and not long"
-
-check: lint types fast-tests
+check: lint types
 
 lint: $(READY)
 	$(PYTHON_HERE) -m ruff format --check
@@ -56,8 +49,17 @@ lint: $(READY)
 types: $(READY)
 	$(PYTHON_HERE) -m mypy
 
-fast-tests: $(READY)
+quick: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not slow and not mpi and not long"
+
+test: test-serial test-mpi
+
+test-serial: $(READY)
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest $(SHARED_OUT) -m "not mpi and not long"
+
+# Those of several ranks have the cores for themselves: the ranks of MPICH spin while they wait.
+test-mpi: $(READY)
+	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/mpi -m "not long"
 
 docs: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/docs
@@ -68,17 +70,17 @@ coverage: $(READY)
 
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
-	$(PYTHON_HERE) bench/run.py $(CASES)
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/presets.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/second_order.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/split.py
-	[ -n "$(CASES)" ] || $(PYTHON_HERE) bench/scaling.py
+	$(PYTHON_HERE) -m bench.yardstick.run $(CASES)
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.presets.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.second_order.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.split.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.scaling.run
 
 # ONLY="second-order array-free" runs these alone.
 verify: $(READY)
 	[ -n "$(ONLY)" ] || $(FOR_TESTS) $(PYTHON_HERE) -m pytest -m long
 	[ -n "$(ONLY)" ] || STAFFA_FUZZ=250 $(PYTHON_HERE) -m pytest tests/case/test_fuzz.py
-	$(PYTHON_HERE) verify/run.py $(ONLY)
+	$(PYTHON_HERE) -m verification $(ONLY)
 
 format: $(READY)
 	$(PYTHON_HERE) -m ruff check --select I --fix
@@ -86,7 +88,7 @@ format: $(READY)
 
 clean:
 	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache .coverage src/*.egg-info
-	find src tests -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	find src tests verification bench -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamp holds the folder that the environment was made in: a copy of the tree that took
 # .venv along would import the original's code.

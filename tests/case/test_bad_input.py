@@ -17,6 +17,7 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import inline
 from staffa.errors import InputError
 from staffa.io import run_directory
+from support.commands import forked
 from support.paths import BIN
 
 GOOD = """
@@ -1161,11 +1162,11 @@ def test_a_place_that_cannot_take_a_run_is_refused(tmp_path, kind):
 
 
 def staffa(folder: Path, *arguments: str, ranks: int = 0) -> subprocess.CompletedProcess:
-    """The real command, in a folder that must stay as it is."""
-    here = BIN
-    launch = [str(here / "mpiexec"), "-n", str(ranks)] if ranks else []
+    """The command, in a folder that must stay as it is; with ranks, the installed one."""
+    if not ranks:
+        return forked(*arguments, folder=folder)
     return subprocess.run(
-        [*launch, str(here / "staffa"), *arguments],
+        [BIN / "mpiexec", "-n", str(ranks), BIN / "staffa", *arguments],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -1234,7 +1235,7 @@ def test_unstructured_cells_without_gmsh_are_refused(place, stub, parts, monkeyp
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path).rstrip(os.pathsep))
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     unstructured = ("--set", "domain.cells=unstructured")
-    done = staffa(place, "run", "my.toml", "--out", "runs/a", *unstructured)
+    done = staffa(place, "run", "my.toml", "--out", "runs/a", *unstructured, ranks=1)
     assert done.returncode == 2, f"exit code {done.returncode}: {done.stderr}"
     assert done.stderr.count("\n") == 1, done.stderr
     check_sentence(done.stderr.rstrip("\n"), 'domain.cells = "unstructured"', *parts)

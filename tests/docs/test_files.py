@@ -17,8 +17,9 @@ from staffa.records.step import Step
 from staffa.report.drawing import draw
 from staffa.results.summary import summary
 from staffa.runs.run import Watcher, run
+from support.commands import forked
 from support.paths import ROOT
-from support.restarting import SMALL, launch, small
+from support.restarting import SMALL, small
 
 PAGES = ROOT / "docs"
 PAGE = (PAGES / "files.md").read_text()
@@ -86,7 +87,7 @@ def place(tmp_path_factory) -> Path:
 
 
 def ran(*command: str | Path) -> str:
-    done = launch("staffa", *command)
+    done = forked(*command)
     assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return done.stdout
 

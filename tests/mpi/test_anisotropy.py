@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fem.test_anisotropy import cooled, single
-from support.bodies import RANKS, printed_on, run
+from support.bodies import RANKS, run
+from support.ranks import printed_on
 
 ON_RANKS = """
 from support.bodies import run

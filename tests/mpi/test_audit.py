@@ -2,7 +2,7 @@
 
 from staffa.backend.stack import MPI  # noqa: F401
 
-from support.bodies import printed_on
+from support.ranks import printed_on
 
 RANKS = """
 from staffa.backend.stack import MPI

@@ -8,11 +8,11 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from run.test_run import launch
 from staffa.io.run_directory import read_run
 from staffa.results.crack_network import networks
 from staffa.results.summary import summary
 from support.bodies import RANKS
+from support.ranks import staffa_on
 
 CASE = """
 title = "penny"
@@ -50,8 +50,7 @@ def test_on_several_ranks_a_run_gives_the_serial_numbers(tmp_path: Path, ranks: 
     found = []
     for number in (1, ranks):
         out = tmp_path / f"{number}"
-        done = launch(number, "run", tmp_path / "penny.toml", "--out", out, "--quiet")
-        assert done.returncode == 0, done.stderr
+        staffa_on(number, "run", tmp_path / "penny.toml", "--out", out, "--quiet")
         found.append(read_run(out))
     totals = [[step.energies.total for step in each.steps] for each in found]
     assert totals[1] == pytest.approx(totals[0], rel=1e-9)

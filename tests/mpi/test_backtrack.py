@@ -5,7 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_backtrack import front
-from support.bodies import printed_on, run
+from support.bodies import run
+from support.ranks import printed_on
 
 ON_RANKS = """
 from fem.test_backtrack import front

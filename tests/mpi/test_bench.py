@@ -9,8 +9,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import pytest
 
-from scripts.test_bench import BENCH
-from support.paths import BIN
+from support.paths import BIN, ROOT
 
 
 @pytest.mark.slow
@@ -22,13 +21,14 @@ def test_a_side_alone_writes_down_its_step(tmp_path: Path) -> None:
         "-n",
         "2",
         sys.executable,
-        BENCH / "side.py",
+        "-m",
+        "bench.yardstick.side",
         "alone",
         "A30k",
         tmp_path,
         "1",
     ]
-    subprocess.run(command, check=True, timeout=300)
+    subprocess.run(command, check=True, timeout=300, cwd=ROOT)
     record = json.loads((tmp_path / "alone-0-0.json").read_text())
     assert (
         record["sweeps"] > 1
@@ -42,13 +42,14 @@ def test_a_run_of_the_scaling_is_counted_on_all_ranks() -> None:
     mpiexec = BIN / "mpiexec"
     runs = {}
     for ranks in (1, 2):
-        command = [mpiexec, "-n", str(ranks), sys.executable, BENCH / "scaling.py"]
+        command = [mpiexec, "-n", str(ranks), sys.executable, "-m", "bench.scaling.run"]
         done = subprocess.run(
             [*command, "--one", "4", "hexahedron"],
             check=True,
             timeout=300,
             capture_output=True,
             text=True,
+            cwd=ROOT,
         )
         runs[ranks] = json.loads(done.stdout)
     one, two = runs[1], runs[2]

@@ -5,7 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_contact import pressed, steps_of
-from support.bodies import RANKS, printed_on
+from support.bodies import RANKS
+from support.ranks import printed_on
 
 RANKED = """
 from fem.test_contact import pressed, steps_of

@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_contrast import SOFT
-from support.bodies import printed_on
+from support.ranks import printed_on
 
 RANKS = """
 from staffa.backend.stack import MPI

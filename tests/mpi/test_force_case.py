@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from support.bodies import printed_on
+from support.ranks import printed_on
 
 ON_RANKS = """
 import sys, tempfile

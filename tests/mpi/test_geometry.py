@@ -14,7 +14,8 @@ from fem.test_geometry import (
 from run.test_run import launch
 from staffa.case.reading.read import read_case
 from staffa.setup.build import problem
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import RANKS, needs_gmsh
+from support.ranks import printed_on
 
 TOLD = """
 import sys

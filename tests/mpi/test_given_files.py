@@ -9,7 +9,8 @@ import pytest
 from fem.test_given_files import HEATED, grid, warm
 from staffa.case.reading.read import read_case
 from staffa.runs.run import run
-from support.bodies import RANKS, printed_on
+from support.bodies import RANKS
+from support.ranks import printed_on
 
 MANY = """
 from pathlib import Path

@@ -5,7 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_heat import DT, RHO_C, mixed
-from support.bodies import RANKS, printed_on
+from support.bodies import RANKS
+from support.ranks import printed_on
 
 
 @pytest.mark.parametrize("ranks", RANKS)

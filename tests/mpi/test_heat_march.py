@@ -5,7 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_heat_march import FEELING, MANY, feeling_front, plate, quenched
-from support.bodies import printed_on, run
+from support.bodies import run
+from support.ranks import printed_on
 
 
 @pytest.mark.parametrize("ranks", MANY)

@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_heat_of_temperature import march_boiled
-from support.bodies import printed_on
+from support.ranks import printed_on
 
 
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])

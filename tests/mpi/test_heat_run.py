@@ -3,10 +3,11 @@
 import pytest
 
 from run.test_heat_run import settings
-from run.test_run import CASES, launch
+from run.test_run import CASES
 from staffa.io.run_directory import read_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.bodies import needs_gmsh
+from support.ranks import staffa_on
 
 BEHIND_FILMS = ("glass-slab", "wellbore")
 
@@ -25,9 +26,8 @@ def test_a_ready_case_runs_in_units_on_one_and_two_ranks(name: str, tmp_path) ->
     runs = []
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}"
-        done = launch(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings(name))
-        assert done.returncode == 0, done.stderr
-        assert "heat" in done.stdout and (out / "pictures" / "heat.png").exists()
+        said = staffa_on(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings(name))
+        assert "heat" in said and (out / "pictures" / "heat.png").exists()
         runs.append(read_run(out))
     for one, two in zip(runs[0].steps, runs[1].steps, strict=True):
         assert one.audit.violations == () and one.heat.imbalance < 1e-8

@@ -11,7 +11,8 @@ from staffa.case.reading.read import read_case
 from staffa.io.run_directory import read_run
 from staffa.results.summary import summary
 from staffa.runs.run import run
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import RANKS, needs_gmsh
+from support.ranks import printed_on
 
 COARSE = """
 from pathlib import Path

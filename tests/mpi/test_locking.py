@@ -9,13 +9,11 @@ import pytest
 
 from fem.test_locking import plate
 from staffa.io.run_directory import read_run
-from support.paths import TESTS
-from support.restarting import assert_same, launch, whole_run
+from support.ranks import printed_on
+from support.restarting import assert_same, whole_run
 
 RANKS = """
-import sys
 from pathlib import Path
-sys.path.insert(0, {tests!r})
 from staffa.backend.stack import MPI
 from support.restarting import cut_run
 from fem.test_locking import plate
@@ -35,9 +33,7 @@ def test_quadratic_elements_are_the_same_on_any_ranks(tmp_path: Path) -> None:
     """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number of their own."""
     expected = whole_run(plate("triangle"), tmp_path / "on-1")
     for ranks in (2, 3):
-        code = RANKS.format(tests=str(TESTS), base=str(tmp_path))
-        done = launch("python", "-c", code, ranks=ranks)
-        assert done.returncode == 0, done.stderr
+        printed_on(ranks, RANKS.format(base=str(tmp_path)))
     for name in ("on-2", "on-3", "cut"):
         found = read_run(tmp_path / name)
         assert_same(found, expected, rel=1e-7)

@@ -4,7 +4,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import pytest
 
-from support.bodies import RANKS, printed_on
+from support.bodies import RANKS
+from support.ranks import printed_on
 
 ON_RANKS = """
 import sys

@@ -8,9 +8,9 @@ import pytest
 
 from fem.test_planes import CELLS, words
 from run.test_run import CASES as READY
-from run.test_run import launch
 from staffa.io.run_directory import Run, read_run
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import RANKS, needs_gmsh
+from support.ranks import printed_on, staffa_on
 
 ON_RANKS = """
 from staffa.backend.stack import MPI
@@ -47,8 +47,7 @@ def alone(tmp_path_factory) -> Run:
 def few_columns(ranks: int, directory: Path) -> Run:
     """The ready case, smaller: its unstructured cells, its seed, its solvers and tolerances."""
     settings = [*FEW_COLUMNS, "--out", directory, "--quiet"]
-    done = launch(ranks, "run", READY / "brick.toml", *settings)
-    assert done.returncode == 0, done.stderr
+    staffa_on(ranks, "run", READY / "brick.toml", *settings)
     return read_run(directory)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fem.test_rock import PLATE, SLAB, _write_field, energies
-from support.bodies import RANKS, printed_on
+from support.bodies import RANKS
+from support.ranks import printed_on
 
 ON_RANKS = """
 from pathlib import Path

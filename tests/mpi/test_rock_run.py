@@ -2,8 +2,9 @@
 
 import pytest
 
-from run.test_run import CASES, launch
+from run.test_run import CASES
 from staffa.io.run_directory import read_run
+from support.ranks import staffa_on
 
 COARSE = {
     "layered": (
@@ -23,8 +24,7 @@ def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
     runs = []
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}"
-        done = launch(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings)
-        assert done.returncode == 0, done.stderr
+        staffa_on(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings)
         assert (out / "pictures" / "cracks.png").exists()
         runs.append(read_run(out))
     for one, two in zip(runs[0].steps, runs[1].steps, strict=True):

@@ -14,6 +14,7 @@ from run.test_run import CASES, SHORT, adaptive, launch, serial  # noqa: F401
 from staffa.io.run_directory import read_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.paths import BIN
+from support.ranks import staffa_on
 
 
 @pytest.mark.slow
@@ -94,8 +95,7 @@ def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_p
         solver = ("--set", f"solver.displacement={displacement}")
         settings = [*SMALL_BRICK, *solver, "--set", f"domain.cells={cells}", "--out", directory]
         settings.append("--quiet")
-        done = launch(ranks, "run", CASES / "brick.toml", *settings)
-        assert done.returncode == 0, done.stderr
+        staffa_on(ranks, "run", CASES / "brick.toml", *settings)
         runs.append(read_run(directory))
     for a, b in zip(runs[0].steps, runs[1].steps, strict=True):
         assert a.audit.violations == b.audit.violations == ()
@@ -123,8 +123,7 @@ def test_more_ranks_than_cells(tmp_path: Path) -> None:
     energies = []
     for ranks in (1, 3):
         directory = tmp_path / str(ranks)
-        done = launch(ranks, "run", CASES / "notched.toml", *whole, "--out", directory)
-        assert done.returncode == 0, done.stderr
+        staffa_on(ranks, "run", CASES / "notched.toml", *whole, "--out", directory)
         energies.append(read_run(directory).steps[-1].energies.total)
     assert energies[1] == pytest.approx(energies[0], rel=1e-9)
 
@@ -132,8 +131,7 @@ def test_more_ranks_than_cells(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_adaptive_steps_are_the_same_on_more_ranks(adaptive: Path, tmp_path, ranks: int) -> None:
-    done = launch(ranks, "run", adaptive / "case.toml", "--quiet", "--out", tmp_path / "run")
-    assert done.returncode == 0, done.stderr
+    staffa_on(ranks, "run", adaptive / "case.toml", "--quiet", "--out", tmp_path / "run")
     alone, found = read_run(adaptive), read_run(tmp_path / "run")
     assert [s.time for s in found.steps] == [s.time for s in alone.steps]
     assert [s.time for s in found.rejected] == [s.time for s in alone.rejected]

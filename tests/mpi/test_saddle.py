@@ -5,7 +5,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_saddle import SMALL, even
-from support.bodies import RANKS, printed_on, run
+from support.bodies import RANKS, run
+from support.ranks import printed_on
 
 SCRIPT = """
 from staffa.backend.stack import MPI

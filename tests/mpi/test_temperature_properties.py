@@ -5,7 +5,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from fem.test_temperature_properties import surfaces_of_cracking
-from support.bodies import printed_on
+from support.ranks import printed_on
 
 
 @pytest.mark.long

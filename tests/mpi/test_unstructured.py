@@ -6,7 +6,8 @@ import pytest
 
 from fem.test_unstructured import cooled, energies
 from staffa.model.domain import cell_count
-from support.bodies import RANKS, needs_gmsh, printed_on
+from support.bodies import RANKS, needs_gmsh
+from support.ranks import printed_on
 
 pytestmark = needs_gmsh
 

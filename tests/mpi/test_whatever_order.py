@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from run.test_run import launch
 from staffa.io.run_directory import read_run
 from support.bodies import needs_gmsh
+from support.ranks import staffa_on
 
 MIXED = """
 title = "Unstructured, layered, random, squeezed, heated"
@@ -61,8 +61,7 @@ def test_measures_are_the_same_on_any_number_of_ranks(ranks: int, tmp_path: Path
     (tmp_path / "case.toml").write_text(MIXED)
     runs = []
     for n in (1, ranks):
-        done = launch(n, "run", tmp_path / "case.toml", "--quiet", "--out", tmp_path / f"on{n}")
-        assert done.returncode == 0, done.stderr
+        staffa_on(n, "run", tmp_path / "case.toml", "--quiet", "--out", tmp_path / f"on{n}")
         runs.append(read_run(tmp_path / f"on{n}"))
     for one, many in zip(runs[0].steps, runs[1].steps, strict=True):
         assert many.energies.total == pytest.approx(one.energies.total, rel=1e-9)

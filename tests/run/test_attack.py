@@ -38,6 +38,7 @@ from staffa.runs import provenance
 from staffa.runs.ensemble import started_members
 from support import meshes
 from support.bodies import needs_gmsh
+from support.commands import forked
 from support.paths import BIN
 
 STAFFA = BIN / "staffa"
@@ -45,19 +46,29 @@ BAR = ["--set", "domain.h=0.05", "--set", "time.t=[0.1,0.2]", "--set", "output.a
 
 
 def staffa(
-    *words: str | Path, folder: Path, out: int | None = None, **environment: str
+    *words: str | Path,
+    folder: Path,
+    installed: bool = False,
+    out: int | None = None,
+    **environment: str,
 ) -> subprocess.CompletedProcess[str]:
-    """The command in a folder; everything that it says, and no traceback."""
-    done = subprocess.run(
-        [STAFFA, *map(str, words)],
-        cwd=folder,
-        env={**os.environ, **environment},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE if out is None else out,
-        stderr=subprocess.PIPE,
-        text=True,
-        timeout=240,
-    )
+    """The command in a folder; everything that it says, and no traceback.
+
+    installed: as a person starts it, which an environment or a stream of its own asks for too.
+    """
+    if installed or environment or out is not None:
+        done = subprocess.run(
+            [STAFFA, *map(str, words)],
+            cwd=folder,
+            env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE if out is None else out,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=240,
+        )
+    else:
+        done = forked(*words, folder=folder, timeout=240)
     assert "Traceback" not in done.stderr and "PETSC ERROR" not in done.stderr, done.stderr
     return done
 
@@ -96,8 +107,9 @@ def test_nothing_that_lies_in_the_current_folder_is_read_as_a_setting(tmp_path: 
     for name, text in TRAPS.items():
         known = {"folder": str(tmp_path), "canary": str(tmp_path / f"canary-{name}")}
         (tmp_path / name).write_text(text.format(**known))
-    (tmp_path / "bar.toml").write_text(staffa("new", "bar", folder=tmp_path).stdout)
-    done = staffa("run", "bar.toml", "--out", "run", *BAR, folder=tmp_path)
+    made = staffa("new", "bar", folder=tmp_path, installed=True)
+    (tmp_path / "bar.toml").write_text(made.stdout)
+    done = staffa("run", "bar.toml", "--out", "run", *BAR, folder=tmp_path, installed=True)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "run/report.html").is_file()
     left = {path.name for path in tmp_path.iterdir()} - {*TRAPS, "bar.toml", "run"}
@@ -288,7 +300,7 @@ def test_an_options_file_beside_a_mesh_is_not_run(tmp_path: Path) -> None:
     (tmp_path / "plate.msh.opt").write_text(f'SystemCall "touch {tmp_path}/canary";')
     (tmp_path / ".gmsh-options").write_text(f'SystemCall "touch {tmp_path}/canary";')
     (tmp_path / "my.toml").write_text(PLATE)
-    done = staffa("check", "my.toml", folder=tmp_path)
+    done = staffa("check", "my.toml", folder=tmp_path, installed=True)
     assert done.returncode == 0, done.stderr
     assert not (tmp_path / "canary").exists()
 
@@ -405,7 +417,7 @@ def test_a_library_that_fails_while_it_reads_is_a_sentence(
 ) -> None:
     monkeypatch.setattr("staffa.backend.guarded_reading.SECONDS", 1.0 if reader == "busy" else 60.0)
     with pytest.raises(InputError, match=said):
-        read_apart(Read, f"run.test_attack:{reader}", tmp_path / "a", [], where="domain.mesh")
+        read_apart(Read, f"{__name__}:{reader}", tmp_path / "a", [], where="domain.mesh")
 
 
 ESCAPE = "\x1b[2J\x1b]0;canary\x07"

@@ -12,16 +12,17 @@ import pyvista
 
 from staffa.io.run_directory import read_run
 from staffa.io.vtkhdf import read_vtkhdf
+from support.commands import forked
 from support.paths import BIN, READY
 
 CASES = READY
 
 
 def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
-    """staffa in a separate process, one thread a rank."""
-    command = [BIN / "staffa", *arguments]
-    if ranks > 1:
-        command = [BIN / "mpiexec", "-n", str(ranks), *command]
+    """staffa in a process of its own; with ranks, the installed one, one thread a rank."""
+    if ranks == 1:
+        return forked(*arguments, timeout=500)
+    command = [BIN / "mpiexec", "-n", str(ranks), BIN / "staffa", *arguments]
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     return subprocess.run(command, capture_output=True, text=True, timeout=500, env=environment)
 

@@ -1,6 +1,5 @@
 """The yardstick still runs, its two sides compute the same thing, and costs are foretold."""
 
-import importlib
 import json
 import shutil
 import subprocess
@@ -8,6 +7,9 @@ import subprocess
 import numpy as np
 import pytest
 
+from bench.common.cases import CASES
+from bench.scaling import laws, pages
+from bench.yardstick import table
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import read_case
 from support.paths import ROOT
@@ -15,16 +17,9 @@ from support.paths import ROOT
 BENCH = ROOT / "bench"
 
 
-@pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch):
-    """Imports a module of the benchmark."""
-    monkeypatch.syspath_prepend(str(BENCH))
-    return importlib.import_module
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["A30k", "C120k", "D100k"])
-def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypatch) -> None:
+def test_both_sides_take_the_same_path_without_newton(name: str, monkeypatch) -> None:
     """The script and plain alternation are two codes of one method: sweeps and energies agree."""
     from dataclasses import replace
     from functools import partial
@@ -34,16 +29,18 @@ def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypa
 
     from dolfinx import fem
 
+    from bench.common.ours import Ours
+    from bench.yardstick import script as script_module
     from staffa.backend import jit
 
-    case = bench("cases").CASES[name]
+    case = CASES[name]
     coarse = {2: (20, 20), 3: (6, 6, 6)}[case.dim]
     case = replace(case, counts=coarse, ell=0.2, tolerance=1e-3, times=case.times[:2])
     # DOLFINx's own cache waits in vain for a form that a killed process left half made.
     form = partial(jit.form, comm=MPI.COMM_SELF)
-    monkeypatch.setattr(bench("script"), "fem", SimpleNamespace(**vars(fem) | {"form": form}))
-    script = bench("script").Script(case, MPI.COMM_SELF)
-    ours = bench("ours").Ours(case, MPI.COMM_SELF, acceleration="none")
+    monkeypatch.setattr(script_module, "fem", SimpleNamespace(**vars(fem) | {"form": form}))
+    script = script_module.Script(case, MPI.COMM_SELF)
+    ours = Ours(case, MPI.COMM_SELF, acceleration="none")
     for index, time in enumerate(case.times):
         state = {key: values.copy() for key, values in script.state().items()}
         ours.put(state, case.times[index - 1] if index else None)
@@ -52,10 +49,9 @@ def test_both_sides_take_the_same_path_without_newton(name: str, bench, monkeypa
         assert found["energy"]() == pytest.approx(script.total_energy(), rel=1e-6)
 
 
-def test_the_tables_of_the_documents_are_those_of_the_results(bench) -> None:
-    """The pages quote `bench/table.py` as it prints."""
-    table = bench("table")
-    results = json.loads((BENCH / "results.json").read_text())
+def test_the_tables_of_the_documents_are_those_of_the_results() -> None:
+    """What `bench/yardstick/table.py` prints stands in the pages that quote it."""
+    results = json.loads((BENCH / "yardstick" / "results.json").read_text())
     pages = {
         "performance.md": (table.ratios, table.growth, table.ranks),
         "how-to-choose-a-solver.md": (table.presets,),
@@ -82,12 +78,11 @@ def drawn(scatter: float = 0.0) -> list[dict]:
     ]
 
 
-def test_a_law_that_runs_follow_is_found_and_foretells(bench) -> None:
-    cost = bench("cost")
-    found = cost.law(drawn())
+def test_a_law_that_runs_follow_is_found_and_foretells() -> None:
+    found = laws.law(drawn())
     assert (found.p, found.s) == pytest.approx((1.1, 0.2)), f"{found}"
     assert (found.bytes_a_rank, found.bytes_an_unknown) == pytest.approx((0.3e9, 3e3))
-    far = cost.predict(found, unknowns=3e7, ranks=500, steps=10, sweeps=4)
+    far = laws.predict(found, unknowns=3e7, ranks=500, steps=10, sweeps=4)
     assert far.seconds_a_sweep == pytest.approx(2 * 6**1.1 * 500**0.2)
     assert far.hours == pytest.approx(40 * far.seconds_a_sweep / 3600)
     assert far.core_hours == pytest.approx(500 * far.hours)
@@ -95,30 +90,28 @@ def test_a_law_that_runs_follow_is_found_and_foretells(bench) -> None:
     assert far.factor == pytest.approx(1, abs=1e-6), "nothing scatters"
 
 
-def test_the_factor_holds_scattered_runs_and_grows_with_the_distance(bench) -> None:
-    cost = bench("cost")
+def test_the_factor_holds_scattered_runs_and_grows_with_the_distance() -> None:
     runs = drawn(0.05)
-    pairs = cost.held_out(runs)
+    pairs = laws.held_out(runs)
     assert {run["unknowns"] for run, _ in pairs} == {3e5}
     for run, foretold in pairs:
         off = 3600 * foretold.hours / run["seconds"]
         assert max(off, 1 / off) < foretold.factor < 1.5, f"{off} against {foretold.factor}"
-    found = cost.law(runs)
+    found = laws.law(runs)
     near, far = (
-        cost.predict(found, unknowns=6e4 * ranks, ranks=ranks, steps=1, sweeps=1).factor
+        laws.predict(found, unknowns=6e4 * ranks, ranks=ranks, steps=1, sweeps=1).factor
         for ranks in (2, 512)
     )
     assert 1 < near < far
 
 
-def test_a_law_of_too_few_runs_is_refused(bench) -> None:
+def test_a_law_of_too_few_runs_is_refused() -> None:
     with pytest.raises(ValueError, match="four runs"):
-        bench("cost").law(drawn()[:2])
+        laws.law(drawn()[:2])
 
 
-def test_the_costs_in_the_documents_are_those_of_the_results(bench) -> None:
-    """The page and the head of the batch script quote the fit of `bench/scaling.py`."""
-    pages = bench("scaling_pages")
+def test_the_costs_in_the_documents_are_those_of_the_results() -> None:
+    """What `bench.scaling.run` fitted stands in the page, and at the head of the batch script."""
     results = pages.measured()
     assert pages.page(results) in pages.PAGE.read_text(encoding="utf-8")
     script = pages.SCRIPT.read_text(encoding="utf-8")
@@ -127,8 +120,7 @@ def test_the_costs_in_the_documents_are_those_of_the_results(bench) -> None:
     assert pages.PICTURE.exists() == (results is not None)
 
 
-def test_the_batch_script_is_one_and_its_case_is_sound(bench) -> None:
-    pages = bench("scaling_pages")
+def test_the_batch_script_is_one_and_its_case_is_sound() -> None:
     checked = subprocess.run([shutil.which("bash") or "bash", "-n", pages.SCRIPT], timeout=60)
     assert checked.returncode == 0
     assert pages.CASE.name in pages.SCRIPT.read_text(encoding="utf-8")

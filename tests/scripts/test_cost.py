@@ -18,10 +18,11 @@ MEASURED = ("squeezed", "layers", "neighbors", "columns", "quench")
 
 
 def kept() -> dict[str, dict]:
-    """The runs of one command that are kept in verify/, with their commands and seconds."""
-    found = {file.stem: json.loads(file.read_text()) for file in (ROOT / "verify/slabs").iterdir()}
+    """The runs of one command that are kept in verification/, with their commands and seconds."""
+    slabs = (ROOT / "verification" / "slabs" / "kept").iterdir()
+    found = {file.stem: json.loads(file.read_text()) for file in slabs}
     for name in MEASURED:
-        runs = json.loads((ROOT / f"verify/{name}.json").read_text())
+        runs = json.loads((ROOT / f"verification/{name}/kept.json").read_text())
         named = {name: runs} if "command" in runs else {f"{name} {k}": v for k, v in runs.items()}
         found |= {key: run for key, run in named.items() if "staffa run" in run["command"]}
     return found
@@ -54,7 +55,7 @@ def test_the_kept_runs_took_as_long_as_is_said() -> None:
 
 
 def test_so_did_the_slabs_and_the_brick_of_the_bench() -> None:
-    runs = json.loads((ROOT / "bench/results.json").read_text())["runs"]
+    runs = json.loads((ROOT / "bench/yardstick/results.json").read_text())["runs"]
     slab, brick = ready_cases.ready_case("slab"), ready_cases.ready_case("brick")
     for name in ("A30k:1", "A120k:1", "B30k:1", "B480k:1", "D300k:1"):
         edge = {"A30k": 122, "A120k": 244, "B30k": 122, "B480k": 489, "D300k": 45}[name[:-2]]

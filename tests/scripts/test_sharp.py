@@ -4,7 +4,6 @@ The pair of cracks lies on two planes of symmetry, half an even array of spacing
 (ell = p/10): sharp cracks go on together up to tau = .2187, a = .3217, then every other one stops.
 """
 
-import sys
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -19,11 +18,8 @@ from staffa.case.reading.read import parse_case
 from staffa.measure.tip import reach
 from staffa.model.fields import vertices
 from staffa.records.step import Step
-from support.paths import ROOT
-
-sys.path.insert(0, str(ROOT / "verify"))
-from pairs import pairs
-from sharp import first_doubling, length_at
+from verification.common.sharp import first_doubling, length_at
+from verification.pairs.run import pairs
 
 P, COLUMNS, ELL = 0.257, 40, 0.026
 H = P / COLUMNS
@@ -130,6 +126,6 @@ def test_nothing_but_the_two_cracks_breaks() -> None:
 
 
 def test_kept_pairs_broke_nothing_beside_their_cracks_and_tend_to_sharp_ones() -> None:
-    """verify/pairs.json: at ell = 0 within 2 %, against sharp cracks in a body as deep."""
+    """The kept runs of pairs: at ell = 0 within 2 %, against sharp cracks in a body as deep."""
     figures = pairs().figures
     assert [figure.what for figure in figures if not figure.met] == []

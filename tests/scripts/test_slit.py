@@ -1,14 +1,9 @@
 """A smeared insulating crack beside a real slit: `make verify ONLY=heat-cracks`, small."""
 
-import sys
-
 import pytest
 
-from support.paths import ROOT
-
-sys.path.insert(0, str(ROOT / "verify"))
-from conduction import APART, smeared
-from slit import slit
+from verification.heat.run import APART, smeared
+from verification.heat.slit import slit
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
-"""The conditions of `verify/columns.py` cannot be met by no cells, by few, or by shrinking ones."""
+"""What `make verify ONLY=columns` asks cannot be met by no, few, or shrinking cells."""
 
-import importlib
 import tomllib
 
 import pytest
@@ -13,9 +12,10 @@ DEPTHS = (0.2, 0.3, 0.4)
 
 
 @pytest.fixture
-def checks(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.syspath_prepend(ROOT / "verify")
-    return importlib.import_module("columns")
+def checks():
+    from verification.columns import run
+
+    return run
 
 
 def section(depth: float, number: int, area: float) -> CellSection:
@@ -81,7 +81,7 @@ def test_cells_that_differ_by_more_than_their_errors_are_not_alike(checks) -> No
 def test_the_strip_is_cut_from_the_brick() -> None:
     brick, strip = (
         tomllib.loads((ROOT / name).read_text())
-        for name in ("src/staffa/case/ready/brick.toml", "verify/strip.toml")
+        for name in ("src/staffa/case/ready/brick.toml", "verification/far_side/case.toml")
     )
     for table in ("damage", "toughness", "temperature", "time"):
         assert strip[table] == brick[table], table

@@ -1,7 +1,5 @@
 """Small problems that several tests share."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 from staffa.backend.stack import MPI
@@ -18,7 +16,6 @@ from staffa.model.domain import block
 from staffa.model.supports import SideSupport
 from staffa.physics.damage import AT1
 from staffa.records.step import Step, Stop
-from support.paths import BIN, TESTS
 
 
 def _has_gmsh() -> bool:
@@ -104,16 +101,3 @@ def run(problem: Problem) -> list[Step]:
         return list(march(problem, system))
     finally:
         system.destroy()
-
-
-def printed_on(ranks: int, code: str) -> list[list[str]]:
-    """The words of each line that a script prints under mpiexec, in the folder of the tests."""
-    done = subprocess.run(
-        [BIN / "mpiexec", "-n", str(ranks), sys.executable, "-c", code],
-        cwd=TESTS,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=300,
-    )
-    return [line.split() for line in done.stdout.splitlines()]

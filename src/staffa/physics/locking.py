@@ -13,7 +13,7 @@ from staffa.geometry.block import UNSTRUCTURED
 LINEAR, QUADRATIC, REDUCED = "linear", "quadratic", "reduced"
 ELEMENTS = (LINEAR, QUADRATIC, REDUCED)
 # How stiff linear elements are, see `too_stiff`: measured on pressed rings of 4 to 20 cells across
-# the wall (`verify/locking.py`). Triangles four to a square have constraints that repeat.
+# the wall (`verification/locking/run.py`). Triangles four to a square have constraints that repeat.
 MEASURED = {
     "quadrilateral": 0.2,
     "hexahedron": 0.2,

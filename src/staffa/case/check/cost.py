@@ -16,7 +16,7 @@ BASE = 3.2e8
 PER_UNKNOWN = {"direct": 2.1e3, "iterative": 4.1e3}
 
 # Seconds of a sweep per displacement unknown, and the power by which that grows beyond SMALL of
-# them: of the slabs of bench/results.json and verify/slabs (direct), of bench/scaling.json.
+# them: of the slabs of bench/yardstick and verification/slabs (direct), of bench/scaling.
 A_SWEEP = {"direct": (8e-6, 0.3), "iterative": (40e-6, 0.08)}
 SMALL = 1e5
 MOST_STEPS = 20_000  # are counted
@@ -25,7 +25,7 @@ LEAST = 0.006  # seconds of the smallest sweep: what does not depend on the size
 SWEEPS = {2: 20.0, 3: 10.0}
 # A split's displacement takes several factorizations.
 SPLIT = 4.0
-# The kept runs of bench/ and verify/ lie within this factor of what is said
+# The kept runs of bench/ and verification/ lie within this factor of what is said
 # (`tests/scripts/test_cost.py`): a step in which cracks run far takes ten times the sweeps of one
 # in which they stand.
 WITHIN = 4.0

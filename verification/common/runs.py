@@ -1,0 +1,65 @@
+"""Runs from the command line, as a user starts them, kept in runs/verify."""
+
+import json
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from staffa.io.run_directory import Run, read_run
+
+ROOT = Path(__file__).parent.parent.parent
+READY = ROOT / "src" / "staffa" / "case" / "ready"
+
+
+def staffa(case: Path, where: Path, settings: Sequence[str]) -> None:
+    """Run a case as from the command line, into a folder that is new."""
+    command = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
+    subprocess.run([*command, "--quiet", *(f"--set={s}" for s in settings)], check=True)
+
+
+def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
+    """The command that made a run."""
+    ranks = f"mpiexec -n {run.manifest.ranks} " if run.manifest.ranks > 1 else ""
+    return f"{ranks}staffa run {case} {' '.join(f'--set {shlex.quote(s)}' for s in settings)}"
+
+
+def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:
+    """A run in runs/verify as it is there, by hand say, or made now."""
+    where = ROOT / "runs" / "verify" / folder
+    if not where.exists():
+        staffa(ROOT / case, where, settings)
+    run = read_run(where)
+    assert run.finished, f"{where} is not finished"
+    return run
+
+
+def origin(run: Run, case: str, settings: Sequence[str]) -> dict:
+    """The source of the numbers that are kept of a run."""
+    return {
+        "command": as_typed(run, case, settings),
+        "commit": run.manifest.commit,
+        "date": run.manifest.created[:10],
+        "unknowns": run.manifest.unknowns,
+        "seconds": round(sum(step.seconds for step in run.steps)),
+    }
+
+
+def keep(file: Path, found: dict) -> None:
+    """Write what is kept as one small file."""
+    file.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def ready_case(name: str, folder: str, *settings: str) -> Run:
+    """A ready case run afresh, in runs/verify."""
+    return fresh_run(READY / f"{name}.toml", folder, *settings)
+
+
+def fresh_run(case: Path, folder: str, *settings: str) -> Run:
+    """A case run afresh, in runs/verify."""
+    where = ROOT / "runs" / "verify" / folder
+    shutil.rmtree(where, ignore_errors=True)
+    staffa(case, where, settings)
+    return read_run(where)

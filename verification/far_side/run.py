@@ -1,0 +1,91 @@
+"""A cut through a block cooled from below, its far side held by the deeper rock, or free."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from staffa.io.run_directory import Run
+from staffa.physics.doubling import spacing_at
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import fresh_run
+
+CASE = Path(__file__).parent / "case.toml"
+HELD = ("clamped", "free")
+
+
+def far_side() -> Found:
+    """Spacing against depth with the far side held; how many cracks are deep with it free."""
+    runs = {held: fresh_run(CASE, f"strip-{held}", f"supports.top={held}") for held in HELD}
+    assert not any(step.audit.violations for run in runs.values() for step in run.steps)
+    figures = [*spaced(runs["clamped"]), *unloaded(runs["free"])]
+    return Found(figures=figures, text=table(runs))
+
+
+def cracks(run: Run) -> dict[float, int]:
+    """Number of cracks at each depth at the last step."""
+    measures = run.steps[-1].measures
+    assert measures is not None
+    return {section.height: section.cracks for section in measures.sections}
+
+
+def spaced(run: Run) -> Iterator[Figure]:
+    """Spacing at each depth, from where cracks stop to where they have stopped."""
+    ell0 = run.manifest.scales["ell0"] * run.manifest.toughness_factor
+    found = cracks(run)
+    for depth, number in found.items():
+        p = float(spacing_at(depth, ell0))
+        yield Figure(
+            what=f"held: width over cracks at depth {depth:g}",
+            source="sharp-crack finite elements, half-space: from p to 2 p",
+            reference=1.5 * p,
+            measured=run.manifest.size[0] / max(number, 1),
+            tolerance=0.5 * p,
+        )
+    least, *_, greatest = found
+    yield Figure(
+        what=f"held: part of the cracks at depth {least:g} that reach {greatest:g}",
+        source="some stop and some go on: from a third to 0.9",
+        reference=(1 / 3 + 0.9) / 2,
+        measured=found[greatest] / max(found[least], 1),
+        tolerance=(0.9 - 1 / 3) / 2,
+    )
+
+
+def unloaded(run: Run) -> Iterator[Figure]:
+    """That a free far side lets the first deep crack unload all of the strip."""
+    yield Figure(
+        what="free: cracks at the greatest depth",
+        source="one unloads the strip, or two that came at once",
+        reference=1.5,
+        measured=list(cracks(run).values())[-1],
+        tolerance=0.5,
+    )
+    yield Figure(
+        what="free: depth of the deepest crack",
+        source="it goes through",
+        reference=1.0,
+        measured=run.steps[-1].measures.front,
+        tolerance=run.manifest.h,
+    )
+
+
+def table(runs: dict[str, Run]) -> str:
+    """Cracks by depth."""
+    found = {held: cracks(run) for held, run in runs.items()}
+    depths = list(found["clamped"])
+    rows = [["far side", *(f"depth {depth:g}" for depth in depths)], ["---"] * (1 + len(depths))]
+    rows += [[held, *(f"{found[held][depth]}" for depth in depths)] for held in HELD]
+    lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    return f"Cracks across the strip at the last step:\n\n{lines}"
+
+
+CHECKS = {
+    "far-side": Check(
+        title="Deep rock holds what is cooled",
+        text="`verification/far_side/case.toml`, a cut through the ready case `brick`, 20 "
+        "times as long as it is "
+        "deep: its far side clamped, in place of deeper rock, or free. Free, the strip is a bar "
+        "between its ends, which one crack through it unloads. ell0 counts with the discrete "
+        "toughness. Cracks at the least depths are those of nucleation.",
+        measure=far_side,
+    ),
+}

@@ -1,0 +1,380 @@
+"""The paper's slab on several meshes, regularizations and rocks: run once, kept as small files.
+
+    python -m verification.slabs.run NAME ...
+
+runs members that are not kept yet, one after the other (minutes to hours each), like
+"stretch-0.013-quadrilateral-1": section, ell, cells, seed. One that was run by hand, on more ranks
+say, into runs/verification/slabs/kept/NAME is taken as it is. To run one again, delete its file in
+verification/slabs/kept. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
+"""
+
+import json
+import sys
+from collections import Counter
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.stats import ks_2samp
+
+from staffa.io.run_directory import Run, read_run
+from staffa.measure.generations import arrests, tracks
+from staffa.measure.tip import reach
+from staffa.results.published import BAHR, PAPER
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import ROOT, as_typed, staffa
+from verification.common.sharp import SHARP, first_doubling, half_space_spacing, length_at
+
+PICTURE = ROOT / "docs" / "pictures" / "verify-growth.png"
+CASE = "verification/slabs/case.toml"
+KEPT = Path(__file__).parent / "kept"
+# What a crack costs on cells of ell/4, over Gc; `staffa run` measures it.
+FACTOR = {"quadrilateral": 1.0956, "unstructured": 1.111}
+LAST = {"stretch": (0.30, 30), "free": (0.32, 32)}
+# A segment of a crack's path this long, over ell, has a direction to five degrees.
+SEGMENT = 3.0
+COUNTED = (0.1, 0.2, 0.3)
+WITHIN = 0.03  # of a length, or ell where that is more
+
+
+@dataclass(frozen=True, kw_only=True)
+class Growing:
+    """The cracks that go on at a step: how many, their mean distance, their mean depth."""
+
+    tau: float
+    cracks: int
+    spacing: float
+    depth: float
+
+
+def settings(name: str) -> list[str]:
+    """What a member changes in verification/slabs/case.toml."""
+    section, ell, cells, seed = name.split("-")
+    stop, steps = LAST[section]
+    held = "rollers" if section == "free" else "free"
+    return [
+        f"damage.ell={ell}",
+        f"domain.h={float(ell) / 4}",
+        f"domain.cells={cells}",
+        f"material.Gc={1 / FACTOR[cells]:.5f}",
+        f"toughness.seed={seed}",
+        f"supports.left={held}",
+        f"supports.section={'none' if section == 'free' else section}",
+        f"time.tau={{start=0.01,stop={stop},steps={steps}}}",
+    ]
+
+
+def run_member(name: str) -> dict:
+    """Run a member, or take the one that is kept."""
+    file = KEPT / f"{name}.json"
+    if not file.exists():
+        where = ROOT / "runs" / "verify" / "slabs" / name
+        if not where.exists():
+            staffa(ROOT / CASE, where, settings(name))
+        KEPT.mkdir(exist_ok=True)
+        file.write_text(json.dumps(digest(name, read_run(where)), indent=1) + "\n")
+    return json.loads(file.read_text())
+
+
+def digest(name: str, run: Run) -> dict:
+    """The numbers that are kept of a run."""
+    m, steps = run.manifest, run.steps
+    assert m.tip_reach is not None and run.finished
+    found = arrests(steps, axis=1, ell=m.ell, sharp=m.sharp)
+    followed = tracks(steps, axis=1, sharp=m.sharp)
+    start = found.nucleation
+    assert start is not None
+    last = steps[-1].measures
+    assert last is not None
+    return {
+        "command": as_typed(run, CASE, settings(name)),
+        "commit": m.commit,
+        "date": m.created[:10],
+        "unknowns": m.unknowns,
+        "seconds": round(sum(step.seconds for step in steps)),
+        "sweeps": sum(step.sweeps for step in steps),
+        "toughness_factor": round(m.toughness_factor, 5),
+        "ell": m.ell,
+        "width": m.size[0],
+        "nucleation": [start.cracks, start.depth, start.tau],
+        "cracks": len(followed),
+        "arrests": [[g.cracks, g.depth, g.tau] for g in found.generations],
+        "finals": sorted(round(track.final, 4) for track in followed),
+        "sections": [[s.height, s.cracks, s.spacing] for s in last.sections],
+        "growing": [asdict(g) for g in growing(run, followed)],
+        "angles": [round(a) for track in followed for a in angles(track.path, SEGMENT * m.ell)],
+    }
+
+
+def growing(run: Run, followed) -> list[Growing]:
+    """Step by step the cracks that are deeper at the next one."""
+    found = []
+    for i, step in enumerate(run.steps[:-1]):
+        on = [
+            (track.path[i][0], track.depths[i])
+            for track in followed
+            if track.depths[i] is not None
+            and track.depths[i + 1] is not None
+            and track.depths[i + 1] > track.depths[i] + run.manifest.h / 2
+        ]
+        if len(on) > 2:
+            x, depth = np.array(sorted(on)).T
+            found.append(
+                Growing(
+                    tau=step.tau or 0.0,
+                    cracks=len(on),
+                    spacing=round(float(np.diff(x).mean()), 4),
+                    depth=round(float(depth.mean()), 4),
+                )
+            )
+    return found
+
+
+def angles(path, length: float) -> list[float]:
+    """Directions (degrees from the vertical) of the segments of a path, each so long at least."""
+    points = [np.array(p) for p in path if p is not None]
+    found, start = [], points[0]
+    for point in points[1:]:
+        step = point - start
+        if np.hypot(*step) >= length:
+            found.append(float(np.degrees(np.arctan2(step[0], step[1]))))
+            start = point
+    return found
+
+
+def kept() -> dict[str, dict]:
+    """The kept numbers by name."""
+    return {file.stem: json.loads(file.read_text()) for file in sorted(KEPT.glob("*.json"))}
+
+
+def growth() -> Found:
+    """Half a slab with free ends: lengths at the spacing that it has, spacings at each depth."""
+    found = kept()["free-0.013-quadrilateral-1"]
+    ell = found["ell"]
+    beyond = reach("AT1", threshold=0.8, ell=ell, h=ell / 4)
+    assert beyond is not None
+    figures = []
+    for g in found["growing"]:
+        if g["depth"] < 3 * ell:
+            continue
+        expected = length_at("free", g["spacing"], g["tau"])
+        figures.append(
+            Figure(
+                what=f"mean length of the {g['cracks']} cracks that grow at tau = {g['tau']:.2f}",
+                source=f"{SHARP}, even array of spacing {g['spacing']:.3f}",
+                reference=expected,
+                measured=g["depth"],
+                tolerance=max(ell, WITHIN * expected),
+            )
+        )
+    for height, cracks, spacing in found["sections"]:
+        depth = height + beyond
+        if depth > 3 * ell and cracks > 2:
+            p = half_space_spacing(depth)
+            figures.append(
+                Figure(
+                    what=f"spacing of the {cracks} cracks as deep as {depth:.3f}",
+                    source=f"{SHARP}, half-space: from p to 2 p, p = {p:.3f}",
+                    reference=1.5 * p,
+                    measured=spacing,
+                    tolerance=0.5 * p,
+                )
+            )
+    draw(found)
+    return Found(figures=figures, text=f"![Length against tau](pictures/{PICTURE.name})")
+
+
+def draw(found: dict) -> None:
+    """Mean length of the growing cracks beside sharp ones."""
+    figure, axes = plt.subplots(figsize=(7, 4.5))
+    on = found["growing"]
+    tau = [g["tau"] for g in on]
+    axes.plot(tau, [g["depth"] for g in on], "ko", markersize=4, label="staffa, cracks that grow")
+    equal = np.array([length_at("free", g["spacing"], g["tau"]) for g in on])
+    axes.plot(tau, equal, "C0-", label="sharp, even array of the measured spacing")
+    allowed = np.maximum(found["ell"], WITHIN * equal)
+    label = "the same, give or take the larger of ell and 3 %"
+    axes.fill_between(tau, equal - allowed, equal + allowed, color="C0", alpha=0.15, label=label)
+    # What the cracks that stopped at last still do: as if they had gone on, most of their time.
+    before = [g for g in on if g["tau"] < found["arrests"][-1][2]]
+    number, _ = Counter(g["cracks"] for g in before).most_common(1)[0]
+    spacing = next(g["spacing"] for g in before if g["cracks"] == number)
+    later = [t for t in tau if t >= before[-1]["tau"]]
+    none = [length_at("free", spacing, t) for t in later]
+    label = f"sharp, even array of the {number} that grew before the last arrest"
+    axes.plot(later, none, "C0--", linewidth=1, label=label)
+    axes.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, 0.5))
+    axes.legend(frameon=False, fontsize=9)
+    figure.savefig(PICTURE, dpi=120, bbox_inches="tight")
+
+
+def seeds(found: dict[str, dict], section: str, ell: str, cells: str) -> list[dict]:
+    """The members of one kind."""
+    return [k for name, k in found.items() if name.startswith(f"{section}-{ell}-{cells}-")]
+
+
+def crossing(members: list[dict], height: float) -> float:
+    """Mean number of cracks, over members, whose sharp tips are deeper than this at the end."""
+    return float(np.mean([sum(final > height for final in k["finals"]) for k in members]))
+
+
+def convergence() -> Found:
+    """Numbers of cracks on two regularizations and on two meshes, directions, and the table."""
+    found = kept()
+    pairs = [
+        ("0.013", "quadrilateral", "0.018", "quadrilateral"),
+        ("0.013", "quadrilateral", "0.013", "unstructured"),
+        ("0.018", "quadrilateral", "0.018", "unstructured"),
+        ("0.026", "quadrilateral", "0.026", "unstructured"),
+    ]
+    figures = []
+    for ell, cells, other_ell, other_cells in pairs:
+        one = seeds(found, "stretch", ell, cells)
+        other = seeds(found, "stretch", other_ell, other_cells)
+        name = f"ell = {other_ell}, {other_cells}"
+        if not one or not other:
+            figures.append(
+                Figure(
+                    what=f"cracks that cross any depth, {name}",
+                    source=f"ell = {ell}, {cells}; not both run yet",
+                    reference=float("nan"),
+                    measured=float("nan"),
+                    tolerance=0.15,
+                )
+            )
+            continue
+        for height in COUNTED:
+            reference = crossing(one, height)
+            figures.append(
+                Figure(
+                    what=f"cracks that cross {height:g}, {name}, seeds: {len(other)}",
+                    source=f"ell = {ell}, {cells}, seeds: {len(one)}",
+                    reference=reference,
+                    measured=crossing(other, height),
+                    tolerance=max(1.0, 0.15 * reference),
+                )
+            )
+        if cells != other_cells:
+            figures.append(steering(one, other, ell))
+    return Found(figures=figures, text=f"{table(found)}\n\n{doublings(found)}")
+
+
+def steering(one: list[dict], other: list[dict], ell: str) -> Figure:
+    """Difference of the cracks' directions between two meshes (Kolmogorov and Smirnov)."""
+    here, there = (
+        np.abs(np.concatenate([k["angles"] for k in members])) for members in (one, other)
+    )
+    n, m = len(here), len(there)
+    return Figure(
+        what=f"largest gap between the distributions of angles on two meshes, ell = {ell}",
+        source="none; tolerance: what chance gives in 1 of 20 times",
+        reference=0.0,
+        measured=float(ks_2samp(here, there).statistic),
+        tolerance=1.36 * float(np.sqrt((n + m) / (n * m))),
+    )
+
+
+def table(found: dict[str, dict]) -> str:
+    """One row a member: nucleation, arrests, cracks at depth, directions."""
+    lines = [
+        "Arrests: cracks, a, tau. Angle: mean of the segments' angles from the vertical, and share "
+        "of segments within 3 degrees of it.",
+        "",
+        "| section, ell, cells, seed | cracks | p | a0 | tau0 | arrests | at .1 | at .2 | at .3 | "
+        "angle | within 3 | unknowns | sweeps | s | commit |",
+        "|" + " --- |" * 15,
+    ]
+    for name, k in found.items():
+        _, a0, tau0 = k["nucleation"]
+        ends = "; ".join(f"{n}, {a:.3f}, {t:.3f}" for n, a, t in k["arrests"])
+        angle = np.abs(k["angles"])
+        counts = " | ".join(f"{crossing([k], h):g}" for h in COUNTED)
+        start = f"{k['cracks']} | {k['width'] / k['cracks']:.3f} | {a0:.3f} | {tau0:.2f}"
+        way = f"{angle.mean():.1f} | {100 * (angle <= 3).mean():.0f} %"
+        cost = f"{k['unknowns']} | {k['sweeps']} | {k['seconds']} | {k['commit'][:7]}"
+        lines.append(
+            f"| {name.replace('-', ', ')} | {start} | {ends} | {counts} | {way} | {cost} |"
+        )
+    return "\n".join(lines)
+
+
+def doublings(found: dict[str, dict]) -> str:
+    """Each arrest beside the doubling of an even array as dense as the cracks before it."""
+    lines = [
+        "Each arrest beside the first doubling of an even sharp array, of the mean spacing of the "
+        "cracks that had not stopped before:",
+        "",
+        "| member | spacing before | a | sharp | tau | sharp |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for name, k in found.items():
+        left = k["cracks"]
+        for cracks, a, tau in k["arrests"]:
+            p = k["width"] / left
+            try:
+                sharp_tau, sharp_a = first_doubling(name.split("-")[0], p)
+                sharp = (f"{sharp_a:.3f}", f"{sharp_tau:.3f}")
+            except ValueError:
+                sharp = ("-", "-")
+            lines.append(f"| {name} | {p:.3f} | {a:.3f} | {sharp[0]} | {tau:.3f} | {sharp[1]} |")
+            left -= cracks
+    return "\n".join(lines)
+
+
+def against_bahr() -> Found:
+    """First and second arrest on `stretch`: nearer to Bahr's than the paper's own run was?"""
+    members = seeds(kept(), "stretch", "0.026", "quadrilateral")
+    spacing = float(np.mean([k["width"] / k["cracks"] for k in members]))
+    figures = []
+    for what, k, part in (("a1", 0, 1), ("tau1", 0, 2), ("a2", 1, 1), ("tau2", 1, 2)):
+        bahr, paper = ((line.depths if part == 1 else line.taus)[k + 1] for line in (BAHR, PAPER))
+        assert bahr is not None and paper is not None
+        ends = [m["arrests"][k][part] for m in members if len(m["arrests"]) > k]
+        figures.append(
+            Figure(
+                what=f"{what}, section stretch, mean of seeds: {len(ends)}",
+                source=f"Bahr et al. 1988; the paper's own run has {paper:g}",
+                reference=bahr,
+                measured=float(np.mean(ends)) if ends else float("nan"),
+                tolerance=abs(paper - bahr),
+            )
+        )
+    text = f"Spacing of all cracks: {spacing:.3f} (Bahr's is 0.13, the paper's run has 0.15)."
+    return Found(figures=figures, text=text)
+
+
+CHECKS = {
+    "slab-growth": Check(
+        title="The paper's slab, free ends: lengths at the measured spacing",
+        text="Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1: cracks "
+        "that are deeper at the next step, their mean spacing and depth (of sharp tips). They are "
+        "as long as those of an even array until four of them stop at tau = 0.17. From then on "
+        "they are shorter, by 10 % at first and by 5 % at tau = 0.29: at first as long as in an "
+        "even array of all eleven, later between that and one of those that grow, since the cracks "
+        "that stopped still shield the others and do not count in the spacing.",
+        measure=growth,
+        kept="kept",
+    ),
+    "slabs": Check(
+        title="The paper's slab: regularization, meshes, rocks",
+        text="Half slabs, section `stretch`, at tau = 0.30. Tolerance: one crack, or 15 %.",
+        measure=convergence,
+        kept="kept",
+    ),
+    "bahr": Check(
+        title="The paper's slab beside Bahr's",
+        text="Section `stretch`, ell = 0.026, the one of the three whose cracks start as far apart "
+        "as Bahr's. Tolerance: how far the paper's own run is from Bahr's number. With smaller "
+        "ell cracks start closer, and the generations are others: the table of arrests under "
+        "`slabs` holds each against sharp cracks of its own spacing.",
+        measure=against_bahr,
+        kept="kept",
+    ),
+}
+
+
+if __name__ == "__main__":
+    for member in sys.argv[1:]:
+        done = run_member(member)
+        print(member, done["seconds"], "s", done["sections"], flush=True)

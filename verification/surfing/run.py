@@ -1,0 +1,70 @@
+"""A crack driven by the field of a sharp tip that travels: its cost, its speed, its tip."""
+
+from verification.common.figures import Check, Figure
+from verification.common.symmetric_cracks import ON_A_SIDE
+
+# Cells that the tip travels: a crack of AT2, whose profile is wide, is steady only then.
+CELLS = {"AT1": 12, "AT2": 24}
+THEORY = "mode I field of a sharp crack"
+
+
+def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
+    """The crack's cost and speed, and how far the sharp tip is beyond the damage."""
+    from fem.test_surfing import ride
+    from staffa.measure.tip import BEYOND, THRESHOLDS
+
+    figures = []
+    for cells_per_ell in meshes:
+        found = ride(law, cells_per_ell=cells_per_ell, radius=8, cells=CELLS[law])
+        on = f"{law}, h = ell/{cells_per_ell}"
+        rows = [
+            (
+                f"energy of a new unit of crack, {on}",
+                THEORY,
+                1.0,
+                found.toughness / found.factor,
+                0.03,
+            ),
+            (f"speed over that of the tip, {on}", THEORY, 1.0, float(found.speed[3]), 0.03),
+        ]
+        rows += [
+            (f"sharp tip beyond alpha = {t:g}, less h/2, over ell, {on}", "in use", used, b, 0.05)
+            for t, used, b in zip(THRESHOLDS, BEYOND[law], found.beyond.tolist(), strict=True)
+        ]
+        figures += [
+            Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)
+            for what, source, ref, measured, tolerance in rows
+        ]
+    return figures
+
+
+def on_a_side() -> list[Figure]:
+    """What a crack on a plane of symmetry costs, on the cells of the cases that have such."""
+    from fem.test_surfing import ride
+
+    figures = []
+    for case, (cells_per_ell, used) in ON_A_SIDE.items():
+        found = ride("AT1", cells_per_ell=cells_per_ell, radius=10, cells=12, on_a_side=used)
+        figures.append(
+            Figure(
+                what=f"energy of a unit of crack on a side over Gc, cells of {case}",
+                source="in use",
+                reference=used,
+                measured=found.toughness,
+                tolerance=0.01,
+            )
+        )
+    return figures
+
+
+CHECKS = {
+    "surfing": Check(
+        title="A crack that follows a tip",
+        text="The whole edge of a plate is moved as by a sharp crack whose tip travels, loaded at "
+        "Gc. Where this tip is beyond the damage calibrates the sharp tip of all other runs "
+        "(`measure/tip.py`); nothing else does. Half height of the plate: 8 ell. "
+        "A crack on a plane of symmetry breaks cells on both sides of it and costs more: "
+        "cases with such cracks take their Gc from here. Cost: over Gc and the discrete toughness.",
+        measure=lambda: [*surfing("AT1", (4, 8)), *surfing("AT2", (4,)), *on_a_side()],
+    ),
+}
