@@ -12,7 +12,14 @@ LONGEST = 60  # characters of a value that is shown
 
 
 def require(value: Any, kind: type | tuple[type, ...], name: str, way_out: str) -> None:
-    """Refuse an argument of another kind.
+    """Refuse an argument of another type.
+
+    Parameters
+    ----------
+    value : the argument.
+    kind : the type, or types, that it may have.
+    name : its name, for the message.
+    way_out : advice that ends the message.
 
     Raises
     ------

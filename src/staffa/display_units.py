@@ -115,6 +115,7 @@ def choose_display_units(
     Parameters
     ----------
     dim : 2 where energies, volumes and forces are per thickness, else 3.
+    sizes : typical sizes of the run's quantities (SI).
     written : units that the case file is written in, of "length", "time", "temperature", "stress"
         and "volume"; absent where it has several or none.
     """

@@ -14,7 +14,7 @@ class StaffaError(Exception):
 
 
 class InputError(StaffaError):
-    """What was asked for cannot work; nothing has been computed or written."""
+    """Error of input that cannot work; nothing has been computed or written."""
 
     exit_code = 2
 

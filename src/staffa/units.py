@@ -168,12 +168,12 @@ def _to_si(text: str, dimension: str) -> float:
             raise InputError("it lies below absolute zero; check its unit")
         return kelvin
     if _registry().Quantity(0.0, one.units).to(SI_UNITS[dimension]).magnitude != 0:
-        raise InputError(f"'{unit}' has a zero of its own, and {_a(dimension)} has none; {example}")
+        raise InputError(f"'{unit}' has its own zero, and {_a(dimension)} has none; {example}")
     return float(number) * float(one.to(SI_UNITS[dimension]).magnitude)
 
 
 def _kelvin(number: float, unit: pint.Unit, refusal: str) -> float:
-    """A temperature in K, from a unit that may have a zero of its own."""
+    """Return a temperature in K, from a unit that may have an offset."""
     if "delta_" in str(unit):
         raise InputError(refusal)
     return float(_registry().Quantity(number, unit).to("K").magnitude)

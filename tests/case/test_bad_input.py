@@ -149,7 +149,7 @@ VALUES = [
     ('temperature.face="front"', "face 'front'", "it has bottom, left, right, top"),
     ("temperature.face=3", "temperature.face = 3", "a text in quotes"),
     ("temperature.dT=3.0", "temperature.dT and temperature.severity", "give exactly one of them"),
-    ('temperature.dT="5 degC"', "'degC' has a zero of its own", 'write it like "120 K"'),
+    ('temperature.dT="5 degC"', "'degC' has its own zero", 'write it like "120 K"'),
     ("temperature.severity=-1", "temperature.severity = -1", "larger than zero"),
     ('temperature.profile="halfspace"', "temperature.profile", "Did you mean 'half-space'?"),
     ('temperature.profile="none"', "temperature.severity = 10.0", "leave one of them out"),
@@ -577,7 +577,7 @@ TEXTS = [
     (
         "x = [" + "[]," * 25_001 + "]",
         "my.toml holds more than 25,000 values",
-        "as a file of its own",
+        "as a separate file",
     ),
     ('"a\\nb\\u001b[31m" = 1', "no key 'a\\u000ab\\u001b[31m'", "it has cracks, damage, domain"),
     ("x" * 5000 + " = 1", "no key 'xxx", "it has cracks, damage, domain"),

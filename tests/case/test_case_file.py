@@ -225,7 +225,7 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
     ("table", "model", "until", "left_out"),
     [
         ("heat", HeatKeys, "# [forces]\n", ("front", "back", "bands")),
-        ("forces", ForceKeys, "# What holds the body", ("front", "back")),
+        ("forces", ForceKeys, "# Supports of the body", ("front", "back")),
     ],
 )
 def test_a_table_that_is_not_there_is_explained_by_one_that_reads(table, model, until, left_out):

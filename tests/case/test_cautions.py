@@ -205,10 +205,12 @@ def test_a_note_on_nucleation_names_the_h_and_the_ell_that_see_it():
 
 def test_cold_that_has_passed_the_far_side_is_told():
     """sqrt(kappa t) = tau/2 of the depth."""
-    (note,) = (n for n in said("time.tau=[0.03, 1.2]").notes if "cold has" in n)
-    assert "the diffusion length is 0.6 of the depth: cold has passed the far side" in note
-    assert "after tau = 1 tells of this body" in note and "make the body 1.2 deep" in note
-    assert not [n for n in said("time.tau=[0.03, 1.0]").notes if "cold has" in n]
+    (note,) = (n for n in said("time.tau=[0.03, 1.2]").notes if "cooling has" in n)
+    assert (
+        "the diffusion length is 0.6 of the depth: cooling has passed the opposite boundary" in note
+    )
+    assert "results after tau = 1 hold for this body" in note and "make the body 1.2 deep" in note
+    assert not [n for n in said("time.tau=[0.03, 1.0]").notes if "cooling has" in n]
 
 
 ROLLERS = ("supports.left=rollers", "supports.right=rollers")

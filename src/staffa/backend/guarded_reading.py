@@ -1,4 +1,4 @@
-"""Reads files in a process of its own, since they may be a stranger's.
+"""Reading of files in a separate process, since they may come from a stranger.
 
 Libraries that read meshes and fields were written for files of friends: one that is damaged may
 crash them, hang them, or have them ask for all memory there is. What is read comes back as numbers

@@ -1,4 +1,4 @@
-"""How forms are compiled: with the vector instructions that every rank's processor has."""
+"""Compilation of forms, with the vector instructions that the processors of all ranks have."""
 
 import os
 import stat
@@ -52,7 +52,14 @@ def form(expression: ufl.Form, comm: MPI.Comm) -> fem.Form:
 
 
 def expression(value: Any, points: Any, comm: MPI.Comm) -> fem.Expression:
-    """An expression at points of the reference cell, as `form`. Collective."""
+    """Compile an expression at points of the reference cell, as `form` does. Collective.
+
+    Parameters
+    ----------
+    value : the UFL expression.
+    points : points of the reference cell, shape (n, dim).
+    comm : the ranks that share the compiled code.
+    """
     return _compiled(lambda options: fem.Expression(value, points, jit_options=options), comm)
 
 
@@ -89,7 +96,7 @@ def _is_own(folder: Path) -> bool:
 
 
 def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Comm) -> Compiled:
-    """What `make` compiles, which rank 0 does and the others then load.
+    """Return what `make` compiles: rank 0 compiles it, then the other ranks load it.
 
     A process that is killed while it compiles leaves a source in the cache that others would wait
     for in vain. Whoever compiles shares a lock, so that one who has it alone may remove these.
@@ -116,7 +123,7 @@ def _compiled[Compiled](make: Callable[[dict[str, Any]], Compiled], comm: MPI.Co
 
 
 def flags(comm: MPI.Comm) -> list[str]:
-    """Those of the C compiler. Compiled code is cached by them. Collective."""
+    """Return the flags of the C compiler, by which compiled code is cached. Collective."""
     here = _features()
     vector = [flag for name, flag in VECTOR.items() if not any_over_ranks(comm, name not in here)]
     return [*chosen_flags(), *vector]
@@ -145,7 +152,7 @@ def _clear(cache: Path, *, wait: bool) -> bool:
 
 
 def _features() -> set[str]:
-    """Those of `VECTOR` that this processor has, as Linux lists them; none elsewhere."""
+    """Return the names of `VECTOR` that this processor has, by Linux's list; none elsewhere."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

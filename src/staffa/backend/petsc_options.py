@@ -136,7 +136,7 @@ ACCELERATION = {"newton": NEWTON, "none": None}
 
 
 def apply(prefix: str, preset: Mapping[str, str]) -> None:
-    """Put a preset under an option prefix of its own; what PETSC_OPTIONS set there stays."""
+    """Set the options of a preset under a prefix; options set by PETSC_OPTIONS there stay."""
     options = PETSc.Options()
     if not options.hasName("options_left"):
         options.setValue("options_left", "no")  # a preset serves more than one solver type

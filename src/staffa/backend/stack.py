@@ -1,10 +1,10 @@
-"""Loads MPI and PETSc in the one order that is safe with every build of DOLFINx.
+"""Loading of MPI and PETSc in the one order that is safe with every build of DOLFINx.
 
 The binary wheel must see its bootstrap module before any compiled part, and `mpi4py.MPI` before
 PETSc; a DOLFINx from conda-forge, Spack or Debian has no such module and needs none. Every module
 that touches the finite-element stack imports this one first. PETSc reads no `.petscrc` and no
 `petscrc`, neither in the current folder nor at home: its options come from the environment. Signals
-are left to Python: PETSc would end a run with an error of its own where a pipe is closed. All is
+are left to Python: PETSc would end a run with an error where a pipe is closed. All is
 loaded elsewhere: in the current folder MPI reads `ucx.conf` and petsc4py `petsc.cfg`, which name
 libraries to load and files to write.
 """

@@ -12,7 +12,7 @@ from staffa.geometry.simplices import Simplices, count_bodies, facets, keys
 from staffa.geometry.splitting import around_middle, fans, tetrahedra
 
 KINDS = {0: "a point", 1: "a curve", 2: "a surface", 3: "a volume"}
-# What cells of a dimension and of so many corners are called.
+# Names of the cells, by dimension and number of corners.
 CELLS = {
     (2, 4): "quadrilaterals",
     (3, 5): "pyramids",

@@ -1,4 +1,4 @@
-"""What is known of a block before there is a mesh: its sides, and how many cells it has."""
+"""Facts of a block before there is a mesh: its sides, and its number of cells."""
 
 from dataclasses import dataclass
 from math import ceil, prod
@@ -63,8 +63,14 @@ def section_raster(size: tuple[float, float], h: float) -> PixelGrid:
 
 
 def edge(size: tuple[float, ...], h: float, cells: str) -> float:
-    """The longest cell edge along an axis of the block meshed with at most h; of unstructured
-    cells the mean edge, h."""
+    """Return the longest cell edge of a block (m); of unstructured cells the mean edge, h.
+
+    Parameters
+    ----------
+    size : extent along each axis (m).
+    h : largest edge that is asked for (m).
+    cells : kind of the cells.
+    """
     if cells == UNSTRUCTURED:
         return h
     counts = divisions(size, h)
@@ -72,8 +78,17 @@ def edge(size: tuple[float, ...], h: float, cells: str) -> float:
 
 
 def cells_and_vertices(size: tuple[float, ...], h: float, cells: str) -> tuple[int, int]:
-    """Number of cells and vertices of the block; triangles are four to a square, tetrahedra six
-    to a cube; unstructured ones about, within 10 % of a body that is four cells thick or more."""
+    """Return the numbers of cells and vertices of a block.
+
+    There are four triangles to a square and six tetrahedra to a cube. The numbers of unstructured
+    cells are estimates, within 10 % for a body that is four cells thick or more.
+
+    Parameters
+    ----------
+    size : extent along each axis (m).
+    h : largest edge that is asked for (m).
+    cells : kind of the cells.
+    """
     if cells == UNSTRUCTURED:
         return _about(tuple(length / h for length in size))
     counts = divisions(size, h)
@@ -98,10 +113,16 @@ def _about(size: tuple[float, ...]) -> tuple[int, int]:
 
 
 def simplices(content: float, surface: float, edges: float, dim: int) -> tuple[int, int]:
-    """Number of triangles or tetrahedra that Gmsh makes in a body, and of their vertices, about.
+    """Estimate the numbers of cells and vertices of a mesh of triangles or tetrahedra by Gmsh.
 
-    content: area, or volume; surface: what bounds it; edges: length of the edges of a 3-D body; all
-    counted in h. Fitted to meshes of 400 to 40,000 cells, of cubes and of thin bodies.
+    It is fitted to meshes of 400 to 40,000 cells, of cubes and of thin bodies.
+
+    Parameters
+    ----------
+    content : area (in h^2) or volume (in h^3) of the body.
+    surface : perimeter (in h) or surface (in h^2) of the body.
+    edges : length of the edges of a 3-D body (in h).
+    dim : dimension of the body.
     """
     if dim == 2:
         n_cells = 2.63 * content

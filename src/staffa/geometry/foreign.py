@@ -50,9 +50,15 @@ ELSET = re.compile(r"ELSET\s*=\s*([^,\s]+)", re.IGNORECASE)
 
 
 def read_foreign(path: Path, unit: float, where: str) -> Simplices:
-    """The triangles or tetrahedra of a file that meshio reads; see `read_msh`.
+    """Return the triangles or tetrahedra of a file that meshio reads, see `read_msh`.
 
-    Sets of cells are its names; where it has none, the numbers of the cells' groups are.
+    The sets of cells give the names; a file without sets gives the numbers of the cells' groups.
+
+    Parameters
+    ----------
+    path : the file.
+    unit : length of the file's unit (m).
+    where : key and value of the file, for messages.
 
     Raises
     ------
@@ -113,8 +119,10 @@ def _block(cells: Any, name: np.ndarray, x: np.ndarray) -> Iterator[Block]:
 
 
 def _of_nodes(sets: Mapping[str, Any], blocks: Sequence[Block]) -> Iterator[Block]:
-    """The facets on the surface all of whose corners are in a set of nodes, under its name; none
-    where the file has facets of its own. Sets of all nodes, and of edges and points, name none."""
+    """Yield the surface facets whose corners are all in one set of nodes, under the set's name.
+
+    A file with facets yields none. Sets of all nodes, and of edges and points, name no facets.
+    """
     dim = max((block.dim for block in blocks), default=0)
     if dim < 2 or any(block.dim == dim - 1 for block in blocks):
         return

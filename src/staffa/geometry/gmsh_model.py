@@ -1,4 +1,4 @@
-"""How Gmsh is opened, with a model of its own or an error in one sentence, and how it meshes."""
+"""Start of Gmsh with a separate model, or with an error in one sentence, and meshing by it."""
 
 import signal
 from collections.abc import Iterator
@@ -39,9 +39,12 @@ def missing(what: str, way_out: str) -> str:
 
 @contextmanager
 def opened(what: str, way_out: str) -> Iterator[Any]:
-    """Gmsh with a model and options of its own; a Gmsh that the caller has open stays open.
+    """Open Gmsh with a separate model and separate options; a caller's open Gmsh stays open.
 
-    what: the key that needs it; way_out: what to do without it.
+    Parameters
+    ----------
+    what : the key that needs Gmsh, for the message.
+    way_out : advice for a user without Gmsh.
 
     Raises
     ------
@@ -53,7 +56,7 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
 
         mine = not gmsh.isInitialized()
         if mine:
-            with elsewhere():  # Gmsh has a PETSc of its own, which reads `.petscrc`
+            with elsewhere():  # the PETSc inside of Gmsh reads `.petscrc`
                 gmsh.initialize(readConfigFiles=False, interruptible=False)
             _take_back_signals()
     except ImportError as error:

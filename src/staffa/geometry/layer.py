@@ -1,4 +1,4 @@
-"""Which cells break with a crack that lies on a mesh's own facets: one layer, on one side of it."""
+"""Cells that break with a crack on facets of the mesh: one layer, on one side of the crack."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -8,17 +8,18 @@ from staffa.geometry.simplices import facets, keys
 
 
 def cells_along_crack(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
-    """The cells, by their numbers, that a crack breaks: all that touch it from one side.
+    """Return the numbers of the cells that a crack breaks: all that touch it from one side.
 
     A vertex of a crack is inside it, and not on its rim, if the crack parts the cells around it.
     The cells at such vertices, walked through facets that are no crack, fall into its sides. The
     side with the fewest cells breaks; where cracks meet, as many as it takes for every facet to
     have a broken one. No cell is then left to hold the two sides together, be it by a vertex, and
-    the layer is one cell thick. A facet that is all rim breaks a cell of its own.
+    the layer is one cell thick. A facet that is all rim breaks one more cell.
 
     Parameters
     ----------
-    cells : corners, shape (m, dim + 1). crack : corners of its facets, shape (k, dim).
+    cells : corners, shape (m, dim + 1).
+    crack : corners of its facets, shape (k, dim).
     """
     near = np.flatnonzero(np.isin(cells, crack).any(axis=1))
     pairs, corners, cracked = _shared_facets(cells[near], crack)
@@ -34,7 +35,7 @@ def cells_along_crack(cells: np.ndarray, crack: np.ndarray) -> np.ndarray:
 
 
 def _shared_facets(cells: np.ndarray, crack: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Of each facet between two of the cells: these (k, 2), its corners, whether it is a crack."""
+    """Return the facets between two cells: the cells (k, 2), corners, True for those of a crack."""
     width = cells.shape[1]
     corners = facets(cells).reshape(-1, width - 1)
     number = keys(np.concatenate([corners, crack]))

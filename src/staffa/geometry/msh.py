@@ -55,7 +55,7 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
         try:
             gmsh.merge(str(link))
         except Exception as error:  # Gmsh raises this very class
-            raise InputError(f"{where}: Gmsh cannot read it ({error}); save it anew") from error
+            raise InputError(f"{where}: Gmsh cannot read it ({error}); save it again") from error
         held = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
         for dim, name in _announced(path) if of_gmsh else ():
             _is_held(dim, name, held, where)
@@ -76,7 +76,7 @@ def _is_held(dim: int, name: str, held: set[str], where: str) -> None:
     if name not in held:
         raise InputError(
             f"{where}: '{name}' names nothing that is in the file; remove it, or save the mesh "
-            f"anew, in format 4.1 without Mesh.SaveAll"
+            f"again, in format 4.1 without Mesh.SaveAll"
         )
 
 
@@ -92,7 +92,14 @@ def _announced(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def collected(gmsh: Any, where: str, unit: float) -> Simplices:
-    """The mesh and the physical names of the model that Gmsh has open; see `read_msh`."""
+    """Return the mesh and the physical names of the model that Gmsh has open, see `read_msh`.
+
+    Parameters
+    ----------
+    gmsh : the module, with the model open.
+    where : key and value of the file, for messages.
+    unit : length of the file's unit (m).
+    """
     dim = 3 if len(gmsh.model.mesh.getElements(3)[0]) else 2
     names = _names(gmsh, dim, where)
     tags, x, _ = gmsh.model.mesh.getNodes()

@@ -1,4 +1,4 @@
-"""What is known of a body before its mesh is handed out: its extent, its names, how many cells."""
+"""Facts of a body before its mesh is distributed: extent, names, and number of cells."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -108,7 +108,15 @@ def is_axis(body: Outline, face: str) -> bool:
 def of_block(
     size: tuple[float, ...], h: float, cells: str, lower: tuple[float, ...] | None = None
 ) -> Outline:
-    """A rectangle or a box; lower: its lower corner (m), None for the origin."""
+    """Return the outline of a rectangle or a box.
+
+    Parameters
+    ----------
+    size : extent along each axis (m).
+    h : largest edge of the cells (m).
+    cells : kind of the cells.
+    lower : lower corner (m), None for the origin.
+    """
     n_cells, n_vertices = cells_and_vertices(size, h, cells)
     lower = lower or (0.0,) * len(size)
     upper = tuple(low + length for low, length in zip(lower, size, strict=True))

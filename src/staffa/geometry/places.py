@@ -1,4 +1,4 @@
-"""Places in a body at which what varies is looked at before there is a mesh."""
+"""Places in a body at which properties are sampled before there is a mesh."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,10 +17,15 @@ Contains = Callable[[np.ndarray, float], np.ndarray]
 def in_box(
     lower: Sequence[float], upper: Sequence[float], x: np.ndarray, *, h: float
 ) -> np.ndarray:
-    """Which points x, shape (3, n), lie between two corners (m), or on a side: shape (n,).
+    """Return whether each point lies in a box or on a side of it, shape (n,).
 
-    h: edge of the cells (m), which says how near to a side a point is on it. Points on a side that
-    two boxes share are in both: round-off decides nothing.
+    Points on a side that two boxes share are in both: round-off decides nothing.
+
+    Parameters
+    ----------
+    lower, upper : corners of the box (m), one number per axis.
+    x : points (m), shape (3, n).
+    h : edge of the cells (m), which sets how near to a side a point counts as on it.
     """
     slack, bounds = SAME * h, zip(x, lower, upper, strict=False)
     return np.all([(c >= low - slack) & (c <= high + slack) for c, low, high in bounds], axis=0)
@@ -28,34 +33,43 @@ def in_box(
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Places x, shape (3, n) (m), and how much of the body each stands for, shape (n,); None if all
-    stand for as much."""
+    """Sample of places in a body.
+
+    Attributes
+    ----------
+    x : places (m), shape (3, n).
+    weight : part of the body that each place stands for, shape (n,); None if all are equal.
+    """
 
     x: np.ndarray
     weight: np.ndarray | None = None
 
     def mean(self, values: np.ndarray) -> float:
-        """Of values at the places, over the body."""
+        """Return the mean over the body of values at the places, shape (n,)."""
         return float(np.average(values, weights=self.weight))
 
 
 class Places(Protocol):
-    """Where to look."""
+    """Protocol of the places of a body that are sampled."""
 
     def within(self, region: str | None = None) -> Sample:
-        """Places inside of the body, or of one of its regions; at least one."""
+        """Return places inside of the body, or of one of its regions; at least one."""
 
     def on(self, face: str | None = None) -> np.ndarray:
-        """Places all over the body, its surface included, or on a face of it; shape (3, n)."""
+        """Return places of the body with its surface, or of one face (m), shape (3, n)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoxGrid:
-    """Of a body that is made of boxes, or of what a shape leaves of them.
+    """Places of a body that is made of boxes, or cut out of them by a shape.
 
-    boxes: region, lower and upper corner of each. flat: axis and position of the faces that are
-    flat. contains: which points, shape (3, n), the shape holds, and cells of edge h do too, which
-    cut its round faces short; None for all. h: that edge (m).
+    Attributes
+    ----------
+    boxes : region, lower and upper corner (m) of each box.
+    flat : axis and position (m) of each flat face, by its name.
+    contains : returns whether points, shape (3, n), are in the shape and in its cells of edge h,
+        which cut round faces short; None if the boxes are the body.
+    h : edge of the cells (m).
     """
 
     boxes: tuple[tuple[str, Bounds], ...]
@@ -85,7 +99,15 @@ class BoxGrid:
 
 @dataclass(frozen=True, kw_only=True)
 class OfMesh:
-    """Of a mesh: middles of some cells and of each region's, vertices and those of each face."""
+    """Places of a mesh.
+
+    Attributes
+    ----------
+    cells : middles of some cells.
+    regions : middles of some cells of each region.
+    vertices : some vertices (m), shape (3, n).
+    faces : some vertices of each face (m), shape (3, n).
+    """
 
     cells: Sample
     regions: Mapping[str, Sample]
@@ -102,7 +124,7 @@ class OfMesh:
 
 
 def some(n: int) -> np.ndarray:
-    """The numbers of at most so many of n things, by chance, the same each time."""
+    """Choose at most `MOST` of the numbers 0 ... n - 1 at random, the same each time."""
     if n <= MOST:
         return np.arange(n)
     return np.sort(np.random.default_rng(0).choice(n, MOST, replace=False))

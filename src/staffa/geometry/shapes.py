@@ -42,14 +42,14 @@ class Shape(Protocol):
         """Area, perimeter and 0; or volume, surface and length of all edges."""
 
     def scaled(self, factor: float) -> "Shape":
-        """The same, so many times as large."""
+        """Return the shape enlarged by a factor."""
 
     def draw(self, occ: Any) -> dict[str, list[int]]:
         """Model it with Gmsh; the tags of each region."""
 
 
 def shape_outline(shape: Shape, h: float) -> Outline:
-    """What is known of a shape from outside, meshed with cells of mean edge h."""
+    """Return the outline of a shape that is meshed with cells of mean edge h (m)."""
     lower, upper = shape.bounds()
     sides = flat_sides(lower, upper)
     faces = {name: sides[side] if side else None for name, side in shape.faces().items()}
@@ -69,9 +69,13 @@ def shape_outline(shape: Shape, h: float) -> Outline:
 
 
 def meshed(shape: Shape, h: float, where: str) -> Simplices:
-    """Its triangles or tetrahedra of mean edge h.
+    """Return the triangles or tetrahedra of a shape.
 
-    where: the key and its value, for sentences.
+    Parameters
+    ----------
+    shape : the shape.
+    h : mean edge of the cells (m).
+    where : the key and its value, for messages.
 
     Raises
     ------
@@ -164,7 +168,7 @@ class Bored:
         return ((ROCK, self.bounds()),)
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
-        """What is not in the hole."""
+        """Return whether each point is outside of the hole."""
         away = np.hypot(x[0] - self.center[0], x[1] - self.center[1])
         return np.asarray(away >= (1 - SAME) * self.radius + _sagitta(h, self.radius))
 
@@ -221,7 +225,7 @@ class Round:
         return ((ROCK, self.bounds()),)
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
-        """What is within the radius."""
+        """Return whether each point is within the radius."""
         return np.asarray(
             np.hypot(x[0], x[1]) <= (1 + SAME) * self.radius - _sagitta(h, self.radius)
         )
@@ -314,7 +318,7 @@ class Layered:
 
 
 def _sagitta(h: float, radius: float) -> float:
-    """How far the middle of an edge on a circle is from it, with room for edges that are longer."""
+    """Return the distance of a chord's middle from its circle (m), with room for longer edges."""
     return min(h**2 / (2 * radius), radius / 4)
 
 

@@ -51,7 +51,7 @@ def facets(cells: np.ndarray) -> np.ndarray:
 
 
 def count_bodies(mesh: Simplices) -> int:
-    """How many bodies the mesh falls into, that share no point."""
+    """Return the number of bodies of the mesh that share no point."""
     width = mesh.cells.shape[1]
     start, end = np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel()
     n = len(mesh.x)
@@ -60,7 +60,7 @@ def count_bodies(mesh: Simplices) -> int:
 
 
 def mesh_outline(mesh: Simplices) -> Outline:
-    """What is known of the body from outside, and the mean edge of its cells."""
+    """Return the outline of the body, with the mean edge of its cells."""
     lower, upper = mesh.x.min(axis=0), mesh.x.max(axis=0)
     named = {"faces": mesh.faces, "cracks": mesh.cracks, "regions": mesh.regions}
     local = edges(mesh.x, mesh.cells, _edges(mesh), **named)

@@ -1,1 +1,1 @@
-"""What drives a body to crack."""
+"""Loads that drive a body to crack."""

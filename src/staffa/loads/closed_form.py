@@ -43,9 +43,13 @@ class NoLoad:
 
 @dataclass(frozen=True, kw_only=True)
 class HalfSpace:
-    """T = -dT erfc(y/(2 sqrt(kappa t))): the face drops at once, the far side is infinitely far.
+    """T = -dT erfc(y/(2 sqrt(kappa t))): the face drops at once, the body is infinitely deep.
 
-    dT in K, kappa in m^2/s; y is the depth below `face`.
+    Attributes
+    ----------
+    dT : temperature drop of the face (K).
+    kappa : diffusivity (m^2/s).
+    face : the cooled face; y is the depth below it (m).
     """
 
     dT: float
@@ -123,7 +127,7 @@ class Convective:
 
 @dataclass(frozen=True, kw_only=True)
 class CooledFace:
-    """What a case says of its cooling in closed form.
+    """Cooling in closed form, as a case gives it.
 
     Parameters
     ----------

@@ -1,5 +1,6 @@
-"""What pulls and presses on a body besides cold: its weight, its sides, its past, its pores, and
-the fluid in its cracks. Tension counts positive, as stresses do; pressures do so where they press.
+"""Forces on a body: weight, loads on its sides, prestress, pore pressure, and fluid in cracks.
+
+Stresses count positive in tension, pressures where they press.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,14 @@ InTime = Callable[[float], float]
 
 @dataclass(frozen=True, kw_only=True)
 class Traction:
-    """What acts on one named side: a force per area, shape (dim, n), and a pressure (Pa)."""
+    """Force per area on one named side.
+
+    Attributes
+    ----------
+    side : name of the side.
+    force : traction at points and a time (Pa), shape (dim, n); None without one.
+    pressure : pressure at points and a time (Pa), shape (n,); None without one.
+    """
 
     side: str
     force: InSpaceAndTime | None = None
@@ -26,11 +34,17 @@ class Traction:
 class Forces:
     """All that acts on a body but displacements and temperatures.
 
-    gravity: an acceleration (m/s^2), dim numbers; it acts on the rock's density. prestress: the
-    stress (Pa) at u = 0, T = 0 at points, shape (6, n), in the order xx, yy, zz, yz, xz, xy; in 2-D
-    zz counts in plane strain, yz and xz never. pore_pressure: (Pa) at points, shape (n,), with
-    Biot's coefficient biot, part of the prestress. crack_pressure: (Pa) in all cracks, or
-    crack_volume: what they hold (m^3, in 2-D m^2) at a time (s), by a pressure that is found.
+    Attributes
+    ----------
+    gravity : acceleration (m/s^2), dim numbers; it acts on the rock's density.
+    sides : force per area on each side that has one.
+    prestress : stress at u = 0, T = 0 at points (Pa), shape (6, n), in the order xx, yy, zz, yz,
+        xz, xy; in 2-D zz counts in plane strain, yz and xz never.
+    pore_pressure : pressure in the pores at points (Pa), shape (n,), part of the prestress.
+    biot : Biot's coefficient of `pore_pressure`, dimensionless.
+    crack_pressure : pressure in all cracks at a time (s) (Pa).
+    crack_volume : fluid volume in the cracks at a time (s) (m^3, in 2-D m^2), given in place of
+        `crack_pressure`, which then follows.
     """
 
     gravity: tuple[float, ...] | None = None
@@ -43,10 +57,10 @@ class Forces:
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing acts at all."""
+        """Return whether there are no forces."""
         return self == Forces(biot=self.biot)
 
     @property
     def in_cracks(self) -> bool:
-        """Whether a fluid presses on the faces of cracks."""
+        """Return whether a fluid presses on the faces of cracks."""
         return self.crack_pressure is not None or self.crack_volume is not None

@@ -27,7 +27,7 @@ Evaluated = Callable[[np.ndarray, float], np.ndarray]
 
 
 def formula_variables(dim: int, *, time: bool = True) -> tuple[str, ...]:
-    """What a formula may depend on."""
+    """Return the names of the variables of a formula."""
     return (*(("t",) if time else ()), *"xyz"[:dim])
 
 
@@ -52,7 +52,14 @@ def formula(text: str, names: tuple[str, ...]) -> Evaluated:
 
 
 def trial(value: Evaluated, names: tuple[str, ...], x: np.ndarray, t: float) -> np.ndarray:
-    """The values of a formula of these names, if they can be computed with.
+    """Return the values of a formula, if they are finite numbers.
+
+    Parameters
+    ----------
+    value : the formula.
+    names : names of its variables.
+    x : points (m), shape (3, n).
+    t : time (s).
 
     Raises
     ------
@@ -80,12 +87,12 @@ def trial(value: Evaluated, names: tuple[str, ...], x: np.ndarray, t: float) -> 
 
 
 def known(x: np.ndarray, t: float) -> dict[str, Any]:
-    """What is known to a formula at points or at one of them, by name."""
+    """Return the values of a formula's variables at one or more points, by name."""
     return {"x": x[0], "y": x[1], "z": x[2], "t": np.float64(t), "pi": pi}
 
 
 def vocabulary(names: tuple[str, ...]) -> str:
-    """What a formula of these names may be made of."""
+    """Return a sentence that lists the parts of a formula of these names."""
     signs = "+ - * / **, < > & |"
     return f"it may use numbers, pi, {', '.join(names)}, {signs}, and {', '.join(FUNCTIONS)}"
 

@@ -1,4 +1,4 @@
-"""Fields in files on meshes of their own: read once, and evaluated at any points."""
+"""Fields in files, each on its mesh: read once, and evaluated at any points."""
 
 import hashlib
 import logging
@@ -22,11 +22,17 @@ FORMATS = (".vtu", ".vti", ".vtr", ".vts", ".vtk", ".vtkhdf")
 
 @dataclass(frozen=True, kw_only=True)
 class MeshField:
-    """A field on a mesh of its own; it can be sent to other ranks.
+    """A field with its mesh; it can be sent to other ranks.
 
-    points: shape (n, 3) (m); cells, types: as VTK stores them; values: one a point, or one a cell
-    if per_cell. digest: two fields of one digest are the same. path: where it was read. slack: how
-    far outside of the mesh a point still has the value of the place nearest to it (m).
+    Attributes
+    ----------
+    points : vertices of the mesh (m), shape (n, 3).
+    cells, types : cells of the mesh, as VTK stores them.
+    values : one value a point, or one a cell.
+    per_cell : True if `values` has one value a cell.
+    digest : fingerprint; two fields of one digest are the same.
+    path : file from which the field was read.
+    slack : distance from the mesh (m) within which a point has the value of the nearest place.
     """
 
     points: np.ndarray = field(compare=False, repr=False)
@@ -116,7 +122,13 @@ class Counting:
 
 
 def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshField:
-    """The field of this name in a file of one of FORMATS, read in a process of its own.
+    """Read a field from a file of one of FORMATS, in a separate process.
+
+    Parameters
+    ----------
+    path : the file.
+    name : name of the field in the file.
+    counting : units of the file and component of the field; None for the defaults.
 
     Raises
     ------
@@ -138,7 +150,14 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
 
 
 def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
-    """The same, in this process. counted: the numbers of a `Counting`."""
+    """Read a field as `read_field`, in this process.
+
+    Parameters
+    ----------
+    path : the file.
+    name : name of the field in the file.
+    counted : the fields of a `Counting`, by name.
+    """
     if path.suffix.lower() == ".vtkhdf":
         require_alone(path, str(path))
     mesh, counting = _mesh(path), Counting(**counted)
@@ -148,7 +167,7 @@ def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
         raise InputError(f"the file has no field '{name}'; {held}")
     values = _numbers(np.asarray(found[name]), name, counting.component)
     if not np.all(np.isfinite(values)):
-        raise InputError(f"'{name}' is not finite everywhere; mend the file")
+        raise InputError(f"'{name}' is not finite everywhere; correct the file")
     per_cell = name not in dict(mesh.point_data.items())
     return _field(mesh, values.astype(float), counting, per_cell=per_cell, path=path)
 

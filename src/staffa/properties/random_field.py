@@ -25,8 +25,11 @@ def random_factor(
 
     Parameters
     ----------
-    lengths : of correlation of z (m): the integral of its correlation along each of the axes.
+    distribution : distribution of the values, which gives g.
+    variation : coefficient of variation, dimensionless.
+    lengths : correlation lengths of z (m): the integral of its correlation along each of the axes.
     axes : rows are perpendicular directions, shape (dim, dim).
+    seed : seed of the random numbers.
     """
     import gstools  # takes a second to load, and few cases need it
 

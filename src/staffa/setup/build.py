@@ -66,6 +66,8 @@ def problem(
 
     Parameters
     ----------
+    case : the case.
+    comm : the ranks that share the mesh.
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's.
         They are tried at samples; with a load of your own the case need not load the body itself,
         and takes the split that is safe whatever the load does, unless the case gives one.

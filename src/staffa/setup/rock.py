@@ -33,7 +33,15 @@ def materials(
     h: float,
     split: EnergySplit | None = None,
 ) -> tuple[Material, dict[str, Material]]:
-    """The rock of a case, and that of its regions by their names. h: cell edge (m)."""
+    """Return the rock of a case, and that of each region by its name.
+
+    Parameters
+    ----------
+    case : the case.
+    derived : scales of the case.
+    h : cell edge (m).
+    split : the energy split; None for the split of the case.
+    """
     blocks = not case.domain.has_simplices
     body, *regions = subdomains_of(case)
     common = partial(
@@ -83,7 +91,7 @@ def _expansion(piece: Subdomain) -> Property | np.ndarray:
 
 
 def _toughness(piece: Subdomain, mean: float, factor: PointFunction) -> PointFunction:
-    """What stands in [toughness], times the toughness over its mean where it varies."""
+    """Return the factor of [toughness], times the toughness over its mean where it varies."""
     given = piece.keys.Gc
     own = 1.0 if isinstance(given, tuple) else point_property(given, piece.dim)
     if not callable(own):
@@ -92,7 +100,7 @@ def _toughness(piece: Subdomain, mean: float, factor: PointFunction) -> PointFun
 
 
 def region_boxes(case: Case) -> dict[str, Part]:
-    """Where the regions are that have boxes, for the mesh of a block."""
+    """Return, for each region with a box, the function that finds its points in a block."""
     boxes = {name: (keys.lower, keys.upper) for name, keys in case.regions.items()}
     return {
         name: partial(in_box, lower, upper, h=case.outline.h)
@@ -135,7 +143,7 @@ def _check(domain: Domain, piece: Subdomain, x: np.ndarray) -> None:
 
 
 def _range(name: str, piece: Subdomain) -> tuple[float, float, str]:
-    """What the values of a property lie between, and how to say it."""
+    """Return the bounds of the values of a property, and their words for messages."""
     if name not in RATIOS:
         return 0.0, np.inf, "finite and larger than zero"
     if is_isotropic(piece.keys):

@@ -1,4 +1,4 @@
-"""Where the rock is tougher, weaker, or already cracked: functions of position alone."""
+"""Tougher, weaker and initially cracked parts of the rock: functions of position alone."""
 
 import numpy as np
 

@@ -84,9 +84,15 @@ def _in_ufl(what: str, function: Callable[..., Any], *values: Any) -> None:
 
 
 def tried_load(load: Load, domain: Domain, at: tuple[float, ...]) -> tuple[float, ...]:
-    """Numbers by which a load is known, at these times (s), whatever the partition. Collective.
+    """Return numbers that identify a load on any partition. Collective.
 
-    Its largest value, and those of its products with some waves over the body.
+    They are its largest value, and those of its products with some waves over the body.
+
+    Parameters
+    ----------
+    load : the load.
+    domain : the mesh.
+    at : times (s).
 
     Raises
     ------
@@ -193,13 +199,20 @@ def unrecorded(own: dict[str, Own] | None, given: Given) -> str | None:
         return None
     return (
         "an earlier version wrote this run and did not record whether a script gave it a law, a "
-        "split or a load of its own: it goes on with the case's; if a script did, stop it and go "
+        "split or a load: it goes on with the case's; if a script did, stop it and go "
         "on from Python with the same object"
     )
 
 
 def require_same(given: Given, own: dict[str, Own] | None, setup: Problem, run: str) -> None:
-    """Require that what is given is what the run began with. Collective.
+    """Require the objects of a script with which the run began. Collective.
+
+    Parameters
+    ----------
+    given : objects of the script that goes on.
+    own : identities of the objects with which the run began, by name; None if unknown.
+    setup : the problem.
+    run : the run directory, for messages.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Cautions on bodies of revolution: tension around the axis opens cracks that they cannot have."""
+"""Warnings about bodies of revolution, which cannot have the cracks that hoop tension opens."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Cautions on cooling: whether it cracks, what of it a run sees, and how deep the cold gets."""
+"""Warnings about cooling: its cracks, what a run resolves, and the depth that it reaches."""
 
 from collections.abc import Iterator
 from math import inf, sqrt
@@ -75,7 +75,14 @@ def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def start_of_damage(derived: Numbers, largest: float, squeezed: Squeeze | None) -> float:
-    """The load at the largest drop of the face (K) over the one that starts damage."""
+    """Return the load at the largest drop of the face, over the load that starts damage.
+
+    Parameters
+    ----------
+    derived : scales of the case.
+    largest : largest temperature drop of the face (K).
+    squeezed : squeeze of the cooled face; None without one.
+    """
     if squeezed is not None:
         return squeezed.share
     return largest / derived.dT_c if derived.dT_c is not None else inf
@@ -95,7 +102,15 @@ def _cracks_at_face(case: Case, share: float) -> bool:
 
 
 def instant(case: Case, derived: Numbers, time: float, *, up: bool) -> str:
-    """A time (s) as the case counts it, rounded so that it is not exceeded, or reached (up)."""
+    """Return a time as the case writes it, t or tau, rounded down, or up.
+
+    Parameters
+    ----------
+    case : the case.
+    derived : scales of the case.
+    time : the time (s).
+    up : True to round up, so that the time is reached; False to round down.
+    """
     rounded = at_least if up else at_most
     if case.time.tau is None:
         return f"t = {rounded(case, time, 's', digits=2)}"
@@ -173,7 +188,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     time, last = first_and_last(derived)
     first, h, ell = diffusion_length(derived.kappa, time), cell_edge(case), float(case.damage.ell)
     mixed = sqrt(ell * ell0)
-    at_once = case.heat is None or _cools_at_once(case)  # else how deep the cold is says little
+    at_once = case.heat is None or _cools_at_once(case)  # else depth says little
     earliest = (h / 2) ** 2 / derived.kappa
     if mixed >= h and at_once and first > NUCLEATION_DEPTH * mixed:
         latest = (NUCLEATION_DEPTH * mixed) ** 2 / derived.kappa
@@ -271,7 +286,7 @@ def _squeezed_across(case: Case, given: object, excess: float) -> str:
 
 
 def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
-    """Cold that reaches the far side, of the profiles that know of it (insulated), or not."""
+    """Warn if cooling reaches the opposite boundary, which the profile insulates or ignores."""
     if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return
     _, last = first_and_last(derived)
@@ -283,13 +298,14 @@ def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[s
     reached = f"at the last step the diffusion length is {deep:.2g} of the depth: "
     if insulated:
         yield (
-            f"{reached}cold has passed the far side, and what comes after {end} tells of this "
-            f"body, no more of deep rock; for deep rock end there, or make the body {depth} deep"
+            f"{reached}cooling has passed the opposite boundary, and results after {end} hold "
+            f"for this body, no more for deep rock; for deep rock end there, or make the body "
+            f"{depth} deep"
         )
     else:
         yield (
-            f'{reached}the far side is felt; take temperature.profile = "slab", whose far side is '
-            f"insulated, end at {end}, or make the body {depth} deep"
+            f'{reached}the opposite boundary is felt; take temperature.profile = "slab", '
+            f"whose opposite boundary is insulated, end at {end}, or make the body {depth} deep"
         )
 
 

@@ -17,7 +17,7 @@ from staffa.units import Quantity
 
 # Of places a correlation length apart, one in 700 is further below the mean of a random field.
 RARE = 3.0
-# A drop of so many times what starts damage cracks the face beyond doubt.
+# A drop that exceeds the one that starts damage by this factor cracks the face beyond doubt.
 WELL_ABOVE = 1.5
 
 

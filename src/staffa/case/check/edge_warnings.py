@@ -1,4 +1,4 @@
-"""Cautions on cells that are too long for the cracks, in the whole body or in a part of it."""
+"""Warnings about cells that are too long for the cracks, in the whole body or in a part of it."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""What is off about the forces of a case and its energy split: a sentence each."""
+"""Warnings about the forces of a case and its energy split: a sentence each."""
 
 from collections.abc import Iterator
 from math import sqrt

@@ -1,4 +1,4 @@
-"""Cautions on loads: those that move nothing, that end early, or that leave all to round-off."""
+"""Warnings about loads: those that move nothing, that end early, or that leave all to round-off."""
 
 import re
 from collections.abc import Iterator

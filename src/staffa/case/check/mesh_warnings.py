@@ -1,4 +1,4 @@
-"""Cautions on what a mesh resolves, on what is smaller than its cells, and on memory."""
+"""Warnings about what a mesh resolves, details smaller than its cells, and memory."""
 
 import os
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What a case will do and cost, said before anything runs; no finite elements."""
+"""Preview of a case: what a run will do and cost; computed without finite elements."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -72,7 +72,7 @@ def preview(case: Case) -> Preview:
 
 
 def _body_facts(case: Case) -> list[Fact]:
-    """What a shape or a mesh is from outside, and the names that it knows."""
+    """Return size, cells and names of a body that has a shape or a mesh."""
     if case.domain.is_block:
         return _axis_facts(case)
     body, metre = case.outline, unit(case, "m")
@@ -113,7 +113,7 @@ def _mesh_facts(case: Case) -> list[Fact]:
     return [
         ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
         (
-            "discrete toughness",
+            "effective Gc",
             f"about {factor:.3f} Gc",
             "1 + h/(4 c_w ell): what the mesh adds; a run measures it",
         ),
@@ -317,7 +317,7 @@ def _knots(case: Case) -> list[Fact]:
             listed = ", ".join(amount(case, t, "s") for t in times[:SHOWN])
             more = f" and {len(times) - SHOWN} more" if len(times) > SHOWN else ""
             turns = f"jumps, extremes and kinks of {where}"
-            within = f", straight between them within {told.depart:.2g} of its range"
+            within = f", linear between them within {told.depart:.2g} of its range"
             facts.append(("steps end at", listed + more, turns + (within if told.depart else "")))
     return facts
 
@@ -337,7 +337,7 @@ def _time(case: Case, planned: Steps) -> tuple[str, str]:
 
 
 def _planes(case: Case) -> list[Fact]:
-    """Where the columns of a 3-D body are measured."""
+    """Return the sections of a 3-D body at which columns are measured."""
     depths = case.measures.depths
     if case.dim == 2 or not depths:
         return []

@@ -1,4 +1,4 @@
-"""A caution on closed cracks that do not slide, with the splits for which they are stuck."""
+"""Warning about closed cracks that do not slide, with the splits for which they are stuck."""
 
 from collections.abc import Iterator
 

@@ -23,7 +23,7 @@ DEPTHS = 200  # places along the depth at which the temperature is averaged
 
 
 def laterally_held(case: Case) -> bool:
-    """True if no side beside the cooled face can move inward, however deep the cold goes."""
+    """True if no side beside the cooled face can move inward, at any depth of cooling."""
     if case.supports.section != "none":
         return case.supports.section == "fixed"
     return all(case.supports.on(side) in ("rollers", "clamped") for side in beside(case))
@@ -101,7 +101,7 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
         )
         yield (
             f"nothing holds the body: as a loose piece it {changes}. Rock with more rock around it "
-            f"has rollers on {around}, and on the far side; for a piece of a long plate "
+            f"has rollers on {around}, and on the opposite boundary; for a piece of a long plate "
             f"{_freed(case)}"
         )
 

@@ -1,4 +1,4 @@
-"""Cautions on properties of temperature: tables that end before the temperatures of the case do."""
+"""Warnings about tables by temperature that do not span the temperatures of the case."""
 
 from collections.abc import Iterator
 

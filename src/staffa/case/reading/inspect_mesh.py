@@ -90,7 +90,14 @@ def _with_mesh(case: Case, place: FileAccess, given: str) -> Case:
 
 
 def mesh_of(file: Path, unit: float, given: str) -> Simplices:
-    """The mesh of a file; given: what the case calls it."""
+    """Return the mesh of a file.
+
+    Parameters
+    ----------
+    file : path of the file.
+    unit : length of the file's unit (m).
+    given : path of the file as the case writes it, for messages.
+    """
     where, ends = f"domain.mesh = {inline(given)}", file.suffix.lower()
     if ends in FORMATS:
         return read_apart(Simplices, READ_FOREIGN, file, [unit, where], where=where)

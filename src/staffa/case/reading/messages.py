@@ -1,4 +1,4 @@
-"""What is wrong with the keys of a case, as one sentence that says how to put it right."""
+"""Messages about wrong keys of a case: one sentence each, with the way to correct it."""
 
 import re
 from collections.abc import Sequence
@@ -148,7 +148,7 @@ def _one_of(keys: Sequence[int | str], value: Any, names: list[str]) -> str:
 
 
 def _likeness(keys: Sequence[int | str]) -> str:
-    """What a value should look like, from the example of its key."""
+    """Return a sentence with an example of a value, from the examples of its key."""
     field = _field(keys)
     if field is None or not field.examples:
         return f"it must be a table, a line [{_where(keys)}] with its keys below it; {EXPLAINED}"
@@ -166,7 +166,7 @@ def _where(keys: Sequence[int | str]) -> str:
 
 
 def _field(keys: Sequence[int | str]) -> FieldInfo | None:
-    """What is known of a key."""
+    """Return the field of a key, None for an unknown key."""
     named = [key for key in keys if isinstance(key, str)]
     found = [field for m in _models_at(named[:-1]) if (field := _field_of(m, named[-1]))]
     return found[0] if found else None
@@ -188,7 +188,7 @@ def _models_at(keys: Sequence[int | str]) -> list[type[BaseModel]]:
 
 
 def _field_of(model: type[BaseModel], key: str) -> FieldInfo | None:
-    """What is known of a key; of a face by its own name, what is known of any."""
+    """Return the field of a key of a table; the name of a face gives the field of any face."""
     if key not in model.model_fields and model.model_config.get("extra") == "allow":
         key = "left"
     return model.model_fields.get(key)

@@ -37,7 +37,11 @@ SYNTAX = {
 def read_case(path: str | Path, settings: Sequence[str] = (), *, outside: bool = False) -> Case:
     """Read a case file, with `section.key=value` settings put over it.
 
-    outside: whether the files that it names may lie outside of its folder.
+    Parameters
+    ----------
+    path : the case file.
+    settings : texts "section.key=value" that replace keys of the file.
+    outside : True if the files that it names may lie outside of its folder.
 
     Raises
     ------
@@ -82,7 +86,16 @@ def parse_case(
     folder: str | Path = Path(),
     outside: bool = False,
 ) -> Case:
-    """Read a case from TOML text; see `read_case`. folder: from which paths in it count."""
+    """Read a case from TOML text, see `read_case`.
+
+    Parameters
+    ----------
+    text : the case as TOML.
+    settings : texts "section.key=value" that replace keys of the text.
+    name : name of the case in messages.
+    folder : folder from which paths in the text count.
+    outside : True if the files that it names may lie outside of `folder`.
+    """
     require(text, str, "text", "give the text of a case file; staffa.read_case(path) reads a file")
     settings, folder = settings_of(settings), path_of(folder, "folder")
     text_is_short(text, name)

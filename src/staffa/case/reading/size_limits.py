@@ -1,4 +1,4 @@
-"""How large a case may be: a page that someone wrote, and nothing that takes long to refuse."""
+"""Limits on the size of a case file: a page of text, so that a refusal takes no time."""
 
 import re
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ def text_is_short(text: str, name: str) -> None:
 
 
 def too_large(name: str) -> InputError:
-    """What is said of a file of more than `LARGEST_FILE` bytes."""
+    """Return the error for a file of more than `LARGEST_FILE` bytes."""
     return InputError(
         f"{name} is no case file: it is larger than {LARGEST_FILE:,} bytes; a case is a page"
     )
@@ -59,7 +59,7 @@ def values_are_few(table: Mapping[str, Any], name: str) -> None:
         if count > MOST_VALUES:
             raise InputError(
                 f"{name} holds more than {MOST_VALUES:,} values; write equal steps as "
-                f"{{ start, stop, steps }}, and a field as a file of its own"
+                f"{{ start, stop, steps }}, and a field as a separate file"
             )
     if level:
         raise InputError(f"{name} is no case file: its brackets are nested too deeply")

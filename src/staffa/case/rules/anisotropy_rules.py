@@ -100,7 +100,7 @@ def _are_given(piece: Subdomain, needed: Sequence[str], rule: str) -> None:
     for name in needed:
         if getattr(piece.keys, name) is None:
             region = piece.where != "material"
-            whole = "; a region with a stiffness of its own gives all of it" if region else ""
+            whole = "; a region with its own stiffness gives all of it" if region else ""
             raise InputError(f"{piece.where}.{name} is missing: {rule}{whole}; add it")
 
 
@@ -130,7 +130,15 @@ def axes_are_directions(case: Case) -> None:
 
 
 def fits_the_dimension(where: str, dim: int, angle: Any, axes: Any) -> None:
-    """angle in 2-D, axes in 3-D."""
+    """Require that the directions of rock are given by angle in 2-D and by axes in 3-D.
+
+    Parameters
+    ----------
+    where : the table, for messages.
+    dim : dimension of the body.
+    angle : value of the key angle (degrees), None if left out.
+    axes : value of the key axes, two directions, None if left out.
+    """
     if angle is not None and dim == 3:
         raise InputError(
             f"{where}.angle = {inline(angle)} is for 2-D bodies; give axes, two directions"

@@ -85,7 +85,14 @@ def bands_are_inside(case: Case) -> None:
 def box_is_inside(
     case: Case, lower: tuple[float, ...], upper: tuple[float, ...], where: str
 ) -> None:
-    """A box has an extent along each axis, and meets the body."""
+    """Require that a box has an extent along each axis, and meets the body.
+
+    Parameters
+    ----------
+    case : the case.
+    lower, upper : corners of the box (m), one number per axis.
+    where : the key of the box, for messages.
+    """
     for name, corner in (("lower", lower), ("upper", upper)):
         if len(corner) != case.dim:
             raise InputError(
@@ -137,7 +144,14 @@ def _points(crack: Segment | Disc) -> dict[str, tuple[float, ...]]:
 
 
 def is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
-    """Raise if a point, named in `what`, has another dimension than the body or is outside."""
+    """Require that a point has the dimension of the body and lies inside of it.
+
+    Parameters
+    ----------
+    case : the case.
+    what : the key and value of the point, for messages.
+    point : coordinates (m), one number per axis.
+    """
     body = case.outline
     if len(point) != case.dim:
         raise InputError(f"{what}: it needs {case.dim} numbers, as the body is {case.dim}-D")
@@ -148,7 +162,7 @@ def is_inside(case: Case, what: str, point: tuple[float, ...]) -> None:
 
 
 def _extent(case: Case) -> str:
-    """Where a body is, in words."""
+    """Return the extent of a body in words."""
     if case.domain.size is not None and case.domain.hole is None:
         return f"whose size is {inline(case.domain.size)} from the origin"
     lower, upper = (

@@ -19,8 +19,8 @@ def contact_is_possible(case: Case) -> None:
         )
     if is_contact and case.solver.backtracking:
         raise InputError(
-            f'solver.backtracking = true: with damage.split = "{CONTACT}" each step has an energy '
-            f"of its own, by the normals of its cracks, so that none can be compared with an "
+            f'solver.backtracking = true: with damage.split = "{CONTACT}" the energy of a step '
+            f"depends on the normals of its cracks, so that none can be compared with an "
             f"earlier one; leave it out"
         )
     if is_contact and case.axial:

@@ -42,7 +42,7 @@ def cooling_is_complete(case: Case) -> None:
 
 
 def depth_has_a_meaning(case: Case) -> None:
-    """What is told by depth needs a cooled face that is a flat side of the body."""
+    """Require that the cooled face is a flat side of the body, where keys need a depth below it."""
     keys, sides = case.temperature, case.outline.sides
     if keys.profile == "none" or sides[keys.face] is not None:
         return

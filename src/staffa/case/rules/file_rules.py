@@ -89,11 +89,15 @@ def _has_its_table(where: str, value: DisplacementFile) -> None:
 
 
 def covers(where: str, value: FieldFile, dim: int, places: np.ndarray, found: np.ndarray) -> None:
-    """Refuse a field that is not everywhere.
+    """Require that a field of a file covers all places where it is needed.
 
     Parameters
     ----------
-    places : where it was looked at (m), shape (3, n). found : its values there, NaN without one.
+    where : the key of the field, for messages.
+    value : the field of the file.
+    dim : dimension of the body.
+    places : sampled places (m), shape (3, n).
+    found : values of the field there, NaN outside of its mesh, shape (n,).
     """
     lost = ~np.isfinite(found)
     if not np.any(lost):

@@ -78,7 +78,7 @@ def _has_a_number_an_axis(case: Case, where: str, given: tuple[float, ...]) -> N
 
 
 def heat_is_complete(case: Case) -> None:
-    """What is said of a side, of the cracks, of a band and in a table belongs together."""
+    """Require that the keys of sides, cracks, bands and tables of [heat] fit together."""
     keys = case.heat
     if keys is None:
         return

@@ -21,7 +21,7 @@ OWN = {
 
 
 def faces_are_there(case: Case) -> None:
-    """Tables name faces that the body has, and no face is called as one of their own keys."""
+    """Require that tables name faces of the body, and that no face has the name of a key."""
     faces = case.outline.faces
     for table in OWN:
         keys = getattr(case, table)

@@ -10,7 +10,7 @@ from staffa.errors import InputError
 
 
 def probes_are_inside(case: Case) -> None:
-    """Every probe is of the body's dimension, lies in it, and has a name of its own."""
+    """Require that each probe has the body's dimension, lies in it, and has a unique name."""
     names = set()
     for number, probe in enumerate(case.output.probes, start=1):
         where = f"output.probes, entry {number}"

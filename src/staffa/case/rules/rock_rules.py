@@ -88,7 +88,7 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
 
 
 def properties_have_values(case: Case) -> None:
-    """What varies has numbers that a rock can have, wherever it is tried."""
+    """Require that properties that vary have possible values at all sampled places."""
     for piece in subdomains_of(case):
         for name, where, value in piece.properties():
             if not varies(value) or isinstance(value, RandomField) or of_temperature(value):
@@ -136,7 +136,7 @@ def elasticity_is_definite(case: Case) -> None:
 
 
 def _tried(piece: Subdomain) -> Any:
-    """What is made of a number for a trial: of a random field its mean."""
+    """Return a function that evaluates a property for a trial: a random field by its mean."""
     return lambda value: (
         float(value.mean) if isinstance(value, RandomField) else point_property(value, piece.dim)
     )

@@ -18,13 +18,14 @@ from staffa.physics.split import NO_SPLIT, driven_density, of_principal
 
 
 def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
-    """Normal stresses along x, y, z that the rock carries under [forces] alone, uncracked.
+    """Return the normal stresses along x, y, z of the uncracked rock under [forces] alone.
 
     Along an axis whose two ends are held nothing moves; along another the stress is what acts on
     its free end, and weight. What pores carry is taken off: a tension counts positive.
 
     Parameters
     ----------
+    case : the case.
     x : points, shape (3, n) (m).
     t : time (s) at which what acts on the faces is taken.
 

@@ -124,8 +124,13 @@ def is_held_at(case: Case, side: str) -> dict[str, PrescribedValue]:
 
 
 def _same(one: PrescribedValue, other: PrescribedValue, shared: Callable[[], np.ndarray]) -> bool:
-    """True if two histories, straight between their times, are equal at all times where both
-    sides are. shared: gives places of both (m), shape (3, n)."""
+    """Return whether two piecewise linear histories are equal wherever their sides meet.
+
+    Parameters
+    ----------
+    one, other : the prescribed displacements.
+    shared : returns the places of both sides (m), shape (3, n).
+    """
     (t, u), (s, v) = as_table(one), as_table(other)
     times = np.union1d(t, s)
     first, second = np.interp(times, t, u), np.interp(times, s, v)

@@ -21,7 +21,7 @@ SHORTEST = 1e-12
 
 
 def adaptive(case: Case) -> AdaptiveTau | AdaptiveTime | None:
-    """The keys of steps that follow the cracks and the cold; None if the times are given."""
+    """Return the keys of adaptive time steps; None if the times are given."""
     given = getattr(case.time, counts_in(case))
     return given if isinstance(given, AdaptiveTau | AdaptiveTime) else None
 
@@ -62,7 +62,15 @@ def times_increase(case: Case) -> None:
 def table_agrees(
     where: str, t: tuple[float, ...], values: tuple[float, ...], values_key: str
 ) -> None:
-    """A table in time has as many values as times, which increase."""
+    """Require that a table in time has as many values as times, and that the times increase.
+
+    Parameters
+    ----------
+    where : the key of the table, for messages.
+    t : times (s, or scaled).
+    values : values at these times.
+    values_key : key of the values in the table, for messages.
+    """
     if not t or len(t) != len(values):
         raise InputError(
             f"{where}: t has {len(t)} numbers and {values_key} has {len(values)}; give as many of "

@@ -23,14 +23,26 @@ from staffa.units import LARGEST, SMALLEST
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers:
-    """What follows from a case, in SI or scaled as the case is.
+    """Scales that follow from a case, in SI or scaled as the case is.
 
-    rock: the averages of [material], from which the scales follow. face: the flat side from which
-    depths are measured, None without one. cooled: whether anything is. L: depth of the body below
-    the cooled face (see `clock.depth`); dT: temperature drop, 0 without cooling; dT_c: the
-    drop at which damage starts in the weakest rock, `weakest`, where the bands leave the least
-    toughness, None for a law without threshold; ell0: None without cooling; kappa: diffusivity
-    across the cooled face.
+    Attributes
+    ----------
+    state : strain state across the body: plane strain, plane stress, axial or solid.
+    law : the damage law.
+    rock : averages of the rock in [material], from which the scales follow.
+    weakest : the part of the body whose damage starts at the least drop.
+    cooled : True if anything is cooled.
+    face : flat side from which depths are measured, None without one.
+    L : depth of the body below the cooled face (m).
+    kappa : diffusivity across the cooled face (m^2/s).
+    dT : temperature drop (K), 0 without cooling.
+    severity : severity of the cooling (dimensionless), None without cooling.
+    sigma_c : strength at which damage starts (Pa).
+    dT_c : drop at which damage starts in `weakest`, where the toughness is least (K); None for a
+        law without threshold.
+    ell0 : thermal fracture length (m), None without cooling.
+    times : ends of the steps (s).
+    requested : times whose fields are kept (s).
     """
 
     state: str
@@ -192,8 +204,14 @@ def _corners(case: Case, name: str) -> list[list[float]]:
 
 
 def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
-    """Temperature drop dT and severity, whichever of them is given; with the heat equation what
-    its strongest cooling leads to."""
+    """Return temperature drop dT (K) and severity; with [heat] those of its strongest cooling.
+
+    Parameters
+    ----------
+    case : the case, which gives one of the two.
+    m : averages of the rock.
+    L : depth of the body below the cooled face (m).
+    """
     keys = case.temperature
     if keys.profile == "none":
         return 0.0, None

@@ -113,7 +113,7 @@ def _weigh(
 
 
 def _onsets(t: np.ndarray, values: np.ndarray, extent: float) -> tuple[tuple[float, float], ...]:
-    """The onsets of a value that is straight between these times, see `Knots`."""
+    """Return the onsets of a value that is piecewise linear in time, see `Knots`."""
     slopes = np.diff(values, axis=0) / np.diff(t)[:, None]
     before, after = np.vstack([np.zeros_like(slopes[:1]), slopes[:-1]]), slopes
     begins = (np.abs(after) > np.abs(before)) | (after * before < 0)

@@ -18,7 +18,7 @@ def plan(case: Case, derived: Numbers) -> Schedule:
 
 
 def pace(case: Case, derived: Numbers) -> Pace | None:
-    """The length of steps that follow the cracks and the cold; None where times are given."""
+    """Return the rule for the length of adaptive time steps; None if times are given."""
     keys = adaptive(case)
     if keys is None:
         return None

@@ -12,7 +12,7 @@ from staffa.units import Quantity, Temperature, unit_of
 
 # Keys of [domain] that tell how finely the body is cut, not how large it is.
 FINE = ("domain.h", "domain.allow_coarse")
-# The part of a body that the cold has reached when it cracks, as an order of magnitude.
+# The part of a body that is cooled when it cracks, as an order of magnitude.
 STRAINED = 0.1
 
 

@@ -50,10 +50,18 @@ class Squeeze:
 
 
 def squeeze(case: Case, derived: Numbers, drop: float) -> Squeeze | None:
-    """The squeeze of a cooled face at its weakest place and time.
+    """Return the squeeze of a cooled face at its weakest place and time.
 
-    drop: the largest of the face (K). None where the stress at rest is not told by even rock (see
-    `at_rest`), the face is not flat, or the law has no threshold.
+    Parameters
+    ----------
+    case : the case.
+    derived : scales of the case.
+    drop : largest temperature drop of the face (K).
+
+    Returns
+    -------
+    None where uniform rock does not give the stress at rest (see `normal_stresses_at_rest`), where
+    the face is not flat, or the law has no threshold.
     """
     if derived.face is None or not has_threshold(derived.law) or case.forces is None:
         return None

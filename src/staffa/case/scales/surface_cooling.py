@@ -1,6 +1,6 @@
-"""How cold and how hot the surfaces of a body with the heat equation get, before any run.
+"""Estimates of the coldest and hottest surface of a body with the heat equation, before a run.
 
-Each is taken for itself, as the surface of a half-space that conducts as the rock does across it.
+Each surface is taken alone, as that of a half-space that conducts as the rock does across it.
 """
 
 from collections.abc import Iterable
@@ -31,11 +31,16 @@ ROUND_OFF = 1e-9  # part of a temperature: "20 °C" and a formula's 293.15 may d
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceExchange:
-    """What a side, or a fluid in the cracks, does to the rock next to it.
+    """Heat exchange of the rock with a side, or with a fluid in the cracks.
 
-    where: side, or "cracks". drop, rise: by how much it gets colder, and hotter, than the rock was
-    (K). film: its largest h over the conductivity (1/m), None without one. reached: drop of the
-    rock's surface by the end (K). at_once: True if the surface has its drop from the start.
+    Attributes
+    ----------
+    where : name of the side, or "cracks".
+    drop : greatest cooling of the side or fluid below the initial rock (K).
+    rise : greatest heating of the side or fluid above the initial rock (K).
+    film : largest film coefficient h over the conductivity (1/m), None without a film.
+    reached : drop of the rock's surface at the end (K).
+    at_once : True if the surface has its drop from the start.
     """
 
     where: str
@@ -62,8 +67,7 @@ def surface_exchanges(case: Case) -> tuple[SurfaceExchange, ...]:
 
 
 def strongest(found: Iterable[SurfaceExchange], face: str) -> SurfaceExchange | None:
-    """What cools the rock most: at the face if that cools at all, else anywhere; None if nothing
-    does."""
+    """Return the strongest cooling: at the face if that cools, else anywhere; None without one."""
     cooling = [e for e in found if e.drop > 0]
     at_face = [e for e in cooling if e.where == face]
     return max(at_face or cooling, key=lambda e: e.drop, default=None)

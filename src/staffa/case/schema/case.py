@@ -37,7 +37,7 @@ from staffa.units import EXAMPLES
 
 
 class DamageKeys(CaseTable):
-    """How cracks are carried by the damage field."""
+    """Model of damage: law, split and regularization length."""
 
     law: Annotated[str, one_of(LAWS)] = Field(
         default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
@@ -111,9 +111,9 @@ class TemperatureKeys(CaseTable):
 
     profile: Annotated[str, one_of((*PROFILES, "heat", "none"))] = Field(
         default="half-space",
-        description="half-space (endlessly deep, its face cold at once); slab (far side "
-        "insulated); convective (a half-space behind a film); heat (from the heat equation, see "
-        "[heat]); none",
+        description="half-space (endlessly deep, its face cold at once); slab (opposite "
+        "boundary insulated); convective (a half-space behind a film); heat (from the heat "
+        "equation, see [heat]); none",
     )
     face: str = Field(
         default="bottom", description="the cooled side, from which depths are measured"
@@ -182,7 +182,7 @@ Crack = Annotated[
 
 
 class OutputKeys(CaseTable):
-    """What is kept of the fields."""
+    """Output of a run: kept fields, checkpoints and probes."""
 
     at: tuple[Instant, ...] = Field(
         default=(),
@@ -195,14 +195,14 @@ class OutputKeys(CaseTable):
     )
     checkpoint: CheckpointKeys = Field(
         default=CheckpointKeys(),
-        description="when the run is saved for `staffa resume`: after so many steps, and after a "
-        "step at whose end so many minutes have gone; see docs/restarts.md",
+        description="when the run is saved for `staffa resume`: after this many steps, and after "
+        "a step at whose end this many minutes have gone; see docs/restarts.md",
         examples=[{"steps": 10, "minutes": 30.0}],
     )
     probes: tuple[ProbeKeys, ...] = Field(
         default=(),
         description="where T, u and damage are read off at every step, into probes.csv: a point, "
-        "or a line of so many points from start to end",
+        "or a line of equally spaced points from start to end",
         examples=[
             [
                 {"name": "well", "point": [0.5, 0.5]},
@@ -213,7 +213,7 @@ class OutputKeys(CaseTable):
 
 
 class MeasureKeys(CaseTable):
-    """How the cracks are measured."""
+    """Measurement of the cracks."""
 
     depths: tuple[Length, ...] = Field(
         default=(),
@@ -227,7 +227,7 @@ class MeasureKeys(CaseTable):
 
 
 class SolverKeys(CaseTable):
-    """How the energy is minimized."""
+    """Minimization of the energy."""
 
     displacement: Literal["auto", "direct", "iterative"] = Field(
         default="auto",

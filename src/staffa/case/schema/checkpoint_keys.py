@@ -1,4 +1,4 @@
-"""How often a run is saved, as keys."""
+"""Keys of the times at which a run is saved."""
 
 from typing import Annotated
 
@@ -8,11 +8,11 @@ from staffa.case.schema.field_types import CaseTable, Integer, PositiveNumber
 
 
 class CheckpointKeys(CaseTable):
-    """After so many steps, or so many minutes, whichever comes first."""
+    """Save after a number of steps, or of minutes, whichever comes first."""
 
     steps: Annotated[Integer, Field(ge=1)] = Field(
-        default=1, description="save after so many steps", examples=[1]
+        default=1, description="save after this many steps", examples=[1]
     )
     minutes: PositiveNumber = Field(
-        default=10.0, description="and after a step at whose end so many minutes have gone"
+        default=10.0, description="and after a step at whose end this many minutes have gone"
     )

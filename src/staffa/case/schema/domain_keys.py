@@ -88,7 +88,7 @@ class DomainKeys(CaseTable):
 
     @property
     def file(self) -> Path | None:
-        """Where the mesh is, once it was found."""
+        """Return the path of the mesh, once it was found."""
         return self._file
 
     def with_mesh(self, file: Path, outline: Outline) -> "DomainKeys":

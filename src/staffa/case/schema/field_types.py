@@ -217,5 +217,5 @@ class SidesTable(CaseTable):
     model_config = ConfigDict(extra="allow")
 
     def on(self, face: str) -> Any:
-        """What is said of a face, None if nothing is."""
+        """Return the keys of a face, None if it has none."""
         return getattr(self, face, None)

@@ -1,4 +1,4 @@
-"""Where files that a case names may lie: below its folder or, if that is said, anywhere."""
+"""Rule for the place of files that a case names: below its folder or, if allowed, anywhere."""
 
 import stat
 from dataclasses import dataclass

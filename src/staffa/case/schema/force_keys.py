@@ -77,7 +77,7 @@ def _traction(axis: str) -> Any:
 
 
 class SideForce(CaseTable):
-    """What acts on a side."""
+    """Force per area on a side: a pressure, or components along the axes."""
 
     pressure: StressValue | None = Field(
         default=None, description="pressure, positive where it presses", examples=IN_TIME_EXAMPLES
@@ -92,9 +92,9 @@ def _side(words: str) -> Any:
 
 
 class ForceKeys(SidesTable):
-    """What pulls and presses on the body besides cold. Stresses count positive in tension,
-    pressures where they press. What acts at t = 0, with prestress and weight, is in equilibrium
-    before the first step; it may not crack the rock by itself. On a side acts { pressure =
+    """Forces on the body, besides thermal stress. Stresses count positive in tension, pressures
+    where they press. The forces at t = 0, with prestress and weight, are in equilibrium before the
+    first step; they may not crack the rock by themselves. On a side acts { pressure =
     "10 MPa" }, or a force per area like { x = "2 MPa" }; the faces of a mesh or a shape go by their
     names. Values of sides and of cracks may be a table in time { t = [...], value = [...] } or a
     { formula = "..." }."""
@@ -141,6 +141,6 @@ class ForceKeys(SidesTable):
     )
 
     def by_side(self) -> dict[str, SideForce]:
-        """What acts on each face that is named."""
+        """Return the force on each face that has one, by its name."""
         named = (*SIDES[3], *(self.model_extra or {}))
         return {name: self.on(name) for name in named if self.on(name) is not None}

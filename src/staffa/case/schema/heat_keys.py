@@ -30,7 +30,7 @@ from staffa.units import Quantity
 
 
 class InTime(CaseTable):
-    """Values in time, straight between the given times and constant beyond them."""
+    """Values in time: linear between the given times and constant beyond them."""
 
     t: tuple[Instant, ...] = Field(
         description="times, increasing; t also in a case that counts in tau",
@@ -189,7 +189,7 @@ SOURCE_EXAMPLES = ["2e-6 W/m^3", {"formula": "100*exp(-t/3600)"}]
 
 
 class HeatSide(CaseTable):
-    """What happens to heat on a side: T alone, flux alone, or h and T."""
+    """Heat exchange of a side: T alone, flux alone, or h and T."""
 
     h: FilmValue | None = Field(
         default=None, description="film coefficient", examples=FILM_EXAMPLES
@@ -207,7 +207,7 @@ class HeatSide(CaseTable):
 
 
 class HeatCracks(CaseTable):
-    """What cracks do to heat: conductivity alone, or h and T."""
+    """Heat exchange of cracks: conductivity alone, or h and T."""
 
     conductivity: Annotated[PositiveNumber, Field(le=1)] | None = Field(
         default=None,

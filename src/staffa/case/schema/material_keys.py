@@ -41,7 +41,7 @@ ORIENTATION = ("axis", "angle", "axes")
 
 
 class RockKeys(CaseTable):
-    """What may be said of rock anywhere."""
+    """Properties of rock, of the body and of its regions."""
 
     E: Moduli | None = Field(
         default=None,
@@ -164,10 +164,10 @@ class MaterialKeys(RockKeys):
 
 
 class RegionKeys(RockKeys):
-    """A part of the body whose rock differs: a box of a block, with a name of its own, or a region
-    that a shape or a mesh names. What of [material] is left out is as there: the elasticity as a
-    whole, but E and nu singly if no other key of it is given, and the directions as a whole. Where
-    boxes overlap, the last one counts."""
+    """A part of the body whose rock differs: a box of a block, under any name, or a region that a
+    shape or a mesh names. Keys that are left out are as in [material]: the elasticity as a whole,
+    but E and nu singly if no other key of it is given, and the directions as a whole. Where boxes
+    overlap, the last one counts."""
 
     lower: tuple[Position, ...] | None = Field(
         default=None, description="lower corner of its box, in a block", examples=[[0.0, 0.0]]
@@ -196,6 +196,6 @@ def rock_of(body: MaterialKeys, region: RegionKeys) -> MaterialKeys:
 
 
 def is_isotropic(rock: RockKeys) -> bool:
-    """Whether E and nu say all of the stiffness that is said."""
+    """Return whether E and nu alone give the stiffness."""
     others = any(getattr(rock, name) is not None for name in ELASTIC if name not in ("E", "nu"))
     return not (others or isinstance(rock.E, tuple) or isinstance(rock.nu, tuple))

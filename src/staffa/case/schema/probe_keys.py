@@ -1,4 +1,4 @@
-"""Where the fields are read off at every step, as keys: points, and lines of points."""
+"""Keys of probes, which read the fields at every step: points, and lines of points."""
 
 from typing import Annotated, Any
 

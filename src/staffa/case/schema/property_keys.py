@@ -142,8 +142,8 @@ class RandomHeatCapacity(RandomField):
 
 
 class FieldFile(CaseTable):
-    """A field in a file, on a mesh of its own, interpolated; in SI units, or scaled as the case is,
-    if nothing else is said.
+    """A field in a file, on any mesh, interpolated; in SI units, or scaled as the case is, if the
+    other keys give no unit.
 
     It is read with the case, on rank 0, and goes with it to the other ranks. Once read it goes by
     its file's name, as the copy that is kept with a run does.
@@ -196,7 +196,7 @@ class FieldFile(CaseTable):
 
     @property
     def path(self) -> Path:
-        """Where the file is."""
+        """Return the path of the file."""
         assert self._field is not None
         return self._field.path
 
@@ -255,7 +255,7 @@ def kind_of_property_value(value: Any) -> str:
 
 
 def one_or_more(value: Any) -> str:
-    """Whether a property has one value or a list of them."""
+    """Return in words whether a property has one value or a list of them."""
     return "a list" if isinstance(value, list | tuple) else "one property"
 
 

@@ -62,23 +62,47 @@ def amount(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
 
 
 def key(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
-    """The same as a case file has it: in quotes if it has a unit."""
+    """Return a quantity as a case file has it: in quotes if it has a unit.
+
+    Parameters
+    ----------
+    case : the case, which counts in SI units or is scaled.
+    value : in `unit`, or scaled.
+    unit : "m", "Pa", "s", or any other, which is then written as it is.
+    digits : number of significant digits.
+    """
     return quoted(amount(case, value, unit, digits=digits))
 
 
 def quoted(text: str) -> str:
-    """A number as a case file has it: in quotes if it has a unit."""
+    """Return a text as a case file has it: in quotes if it has a unit."""
     return f'"{text}"' if " " in text else text
 
 
 def at_most(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
-    """The same, rounded toward zero: what may not be exceeded."""
+    """Return a quantity rounded toward zero: a bound that may not be exceeded.
+
+    Parameters
+    ----------
+    case : the case, which counts in SI units or is scaled.
+    value : in `unit`, or scaled.
+    unit : "m", "Pa", "s", or any other, which is then written as it is.
+    digits : number of significant digits.
+    """
     factor, name = _unit(case, value, unit)
     return f"{_rounded(value / factor, digits, up=False):.{digits}g}{name}"
 
 
 def at_least(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
-    """The same, rounded away from zero: what must be reached."""
+    """Return a quantity rounded away from zero: a bound that must be reached.
+
+    Parameters
+    ----------
+    case : the case, which counts in SI units or is scaled.
+    value : in `unit`, or scaled.
+    unit : "m", "Pa", "s", or any other, which is then written as it is.
+    digits : number of significant digits.
+    """
     factor, name = _unit(case, value, unit)
     return f"{_rounded(value / factor, digits, up=True):.{digits}g}{name}"
 

@@ -12,7 +12,7 @@ RADIUS = "radius of the hole, or of a round body"
 
 
 class _Bored(CaseTable):
-    """What a plate with a hole and a block with a bore have in common."""
+    """Common keys of a plate with a hole and of a block with a bore."""
 
     size: tuple[Length, ...] = Field(description="extent along each axis", examples=[[2.0, 2.0]])
     radius: Length = Field(description=RADIUS, examples=[0.1])
@@ -23,7 +23,7 @@ class _Bored(CaseTable):
     )
 
     def shape(self) -> Shape:
-        """What the keys stand for."""
+        """Return the shape that the keys describe."""
         size = tuple(float(s) for s in self.size)
         x, y = self.center or (size[0] / 2, size[1] / 2)
         return Bored(size=size, radius=float(self.radius), center=(float(x), float(y)))
@@ -48,7 +48,7 @@ class RoundPlate(CaseTable):
     radius: Length = Field(description=RADIUS, examples=[1.0])
 
     def shape(self) -> Shape:
-        """What the keys stand for."""
+        """Return the shape that the keys describe."""
         return Round(radius=float(self.radius))
 
 
@@ -60,7 +60,7 @@ class Cylinder(CaseTable):
     height: Length = Field(description="its height", examples=[2.0])
 
     def shape(self) -> Shape:
-        """What the keys stand for."""
+        """Return the shape that the keys describe."""
         return Round(radius=float(self.radius), height=float(self.height))
 
 
@@ -85,7 +85,7 @@ class Layers(CaseTable):
     )
 
     def shape(self) -> Shape:
-        """What the keys stand for."""
+        """Return the shape that the keys describe."""
         layers = tuple((layer.region, float(layer.thickness)) for layer in self.layers)
         return Layered(base=tuple(float(b) for b in self.base), layers=layers)
 

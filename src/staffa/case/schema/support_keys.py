@@ -11,7 +11,7 @@ from staffa.properties.mesh_field import Counting
 
 
 class DisplacementHistory(CaseTable):
-    """A displacement in time, straight between the given times and constant beyond them."""
+    """A displacement in time: linear between the given times and constant beyond them."""
 
     t: tuple[Instant, ...] = Field(description="times, increasing", examples=[[0.0, 1.0]])
     u: tuple[Position, ...] = Field(
@@ -31,7 +31,7 @@ class DisplacementFile(FieldFile):
     )
     factor: tuple[Number, ...] | None = Field(
         default=None,
-        description="on the field at each of them, straight between and constant beyond",
+        description="on the field at each of them, linear between them and constant beyond",
         examples=[[0.0, 1.0]],
     )
 
@@ -88,9 +88,9 @@ def _support(side: str) -> Any:
 
 
 class SupportKeys(SidesTable):
-    """What holds the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
+    """Supports of the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
     like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or a shape
-    go by their names. Rigid motions that are left are stopped without bending anything."""
+    go by their names. Rigid motions that are left are stopped without any stress."""
 
     __pydantic_extra__: dict[str, Support]
 

@@ -82,7 +82,7 @@ class WithReference(CaseTable):
 
 
 class InTemperature(CaseTable):
-    """Values by temperature, straight between the given ones and constant beyond them."""
+    """Values by temperature: linear between the given ones and constant beyond them."""
 
     T: tuple[Temperature, ...] = Field(
         max_length=LONGEST_TABLE,
@@ -259,7 +259,14 @@ def law_of(value: Any, dim: int) -> Law | None:
 
 
 def with_reference[K: BaseModel](keys: K, fields: Iterable[str], T: float) -> K:
-    """A table whose properties of temperature refer to T (K)."""
+    """Return a table whose properties of temperature refer to a temperature.
+
+    Parameters
+    ----------
+    keys : the table.
+    fields : names of its properties.
+    T : reference temperature (K).
+    """
     found = {name: getattr(keys, name) for name in fields}
     known = {n: v.known_at(T) for n, v in found.items() if isinstance(v, WithReference)}
     return keys.model_copy(update=known) if known else keys

@@ -58,7 +58,7 @@ def _growth() -> Any:
 
 
 class AdaptiveTau(CaseTable):
-    """Steps in tau that follow the cracks and the cold, and end at each time of output.at."""
+    """Adaptive steps in tau; their length follows cracks and cooling, some end at output.at."""
 
     start: PositiveNumber = Field(description="the first", examples=[0.01])
     stop: PositiveNumber = Field(description="the last", examples=[0.4])
@@ -69,7 +69,7 @@ class AdaptiveTau(CaseTable):
 
 
 class AdaptiveTime(CaseTable):
-    """Steps in time that follow the cracks and the cold, and end at each time of output.at."""
+    """Adaptive steps in t; their length follows cracks and cooling, some end at output.at."""
 
     start: Instant = Field(description="the first", examples=["1 s"])
     stop: Instant = Field(description="the last", examples=["2 min"])
@@ -104,9 +104,9 @@ Times = Annotated[
 
 
 class TimeKeys(CaseTable):
-    """When to look: give tau or t. Each is a list, or equal steps { start, stop, steps }, or
-    adaptive ones { start, stop, shortest, longest, advance, growth }, which follow the cracks and
-    the cold."""
+    """Ends of the steps: give tau or t. Each is a list, or equal steps { start, stop, steps }, or
+    adaptive ones { start, stop, shortest, longest, advance, growth }, whose length follows cracks
+    and cooling."""
 
     tau: Taus | None = Field(
         default=None,

@@ -17,7 +17,7 @@ COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
 
 
 def forces(case: Case) -> Forces:
-    """What the table [forces] says."""
+    """Return the forces of the table [forces]."""
     keys, dim = case.forces, case.dim
     if keys is None:
         return Forces()

@@ -28,7 +28,7 @@ def attached(case: Case) -> tuple[Path, ...]:
 def case_identity(text: str, files: Iterable[Path]) -> str:
     """SHA-256 of all of a case that must stay while its run goes on, and of the files it names.
 
-    text: the case as TOML; of its own words, so that a later default changes nothing.
+    text: the case as TOML, as it was given, so that a later default changes nothing.
     """
     tables = tomllib.loads(text)
     fixed = {name: table for name, table in tables.items() if name not in (*CHANGEABLE, "title")}

@@ -1,6 +1,6 @@
-"""How fast heat diffuses in a case, and its times in seconds (or scaled).
+"""Diffusion of heat in a case, and its times in seconds (or scaled).
 
-What a scaled case leaves out is 1. Of a rock that varies these are the averages in [material].
+Keys that a scaled case leaves out are 1. Rock that varies counts by its averages in [material].
 """
 
 import numpy as np

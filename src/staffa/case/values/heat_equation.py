@@ -69,7 +69,7 @@ def _kinks(case: Case) -> tuple[float, ...]:
 
 
 def _conductor(piece: Subdomain, bands: tuple[HeatBand, ...], h: float) -> Conductor:
-    """How the rock of a piece conducts and stores heat."""
+    """Return conductivity and heat capacity of the rock of a subdomain."""
     keys, dim = piece.keys, piece.dim
     k, rho, c = keys.k or ONE, keys.rho or ONE, keys.c or ONE
     rho_c = piece.average(rho) * piece.average(c)

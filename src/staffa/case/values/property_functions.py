@@ -11,12 +11,12 @@ from staffa.physics.elasticity import PointFunction, Property, values
 
 
 def varies(value: Any) -> bool:
-    """Whether a property differs from place to place: whether it is a table."""
+    """Return whether a property varies in space, that is, whether it is a table."""
     return isinstance(value, CaseTable)
 
 
 def point_property(value: Any, dim: int) -> Property:
-    """What stands for a property, in SI or scaled as the case is."""
+    """Return a property as a number or a function of position, in SI or scaled as the case is."""
     return value.at_points(dim) if varies(value) else float(value)
 
 
@@ -26,7 +26,14 @@ def in_space(value: Any, dim: int) -> PointFunction:
 
 
 def mean_value(value: Any, dim: int, places: Callable[[], Sample]) -> float:
-    """The one number that stands for a property: its mean, where that is not known over places."""
+    """Return the mean of a property, over places if it is not known otherwise.
+
+    Parameters
+    ----------
+    value : the property as the case gives it.
+    dim : dimension of the body.
+    places : returns the places over which the mean is taken.
+    """
     if isinstance(value, RandomField):
         return float(value.mean)
     found = point_property(value, dim)

@@ -27,10 +27,13 @@ def rock_axes(keys: RockKeys) -> np.ndarray:
 
 
 def tensor(keys: RockKeys, given: Sequence[float], third: float | None = None) -> np.ndarray:
-    """A symmetric tensor from its numbers along the rock's axes, along x, y, z; shape (3, 3).
+    """Return a symmetric tensor in x, y, z from its values along the rock's axes, shape (3, 3).
 
-    given: two or three numbers; with `axis` two, along the bedding and across it. third: what
-    stands for a third one that is left out (2-D); by default the mean of the others.
+    Parameters
+    ----------
+    keys : the rock, which gives its axes.
+    given : two or three values; with `axis` two, along the bedding and across it.
+    third : third value if it is left out (2-D); None for the mean of the others.
     """
     numbers = [float(g) for g in given]
     if keys.axis is not None:

@@ -143,7 +143,7 @@ def conductivity(piece: Subdomain) -> np.ndarray:
 
 
 def has_directions(keys: MaterialKeys) -> bool:
-    """Whether something about the rock is not the same in all directions."""
+    """Return whether any property of the rock depends on direction."""
     lists = any(isinstance(getattr(keys, name), tuple) for name in ("Gc", "expansion", "k"))
     return lists or not is_isotropic(keys)
 
