@@ -21,8 +21,8 @@ from skimage.segmentation import find_boundaries
 
 from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import Run
+from staffa.measure.cells import cell_section
 from staffa.measure.cells import cells as cells_of
-from staffa.measure.column_planes import section
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.physics.doubling import spacing_at
 from staffa.records.step import CellSection
@@ -340,7 +340,7 @@ def drawn(kept: dict) -> dict[str, Pattern]:
         alpha = np.clip(1 - distance / (2 * ell), 0, 1) ** 2
         seen = cells_of(alpha, pixel=(pixel, pixel), ell=ell, threshold=0.8)
         name = f"Poisson-Voronoi, {size:g} across, ell = {ell:g}"
-        found[name] = pattern([section(seen, depth=0.0, pixel=(pixel, pixel))])
+        found[name] = pattern([cell_section(seen, depth=0.0, pixel=(pixel, pixel))])
     return found
 
 
