@@ -33,10 +33,10 @@ CHECKS = {name: check for checks in FOUND.values() for name, check in checks.ite
 FOLDER_OF = {name: HERE / folder for folder, checks in FOUND.items() for name in checks}
 HEAD = """# Verification
 
-Written by `make verify` from `verification/NAME/expected.json`: each figure with its reference, its
-tolerance, the command that measured it, and the day. Runs of hours are kept, and read again by that
-command; where, from when, and how they are made anew is said beside it. What was missed is said to
-be missed.
+`make verify` writes this page from `verification/NAME/expected.json`: each figure with its
+reference, its tolerance, the command that measured it, and the day. Runs of hours are kept, and
+that command only reads them. Beside the command are the place of these runs, their dates, and how
+to make them again. A missed figure is marked as missed.
 """
 
 
@@ -56,7 +56,7 @@ def at_hand(folder: Path) -> dict:
 
 
 def committed(folder: Path) -> dict:
-    """The results that are committed; those at hand where there is no git."""
+    """The results that are committed; the current ones where there is no git."""
     show = ["git", "show", "HEAD:./expected.json"]
     try:
         done = subprocess.run(show, cwd=folder, capture_output=True, text=True, check=True)
@@ -116,9 +116,8 @@ def origin(name: str, found: dict) -> str:
     made = sorted(set().union(*(days(json.loads(file.read_text())) for file in files)))
     when = made[0] if len(made) == 1 else f"{made[0]} to {made[-1]}"
     place = f"verification/{FOLDER_OF[name].name}"
-    return (
-        f"{said}, from runs of {when} kept in `{place}/{kept}` (made anew as `{place}/run.py` says)"
-    )
+    again = f"made again as `{place}/run.py` says"
+    return f"{said}, from runs of {when} kept in `{place}/{kept}` ({again})"
 
 
 def balance(results: dict) -> str:

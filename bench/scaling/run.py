@@ -27,8 +27,8 @@ RESULTS = Path(__file__).parent / "results.json"
 COLUMNS = (15, 22, 27, 39, 50, 87)
 CELLS = ("hexahedron", "tetrahedron")
 RANKS = (1, 2)
-# From rest to where cracks stand all over, in one step that ends, converged or not, after so many
-# sweeps: all sizes do the same work, Newton's moves included, in the dear part of a run.
+# One step from rest until cracks are everywhere. It ends after this number of sweeps, converged or
+# not: all sizes do the same work, Newton's moves included, in the expensive part of a run.
 TAU, SWEEPS = 0.4, 8
 TIMEOUT = 1200
 

@@ -11,8 +11,9 @@ import pytest
 
 from staffa.backend.lock import LOCK, Lock
 from staffa.errors import InputError
+from support.paths import ROOT
 
-SOURCE = Path(__file__).parent.parent / "src" / "staffa"
+SOURCE = ROOT / "src" / "staffa"
 
 
 def test_one_module_locks_files() -> None:

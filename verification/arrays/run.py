@@ -155,25 +155,26 @@ def doubling() -> list[Figure]:
 
 CHECKS = {
     "array-fixed": Check(
-        title="An even array of cracks, section held",
+        title="An even array of cracks, ends fixed",
         text="The case `array` against sharp cracks, as far as the first doubling. Tolerance: the "
         "larger of ell = 0.013 and 3 %.",
         measure=lambda: array("fixed"),
     ),
     "array-free": Check(
-        title="An even array of cracks, section free to stretch and bend",
+        title="An even array of cracks, ends free to stretch and bend",
         text='The same with `supports.section = "free"`.',
         measure=lambda: array("free"),
     ),
     "doubling": Check(
-        title="Every other crack stops",
-        text="`verification/common/two-cracks.toml` (section held): cracks on two planes of "
-        "symmetry. a: length at "
-        "which the slower one stops, tau: when it got there. Then the same with both alike: "
-        'alternate minimization alone lets them go on together, `solver.stability = "follow"` '
-        "finds that this is no longer stable, and leaves along the mode; the default tests for a "
-        "way down. `verification/arrays/four-cracks.toml` goes "
-        "on to the second doubling. Tolerances are fractions of the reference.",
+        title="Every other crack arrests",
+        text=(
+            "`verification/common/two-cracks.toml` (ends fixed): cracks on two planes of symmetry. "
+            "a: length at which the slower one arrests; tau: when it got there. Then the same with "
+            "two equal cracks. Alternate minimization alone lets them grow together. "
+            '`solver.stability = "follow"` finds that this is no longer stable, and leaves along '
+            "the mode; the default tests for a way down. `verification/arrays/four-cracks.toml` "
+            "goes on to the second doubling. Tolerances are fractions of the reference."
+        ),
         measure=doubling,
     ),
 }

@@ -21,8 +21,8 @@ from skimage.segmentation import find_boundaries
 
 from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import Run
+from staffa.measure.cells import cell_section
 from staffa.measure.cells import cells as cells_of
-from staffa.measure.column_planes import section
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.physics.doubling import spacing_at
 from staffa.records.step import CellSection
@@ -234,7 +234,7 @@ def alike(kept: dict, patterns: dict[str, dict[float, Pattern]]) -> Iterator[Fig
     fours = [fronts["single"][n : n + 4].max(axis=0) for n in range(0, len(fronts["single"]), 4)]
     deepest = {"single": np.mean(fours, axis=0), "doubled": fronts["doubled"].mean(axis=0)}
     highest = np.maximum(fronts["single"].max(axis=0), fronts["doubled"].max(axis=0))
-    last = int(np.flatnonzero(highest < INSIDE)[-1])  # before cracks feel the far side
+    last = int(np.flatnonzero(highest < INSIDE)[-1])  # before the opposite boundary affects cracks
     yield Figure(
         what=f"deepest tip at step {last}, below a doubled block and below four single ones",
         source=f"the same depth; single: {deepest['single'][last]:.3g}",
@@ -311,11 +311,11 @@ def beside(both: dict[float, Pattern], ell0: float, cells_ell0: float) -> str:
         rows.append([f"{depth:g}", *sizes, *(f"{x:.3g}" for x in (p, 2 * p, less))])
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return (
-        "The doubled blocks, beside parallel cracks (ell0 with the discrete toughness of these "
+        "The doubled blocks, beside parallel cracks (ell0 with the effective Gc of these "
         "cells). Two things bring columns closer than parallel cracks. They release both lateral "
         "stresses, for which the right column is the bound (docs/columns.md). And alternate "
-        "minimization alone may pass the loss of stability at which every other crack should stop, "
-        "as alike cracks do (every other crack stops, above). "
+        "minimization alone may pass the loss of stability at which every other crack should "
+        "arrest, as alike cracks do (every other crack arrests, above). "
         f"Cells of the least depths are those of nucleation.\n\n{lines}"
     )
 
@@ -335,12 +335,12 @@ def drawn(kept: dict) -> dict[str, Pattern]:
         pixels = round(DRAWN_CELLS * size / pixel)
         points = rng.random((round(DRAWN_CELLS**2 * 4 / pi), 2)) * pixels
         nearest = KDTree(points).query(np.argwhere(np.ones((pixels, pixels))))[1]
-        crests = find_boundaries(nearest.reshape(pixels, pixels), mode="thick")
-        distance = np.maximum(distance_transform_edt(~crests) * pixel - pixel / 2, 0)
+        ridges = find_boundaries(nearest.reshape(pixels, pixels), mode="thick")
+        distance = np.maximum(distance_transform_edt(~ridges) * pixel - pixel / 2, 0)
         alpha = np.clip(1 - distance / (2 * ell), 0, 1) ** 2
         seen = cells_of(alpha, pixel=(pixel, pixel), ell=ell, threshold=0.8)
         name = f"Poisson-Voronoi, {size:g} across, ell = {ell:g}"
-        found[name] = pattern([section(seen, depth=0.0, pixel=(pixel, pixel))])
+        found[name] = pattern([cell_section(seen, depth=0.0, pixel=(pixel, pixel))])
     return found
 
 
@@ -397,13 +397,15 @@ def members(kept: dict) -> str:
 CHECKS = {
     "columns": Check(
         title="Columns",
-        text="The ready case `brick`, and the same twice as wide in both directions, several seeds "
-        "each. Areas are means in which a cell at a roller "
-        "counts half, and one in a corner a quarter; the diameter is that of the circle of this "
-        "area, the spacing area over length of the cracks. Both are held against parallel cracks, "
-        "at the depths at which cracks have arrived. Halves and quarters added up, a single block "
-        "has one and a half to three whole cells there, a doubled one eight to fourteen: we take "
-        "it that walls count for more in the narrow one, and hold the other against theory.",
+        text=(
+            "The ready case `brick`, and the same twice as wide in both directions, several seeds "
+            "each. Areas are means in which a cell at a roller counts half, and one in a corner a "
+            "quarter. The diameter is that of the circle of this area, the spacing area over "
+            "length of the cracks. Both are compared with parallel cracks, at the depths that "
+            "cracks have reached. With halves and quarters added up, a single block has one and a "
+            "half to three whole cells there, a doubled one eight to fourteen. We assume that "
+            "walls count for more in the narrow one, and compare the other with theory."
+        ),
         measure=columns,
         kept="kept.json",
     ),

@@ -126,9 +126,11 @@ def draw(runs: dict[str, dict[str, Run]]) -> None:
 CHECKS = {
     "energies": Check(
         title="Energy against tau, minimized in three ways",
-        text="Two bodies: a slab cooled little beyond what starts damage, where the first crack "
-        "jumps to a finite length, and two cracks of an array that are alike. Where a way first "
-        "differs from alternate minimization alone, its energy must be lower.",
+        text=(
+            "Two bodies: a slab cooled little beyond the onset of damage, where the first crack "
+            "jumps to a finite length, and two equal cracks of an array. Where a method first "
+            "differs from alternate minimization alone, its energy must be lower."
+        ),
         measure=energies,
     ),
 }

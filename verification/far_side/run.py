@@ -1,4 +1,4 @@
-"""A cut through a block cooled from below, its far side held by the deeper rock, or free."""
+"""A cut through a block cooled from below, its opposite boundary clamped or free."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +13,7 @@ HELD = ("clamped", "free")
 
 
 def far_side() -> Found:
-    """Spacing against depth with the far side held; how many cracks are deep with it free."""
+    """Spacing against depth with a clamped opposite boundary; deep cracks with a free one."""
     runs = {held: fresh_run(CASE, f"strip-{held}", f"supports.top={held}") for held in HELD}
     assert not any(step.audit.violations for run in runs.values() for step in run.steps)
     figures = [*spaced(runs["clamped"]), *unloaded(runs["free"])]
@@ -34,7 +34,7 @@ def spaced(run: Run) -> Iterator[Figure]:
     for depth, number in found.items():
         p = float(spacing_at(depth, ell0))
         yield Figure(
-            what=f"held: width over cracks at depth {depth:g}",
+            what=f"clamped: width over cracks at depth {depth:g}",
             source="sharp-crack finite elements, half-space: from p to 2 p",
             reference=1.5 * p,
             measured=run.manifest.size[0] / max(number, 1),
@@ -42,7 +42,7 @@ def spaced(run: Run) -> Iterator[Figure]:
         )
     least, *_, greatest = found
     yield Figure(
-        what=f"held: part of the cracks at depth {least:g} that reach {greatest:g}",
+        what=f"clamped: part of the cracks at depth {least:g} that reach {greatest:g}",
         source="some stop and some go on: from a third to 0.9",
         reference=(1 / 3 + 0.9) / 2,
         measured=found[greatest] / max(found[least], 1),
@@ -51,7 +51,7 @@ def spaced(run: Run) -> Iterator[Figure]:
 
 
 def unloaded(run: Run) -> Iterator[Figure]:
-    """That a free far side lets the first deep crack unload all of the strip."""
+    """That a free opposite boundary lets the first deep crack unload all of the strip."""
     yield Figure(
         what="free: cracks at the greatest depth",
         source="one unloads the strip, or two that came at once",
@@ -72,7 +72,10 @@ def table(runs: dict[str, Run]) -> str:
     """Cracks by depth."""
     found = {held: cracks(run) for held, run in runs.items()}
     depths = list(found["clamped"])
-    rows = [["far side", *(f"depth {depth:g}" for depth in depths)], ["---"] * (1 + len(depths))]
+    rows = [
+        ["opposite boundary", *(f"depth {depth:g}" for depth in depths)],
+        ["---"] * (1 + len(depths)),
+    ]
     rows += [[held, *(f"{found[held][depth]}" for depth in depths)] for held in HELD]
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return f"Cracks across the strip at the last step:\n\n{lines}"
@@ -80,12 +83,14 @@ def table(runs: dict[str, Run]) -> str:
 
 CHECKS = {
     "far-side": Check(
-        title="Deep rock holds what is cooled",
-        text="`verification/far_side/case.toml`, a cut through the ready case `brick`, 20 "
-        "times as long as it is "
-        "deep: its far side clamped, in place of deeper rock, or free. Free, the strip is a bar "
-        "between its ends, which one crack through it unloads. ell0 counts with the discrete "
-        "toughness. Cracks at the least depths are those of nucleation.",
+        title="Deep rock constrains what is cooled",
+        text=(
+            "`verification/far_side/case.toml`, a cut through the ready case `brick`, 20 times as "
+            "long as it is deep. Its opposite boundary is clamped, in place of deeper rock, or "
+            "free. If free, the strip is a bar between its ends, which one crack through it "
+            "unloads. ell0 counts with the effective Gc. Cracks at the least depths are those of "
+            "nucleation."
+        ),
         measure=far_side,
     ),
 }

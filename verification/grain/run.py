@@ -176,13 +176,15 @@ def draw(kept: dict) -> None:
 CHECKS = {
     "grain": Check(
         title="The paper's slab, random toughness",
-        text="A piece of the slab of 1.5 x 0.5 with free ends, ell = 0.04 = 3 h, at "
-        "tau = 0.4 of its own depth (0.2 of the paper's); lognormal toughness of correlation "
-        "length 2 ell, ten seeds for each coefficient of variation, with standard errors of the "
-        "mean; without variation every seed gives the same rock, whose cracks start from the ends. "
-        "The more the toughness varies, the farther apart and the deeper the cracks are. Depths "
-        "of sharp tips. That one seed gives one rock "
-        "on 1, 2 and 3 ranks is tested (`tests/fem/test_rock.py`).",
+        text=(
+            "A part of the slab of 1.5 x 0.5 with free ends, ell = 0.04 = 3 h, at tau = 0.4 of its "
+            "depth (0.2 of the paper's). The toughness is lognormal with correlation length 2 ell: "
+            "ten seeds for each coefficient of variation, with standard errors of the mean. "
+            "Without variation every seed gives the same rock, whose cracks start from the ends. "
+            "The more the toughness varies, the farther apart and the deeper the cracks are. "
+            "Depths of sharp tips. `test_rock.py` tests that one seed gives one rock on 1, 2 and 3 "
+            "ranks."
+        ),
         measure=grain,
         kept="kept.json",
     ),

@@ -1,4 +1,4 @@
-"""The heat equation against closed forms, made-up solutions, a real slit; the slab it cools."""
+"""The heat equation against closed forms, manufactured solutions, a slit; the slab it cools."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ready_case
 from verification.heat.slit import END, HEIGHT, START, Slit, slit
 
-CLOSED_FORM, MADE_UP = "closed form", "made-up solution"
+CLOSED_FORM, MADE_UP = "closed form", "manufactured solution"
 
 
 def heat() -> Found:
@@ -86,7 +86,7 @@ APART = 0.16  # of the points between which the jump is measured: beyond 2 ell o
 
 
 def cracks() -> Found:
-    """Resistance of an insulating crack, jump across it, heat that one with a bath takes up."""
+    """Resistance of an insulating crack, jump across it, heat that a fluid-filled one takes up."""
     from fem import test_heat as tests
 
     figures, rows = [], ["| ell | h | residual | R k | h/residual |", "| --- " * 5 + "|"]
@@ -118,7 +118,9 @@ def cracks() -> Found:
         before = abs(jump - 1)
     for film in (1e5, 300.0, 150.0, 30.0, 10.0):
         worst = max(tests.uptake(film), key=lambda ratio: abs(ratio - 1))
-        what = f"heat taken up by a crack with a bath, h ell/k = {film * 0.02 / tests.K:.3g}: worst"
+        what = (
+            f"heat taken up by a fluid-filled crack, h ell/k = {film * 0.02 / tests.K:.3g}: worst"
+        )
         figures.append(_figure(what, "two faces, closed form", 1.0, worst, 0.05))
     return Found(figures=figures, text="\n".join(rows))
 
@@ -162,28 +164,34 @@ def slab() -> list[Figure]:
 CHECKS = {
     "heat": Check(
         title="The heat equation",
-        text="Errors from sqrt(kappa t) = 3 h on, over the drop; orders of the root mean square "
-        "error with held, flux and film sides and a source; how much warmer a quenched corner gets "
-        "than it was, which nothing should: capacities are lumped, and steps begin as short as "
-        "their error asks. Some of Gmsh's tetrahedra are obtuse; of the ready cases, "
-        "`cylinder-mantle` alone has them with heat.",
+        text=(
+            "Three kinds of figures: errors over the drop from sqrt(kappa t) = 3 h on; orders of "
+            "the root mean square error with Dirichlet, Neumann and Robin conditions and a source; "
+            "warming of a quenched corner. Nothing should get warmer than it was: capacities are "
+            "lumped, and substeps start as short as their error asks. Some of Gmsh's tetrahedra "
+            "are obtuse; of the ready cases, `cylinder-mantle` alone has them with heat."
+        ),
         measure=heat,
     ),
     "heat-cracks": Check(
         title="Heat and cracks",
-        text="A crack is a layer of broken cells with AT1's profile beside it. What hinders heat "
-        "is 1 - alpha^16 + residual: R k, the crack's resistance times the rock's conductivity, is "
-        "h/residual to some percent. Across a plate whose crack heat goes around: mean jump "
-        "between points 0.16 apart on both sides, flow through the plate. A crack full of fluid: "
-        "heat taken up in intervals from sqrt(kappa t) = 2 ell to a quarter of the spacing, "
-        "ell = 4 h; the worst of seven intervals.",
+        text=(
+            "A crack is a layer of broken cells with AT1's profile beside it. An insulating crack "
+            "multiplies the conductivity by 1 - alpha^16 + residual. R k, the crack's resistance "
+            "times the rock's conductivity, is h/residual to some percent. Heat flows around the "
+            "crack of a plate: mean jump between points 0.16 apart on both sides, and flow through "
+            "the plate. A fluid-filled crack takes up heat: in intervals from sqrt(kappa t) = 2 "
+            "ell to a quarter of the spacing, ell = 4 h; the worst of seven intervals."
+        ),
         measure=cracks,
     ),
     "heat-slab": Check(
         title="The paper's slab by the heat equation",
-        text="The ready case `slab` from tau = 0.06 on, where sqrt(kappa t) is 3 h. At its own "
-        "first time, tau = 0.02, sqrt(kappa t) is h and nucleation is not resolved: from there the "
-        "two need not take the same way.",
+        text=(
+            "The ready case `slab` from tau = 0.06 on, where sqrt(kappa t) is 3 h. At the first "
+            "time of the case, tau = 0.02, sqrt(kappa t) is h and nucleation is not resolved: from "
+            "there the two runs may differ."
+        ),
         measure=slab,
     ),
 }

@@ -1,4 +1,4 @@
-"""A plate with a real slit that heat must go around: what a smeared insulating crack is held to."""
+"""A plate with a real slit that heat must go around: the reference of an insulating crack."""
 
 from dataclasses import dataclass
 

@@ -225,8 +225,10 @@ def draw() -> None:
 CHECKS = {
     "injection": Check(
         title="Cracks that a fluid drives",
-        text="A crack in a large plate, and a disc in a large block, filled by volume, "
-        "on Gmsh's cells, fine where the crack runs.",
+        text=(
+            "A crack in a large plate, and a disc in a large block, filled by volume. Gmsh's cells "
+            "are fine where the crack grows."
+        ),
         measure=injection,
         kept="kept.json",
     ),

@@ -160,7 +160,7 @@ def layers() -> Found:
         *(
             Figure(
                 what=f"deepest crack, upper layer {what}",
-                source=f"between that in uniform rock, {even:.3f}, and the far side",
+                source=f"between that in uniform rock, {even:.3f}, and the opposite boundary",
                 reference=(1 + even) / 2,
                 measured=depth[name],
                 tolerance=(1 - even) / 2,
@@ -209,13 +209,15 @@ def table(kept: dict) -> str:
 CHECKS = {
     "layers": Check(
         title="Cracks that meet another layer",
-        text="`verification/layers/case.toml`: a slab of severity 12, ell = 0.04 = 3 h, at "
-        "tau = 0.5; from y = "
-        "0.28 on an upper layer whose E and Gc are these times those of the lower one, and below "
-        "it, from y = 0.2 on, what may be a weak seam. A crack crosses if its sharp tip is more "
-        "than 1.5 ell beyond the upper layer's face, turns if more than 4 ell of it lie along "
-        "that and the seam, and otherwise stops there if its tip is within 1.5 ell of it: also in "
-        "uniform rock, where it would stop there anyway.",
+        text=(
+            "`verification/layers/case.toml`: a slab of severity 12, ell = 0.04 = 3 h, at tau = "
+            "0.5. From y = 0.28 on there is an upper layer; the table has its E and Gc over those "
+            "of the lower one. Below it, from y = 0.2 on, there may be a weak seam. A crack "
+            "crosses if its sharp tip is more than 1.5 ell beyond the upper layer's face. It turns "
+            "if more than 4 ell of it lie along the face and the seam. Otherwise it stops there if "
+            "its tip is within 1.5 ell of the face: also in uniform rock, where it would stop "
+            "there anyway."
+        ),
         measure=layers,
         kept="kept.json",
     ),

@@ -120,7 +120,7 @@ def neighbors() -> Found:
         ),
         Figure(
             what="shield: growth of the longer crack",
-            source="to beyond a spacing of them; tolerance: up to the far side",
+            source="to beyond a spacing of them; tolerance: up to the opposite boundary",
             reference=(1.0 - longer + 0.25) / 2,
             measured=end["shield"][0, 1] - longer,
             tolerance=(1.0 - longer - 0.25) / 2,
@@ -161,10 +161,12 @@ def neighbors() -> Found:
 CHECKS = {
     "neighbors": Check(
         title="Two cracks under cooling",
-        text="`verification/neighbors/case.toml`: a body of 0.5 x 1 cooled from below, "
-        "severity 6, ell = 0.03 = "
-        "3 h. A crack from the cooled face that is alone; one beside another that is a little "
-        "shorter; one below another that is not in line with it; one below another that is.",
+        text=(
+            "`verification/neighbors/case.toml`: a body of 0.5 x 1 cooled from below, severity 6, "
+            "ell = 0.03 = 3 h. Four cases: one crack alone from the cooled face; one beside "
+            "another that is a little shorter; one below another that is not in line with it; one "
+            "below another that is."
+        ),
         measure=neighbors,
         kept="kept.json",
     ),

@@ -123,13 +123,15 @@ def onset() -> list[Figure]:
 CHECKS = {
     "onset": Check(
         title="The first cracks of a cold face, with AT1",
-        text="When a layer of damage under the face stops being the only one, and into which "
-        "wavelength it breaks: by the smallest eigenvalue of cells half a wavelength wide, and by "
-        "the bands that grow from 0.1 % of noise in the toughness, mean of two seeds. Bands are "
-        "not cracks yet: these follow later, out of most of them. The theory gives a range for "
-        "all dT/dT_c from 3 on; the reference is its middle, and the tolerance 15 % of that. The "
-        "layer of the same dT/dT_c, wave by wave, is a reference of its own. Tolerances are "
-        "fractions of the reference.",
+        text=(
+            "A layer of damage under the face loses uniqueness, and breaks into a wavelength. Both "
+            "are found in two ways: by the smallest eigenvalue of cells half a wavelength wide, "
+            "and by the bands that grow from 0.1 % of noise in the toughness, mean of two seeds. "
+            "Bands are not cracks yet: these follow later, out of most of them. The theory gives a "
+            "range for all dT/dT_c from 3 on; the reference is its middle, and the tolerance 15 % "
+            "of that. The layer of the same dT/dT_c, wave by wave, is another reference. "
+            "Tolerances are fractions of the reference."
+        ),
         measure=onset,
     ),
 }

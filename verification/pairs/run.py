@@ -2,7 +2,7 @@
 
     python -m verification.pairs.run [NAME ...]
 
-makes anew the runs of `RUNS` that are named, or all, and keeps their numbers in `kept.json`.
+makes the runs of `RUNS` again that are named, or all, and keeps their numbers in `kept.json`.
 The name `sharp` stands for the sharp pairs (`sharp_pair.py`).
 """
 
@@ -42,8 +42,10 @@ RUNS = {
 
 
 def case(ell: float, columns: int, contrast: float, step: float) -> str:
-    """The ready case `two-cracks` at another ell, contrast and step, in a body 0.3 deep: the
-    far side is felt there, by sharp cracks too, which are computed in the same body."""
+    """The ready case `two-cracks` at another ell, contrast and step, in a body 0.3 deep.
+
+    The opposite boundary affects cracks there, sharp ones too, which are computed in the same body.
+    """
     h, wall = P / columns, 3 * ell
     start, stop = 0.082 / HEIGHT, 0.112 / HEIGHT
     steps = round((stop - start) * HEIGHT / step) + 1
@@ -117,7 +119,7 @@ def run(ell: float, columns: int, contrast: float, step: float) -> dict:
 
 
 def crossing(y: np.ndarray, alpha: np.ndarray) -> float:
-    """Depth at which the damage on a side falls below the threshold, straight between vertices."""
+    """Depth at which the damage on a side falls below the threshold, by linear interpolation."""
     last = int(np.flatnonzero(alpha > THRESHOLD)[-1])
     over, under = alpha[last], alpha[last + 1]
     return float(y[last] + (over - THRESHOLD) / (over - under) * (y[last + 1] - y[last]))
@@ -197,16 +199,19 @@ def main(names: list[str]) -> None:
 
 CHECKS = {
     "pairs": Check(
-        title="Two cracks, one a little tougher: what their arrest depends on",
-        text="Cracks on two planes of symmetry, as in `two-cracks`, with walls that leave only "
-        "their ways to break; the tougher one stops. h = ell/4.15 but in one run. Half the step "
-        "of tau, or a hundredth of the minimization's tolerances (not kept), changes the arrest "
-        "by less than 1e-5; halving h by 0.7 %. The arrest comes early, by the same amount "
-        "whatever the contrast: the loss of stability itself is early. What remains is of first "
-        "order in ell; the value at ell = 0 is that of a parabola through three. The body is 0.3 "
-        "deep, to be cheap, and sharp cracks in it stop 1.6 % short of those in one 1 deep "
-        "(0.1347, tau 0.0997). The far side counts that much while the cold is far from it: in "
-        "a body 0.22 deep sharp cracks stop at 0.1175, those of ell = 0.0022 at 0.1177 (not kept).",
+        title="Two cracks, one a little tougher: the causes of arrest",
+        text=(
+            "Cracks on two planes of symmetry, as in `two-cracks`. Walls let rock break along the "
+            "crack paths only; the tougher one arrests. h = ell/4.15 except in one run. Half the "
+            "step of tau, or a hundredth of the minimization's tolerances (not kept), changes the "
+            "arrest by less than 1e-5; halving h by 0.7 %. The arrest comes early, by the same "
+            "amount whatever the contrast: the loss of stability itself is early. The rest is of "
+            "first order in ell; the value at ell = 0 is that of a parabola through three. The "
+            "body is 0.3 deep, to be cheap, and sharp cracks in it arrest 1.6 % short of those in "
+            "one 1 deep (0.1347, tau 0.0997). The opposite boundary has this effect while the "
+            "thermal boundary layer is far from it. In a body 0.22 deep sharp cracks arrest at "
+            "0.1175, those of ell = 0.0022 at 0.1177 (not kept)."
+        ),
         measure=pairs,
         kept="kept.json",
     ),

@@ -1,7 +1,7 @@
 """Two sharp cracks on planes of symmetry, one tougher: growth at G = Gc by finite elements.
 
 The body is factorized once and its crack lines once: this gives the energy for every pair of
-lengths. Half-space units of the case `two-cracks`: severity 54, plane stress, section held.
+lengths. Half-space units of the case `two-cracks`: severity 54, plane stress, ends fixed.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ class Body:
         return force[self.line] - self.across.T @ self.factor.solve(force[self.free])
 
     def released(self, taus: np.ndarray, counts: np.ndarray) -> np.ndarray:
-        """Energy released by cracks of so many nodes, shape (taus, counts, counts)."""
+        """Energy released by cracks of these numbers of nodes, shape (taus, counts, counts)."""
         pull = np.stack([self.pull(float(tau)) for tau in taus], 1)
         found = []
         for count in counts:

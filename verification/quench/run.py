@@ -102,7 +102,7 @@ def draw(points: list[tuple[float, float]], finals: np.ndarray, width: float) ->
         depths, width / np.arange(len(depths), 0, -1), "k-", where="pre", linewidth=1,
         label="staffa: width over the cracks as deep as a",
     )  # fmt: skip
-    axes.plot(*np.array(points).T, "ko", markersize=4, label="held against them")
+    axes.plot(*np.array(points).T, "ko", markersize=4, label="compared with them")
     axes.set(
         xscale="log", yscale="log", xlabel="depth a, over ell0", ylabel="spacing, over ell0",
         xlim=(5, 300),

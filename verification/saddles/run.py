@@ -33,7 +33,7 @@ BODIES = {
         "supports.back=rollers",
     ),
 }
-# A search of so many iterations that does not end early finds what is there.
+# A search of this many iterations that does not end early finds what is there.
 MANY = 80
 
 
@@ -132,11 +132,12 @@ def _searched(problem: Problem) -> Iterator[tuple[lanczos.Softest, lanczos.Softe
 CHECKS = {
     "saddles": Check(
         title="Uniform rock, without a seed",
-        text="A slab and a block of rock that is the same everywhere, cooled evenly from one face "
-        "(`verification/saddles/case.toml`). Alternate minimization alone stays on the "
-        "state that is "
-        "even along the face, which is a saddle. The second-order test of each step finds that, "
-        "leaves it, and keeps the lowest state beside it.",
+        text=(
+            "A slab and a block of uniform rock, cooled uniformly from one face "
+            "(`verification/saddles/case.toml`). Alternate minimization alone stays on the state "
+            "that is uniform along the face, which is a saddle. The second-order test of each step "
+            "finds that, leaves it, and keeps the lowest state beside it."
+        ),
         measure=saddles,
     ),
 }

@@ -347,12 +347,15 @@ def against_bahr() -> Found:
 CHECKS = {
     "slab-growth": Check(
         title="The paper's slab, free ends: lengths at the measured spacing",
-        text="Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1: cracks "
-        "that are deeper at the next step, their mean spacing and depth (of sharp tips). They are "
-        "as long as those of an even array until four of them stop at tau = 0.17. From then on "
-        "they are shorter, by 10 % at first and by 5 % at tau = 0.29: at first as long as in an "
-        "even array of all eleven, later between that and one of those that grow, since the cracks "
-        "that stopped still shield the others and do not count in the spacing.",
+        text=(
+            "Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1. Figures: "
+            "cracks that are deeper at the next step, their mean spacing and depth (of sharp "
+            "tips). They are as long as those of an even array until four of them arrest at tau = "
+            "0.17. From then on they are shorter, by 10 % at first and by 5 % at tau = 0.29. At "
+            "first they are as long as in an even array of all eleven, later between that and an "
+            "array of those that grow. The reason: arrested cracks still shield the others and do "
+            "not count in the spacing."
+        ),
         measure=growth,
         kept="kept",
     ),
@@ -364,10 +367,12 @@ CHECKS = {
     ),
     "bahr": Check(
         title="The paper's slab beside Bahr's",
-        text="Section `stretch`, ell = 0.026, the one of the three whose cracks start as far apart "
-        "as Bahr's. Tolerance: how far the paper's own run is from Bahr's number. With smaller "
-        "ell cracks start closer, and the generations are others: the table of arrests under "
-        "`slabs` holds each against sharp cracks of its own spacing.",
+        text=(
+            "Section `stretch`, ell = 0.026: of the three, its cracks start as far apart as "
+            "Bahr's. Tolerance: the difference between the paper's run and Bahr's number. With "
+            "smaller ell cracks start closer, and the generations differ: the table of arrests "
+            "under `slabs` compares each with sharp cracks of its spacing."
+        ),
         measure=against_bahr,
         kept="kept",
     ),

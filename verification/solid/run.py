@@ -67,8 +67,8 @@ def bar(cells: str) -> list[Figure]:
     return [
         *figures,
         Figure(
-            what=f"{cells}: dissipated energy over Gc, the section and its discrete toughness "
-            f"{factor:.3f}",
+            what=f"{cells}: dissipated energy over Gc, the section and the factor of the effective "
+            f"Gc {factor:.3f}",
             source="one plane crack across",
             reference=1.0,
             measured=paid / factor,
@@ -221,7 +221,7 @@ def pulled_disc() -> Found:
     draw(s, surface, expected)
     text = (
         f"Radius of the broken cells: {SIZES['a']}; of the sharp disc of the same compliance: "
-        f"{a[0]:.4f} at first, {a[-2]:.4f} before it runs. Discrete toughness {toughness}, "
+        f"{a[0]:.4f} at first, {a[-2]:.4f} before it runs. Effective Gc over Gc {toughness}, "
         f"ell = {SIZES['ell']} = 3 h, {found['unknowns']} displacement unknowns, "
         f"{found['seconds']} s. It runs between {s[-2]:.4f} and {s[-1]:.4f}.\n\n"
         f"![Surface energy against stress](pictures/{PICTURE.name})"
@@ -229,7 +229,7 @@ def pulled_disc() -> Found:
     figures = [
         Figure(
             what="remote stress at which it runs, over that of a sharp disc of this radius",
-            source="Sack 1946, G = 4 (1 - nu^2) s^2 a/(pi E) = Gc and the discrete toughness",
+            source="Sack 1946, G = 4 (1 - nu^2) s^2 a/(pi E) = effective Gc",
             reference=1.0,
             measured=float(onset / expected),
             tolerance=0.05,
@@ -252,16 +252,20 @@ def draw(s: np.ndarray, surface: np.ndarray, expected: float) -> None:
 CHECKS = {
     "solid-bar": Check(
         title="A bar in three dimensions",
-        text="The ready case `bar` with a square section, 0.3 x 0.3, and cells of 0.04; it is "
-        "weaker by 0.5 % in the middle where it is to break. Half width: mean over the vertices "
-        "of what their damage says by the exact profile.",
+        text=(
+            "The ready case `bar` with a square section, 0.3 x 0.3, and cells of 0.04. It is "
+            "weaker by 0.5 % in the middle, where it should break. Half width: by the exact "
+            "profile from the damage of each vertex, mean over the vertices."
+        ),
         measure=bars,
     ),
     "solid-disc": Check(
         title="A disc-shaped crack under a remote stress",
-        text="A quarter of a large block whose two ends are pulled by a stress that grows by 2 % "
-        "of the critical one a step, Gmsh's cells; the crack's radius is told by what it adds to "
-        "the stored energy.",
+        text=(
+            "A quarter of a large block in tension, by a stress on its two ends that grows by 2 % "
+            "of the critical one a step; Gmsh's cells. The crack's radius follows from what it "
+            "adds to the stored energy."
+        ),
         measure=pulled_disc,
         kept="kept.json",
     ),

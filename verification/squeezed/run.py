@@ -175,17 +175,20 @@ def table(kept: dict) -> str:
 CHECKS = {
     "squeezed": Check(
         title="The paper's slab, squeezed",
-        text="A piece of the slab of 1 x 1, rollers left and right, ell = 0.04 = 3 h, compressed "
-        "along the face before it is cooled by s times the thermal stress of the face, E expansion "
-        "dT. All three have the no-tension split, also s = 0, whose default would be none: so that "
-        "they differ in s alone; for the same split, which is slow where many cracks are pressed "
-        "shut, cracks keep 1e-5 of the stiffness. Depths are those of sharp tips; spacing: width "
-        "over all cracks. Length: of all cracks, by energy, the damaged layer under the face "
-        "included. What was expected, fewer and shorter cracks, holds at depth and early; cracks "
-        "that are shorter at a given tau have not yet come to where every other one stops, and "
-        "of the shallow ones there are then more. s = 0 and 0.25 were run by a version that ended "
-        "displacements early between sweeps, which the audit noticed; a later one without it had "
-        "the same energies, to six digits, up to tau = 0.1 of s = 0.25, and no remarks.",
+        text=(
+            "A part of the slab of 1 x 1, rollers left and right, ell = 0.04 = 3 h. Before it is "
+            "cooled it is compressed along the face by s times the thermal stress of the face, E "
+            "expansion dT. All three have the no-tension split, also s = 0, whose default would be "
+            "none, so that they differ in s alone. This split is slow where many cracks are "
+            "closed, so cracks keep 1e-5 of the stiffness. Depths are those of sharp tips; "
+            "spacing: width over all cracks. Length: of all cracks, by energy, with the damaged "
+            "layer under the face. We expected fewer and shorter cracks, and this holds at depth "
+            "and early. Cracks that are shorter at a given tau have not yet come to where every "
+            "other one arrests, so there are more shallow ones then. s = 0 and 0.25 were run by a "
+            "version that ended displacements early between sweeps, which the audit noticed. A "
+            "later version had the same energies, to six digits, up to tau = 0.1 of s = 0.25, and "
+            "no remarks."
+        ),
         measure=squeezed,
         kept="kept.json",
     ),

@@ -60,11 +60,13 @@ def on_a_side() -> list[Figure]:
 CHECKS = {
     "surfing": Check(
         title="A crack that follows a tip",
-        text="The whole edge of a plate is moved as by a sharp crack whose tip travels, loaded at "
-        "Gc. Where this tip is beyond the damage calibrates the sharp tip of all other runs "
-        "(`measure/tip.py`); nothing else does. Half height of the plate: 8 ell. "
-        "A crack on a plane of symmetry breaks cells on both sides of it and costs more: "
-        "cases with such cracks take their Gc from here. Cost: over Gc and the discrete toughness.",
+        text=(
+            "The whole edge of a plate is displaced as by a sharp crack whose tip travels, loaded "
+            "at Gc. The distance of this tip from the damage calibrates the sharp tip of all other "
+            "runs (`measure/tip.py`); nothing else does. Half height of the plate: 8 ell. A crack "
+            "on a plane of symmetry breaks cells on both sides of it and costs more: cases with "
+            "such cracks take their Gc from here. Cost: over the effective Gc."
+        ),
         measure=lambda: [*surfing("AT1", (4, 8)), *surfing("AT2", (4,)), *on_a_side()],
     ),
 }

@@ -243,6 +243,7 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
     """Make the directory what it was at the checkpoint, with the case that is gone on with."""
+    own_files.remove_halves(directory)
     text = to_toml(case)
     manifest = replace(manifest, identity=case_identity(text, attached(case)))
     run_directory.write_case(directory, text, manifest)
