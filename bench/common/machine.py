@@ -14,14 +14,14 @@ def environment() -> dict[str, str]:
 
 
 def machine() -> dict:
-    """What it ran on."""
+    """Return processor, cores and memory (GiB) of this machine."""
     cpu = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if "model name" in line]
     gib = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     return {"cpu": cpu[0].split(":")[1].strip(), "cores": os.cpu_count(), "GiB": round(gib, 1)}
 
 
 def versions() -> dict[str, str]:
-    """Of staffa, its commit, and the libraries that do the work."""
+    """Return the versions of staffa and of the libraries that do the work, and the commit."""
     command = ["git", "describe", "--always", "--dirty"]
     commit = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.strip()
     names = ("staffa", "dolfinx-solver-real", "numpy")

@@ -1,4 +1,4 @@
-"""What bench/scaling/results.json says, as a page, a figure and the head of the batch script.
+"""Page, figure and head of the batch script, from bench/scaling/results.json.
 
     python -m bench.scaling.pages
 
@@ -35,7 +35,7 @@ NODES, CORES = 4, 128
 
 
 def measured() -> dict | None:
-    """What bench/scaling/run.py kept; None before it has run in full."""
+    """Return the results of bench/scaling/run.py; None before it has run in full."""
     return json.loads(KEPT.read_text()) if KEPT.exists() else None
 
 

@@ -19,10 +19,13 @@ PLAIN = str.maketrans({"²": "2", "³": "3", "µ": "u", "μ": "u", "°": "deg", 
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """A unit that numbers are shown in.
+    """Unit in which numbers are shown.
 
-    name: empty for a number without a unit, as of a scaled case. size: of one, in SI units.
-    zero: the SI value that it counts from (K; only a scale of temperature has one).
+    Attributes
+    ----------
+    name : its name, empty for a number without a unit, as in a scaled case.
+    size : size of one unit, in SI units.
+    zero : SI value from which it counts (K); 0 but for a scale of temperature.
     """
 
     name: str = ""
@@ -69,11 +72,20 @@ KELVIN = Unit(name="K")
 
 @dataclass(frozen=True, kw_only=True)
 class Shown:
-    """The units of one run; without names where the case is scaled.
+    """Units of one run; without names where the case is scaled.
 
-    crack: length of cracks in 2-D, area in 3-D. volume: of cracks; area in 2-D. energy, force:
-    per thickness in 2-D. heat: likewise. difference: of temperatures.
-    release: energy an area of crack, also of a 2-D body.
+    Attributes
+    ----------
+    length : lengths of the body.
+    opening : opening of cracks.
+    crack : length of cracks in 2-D, area in 3-D.
+    volume : volume of cracks, area in 2-D.
+    energy, heat, force : per thickness in 2-D.
+    stress : stresses and pressures.
+    temperature : temperatures.
+    difference : differences of temperatures.
+    time : times.
+    release : energy per area of crack, also in 2-D.
     """
 
     length: Unit = NONE
@@ -95,7 +107,15 @@ class Magnitudes:
     """Orders of magnitude by which prefixes are chosen, in SI units; energy, heat and force of a
     2-D body per thickness.
 
-    extent: largest extent of the body (m). depth: L (m). last: time at the end of the run (s).
+    Attributes
+    ----------
+    extent : largest extent of the body (m).
+    depth : L (m).
+    last : time at the end of the run (s).
+    energy : energy (J, in 2-D J/m).
+    heat : heat (J, in 2-D J/m).
+    force : force (N, in 2-D N/m).
+    stress : stress (Pa).
     """
 
     extent: float

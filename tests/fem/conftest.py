@@ -1,6 +1,6 @@
-"""Meshes and fields of these tests are read in this process: they are friends'.
+"""Reading of meshes and fields in this process, as these tests trust their files.
 
-What reads a stranger's file in a process of its own is tested in `case/test_fuzz.py` and
+Reading of a stranger's file in a separate process is tested in `case/test_fuzz.py` and
 `run/test_attack.py`; such a process takes half a second.
 """
 

@@ -67,7 +67,7 @@ def test_damage_is_at_a_first_order_minimum(solver: str, law: str) -> None:
     assert alpha.max() > 0.2 and first.iterations > 0
     assert np.all((alpha >= 0) & (alpha <= 1))
     force = projected_gradient(parts.damage, parts.alpha, lower, upper, parts.work)
-    assert force <= 1e-4, f"unbalanced force {force:.1e} against the 1e-4 asked for"
+    assert force <= 1e-4, f"projected gradient {force:.1e} against the 1e-4 asked for"
     system.destroy()
 
 

@@ -41,7 +41,7 @@ def test_two_ranks_give_the_numbers_of_one(real: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "seed 3 (member 1 of 2) is finished already" in done.stdout
     again = read_run(tmp_path / "e" / "seed-4")
-    # A factorization on several ranks sums in an order of its own each time.
+    # A factorization on several ranks sums in another order each time.
     assert [s.energies.total for s in again.steps] == pytest.approx(
         [s.energies.total for s in whole], rel=1e-8
     )

@@ -28,7 +28,7 @@ if comm.rank == 0:
 
 @pytest.mark.parametrize("ranks", RANKS)
 def test_many_ranks_take_the_same_from_files(tmp_path: Path, ranks: int) -> None:
-    """A supplied temperature and moved sides on two meshes of their own, as after a restart onto
+    """A supplied temperature and moved sides, each on another mesh, as after a restart onto
     another mesh: https://github.com/su2code/SU2/pull/1277."""
     grid(tmp_path / "T0.vtu", (-0.5, -0.5), (3, 2), 7, T=warm)
     grid(tmp_path / "u.vtu", (0, 0), (2, 1), 5, ux=lambda x: 0.1 * x[:, 0])

@@ -30,7 +30,7 @@ else:
 
 @pytest.mark.slow
 def test_quadratic_elements_are_the_same_on_any_ranks(tmp_path: Path) -> None:
-    """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number of their own."""
+    """2 and 3 ranks as one; what 2 began 3 finish, though edges have no number in the mesh."""
     expected = whole_run(plate("triangle"), tmp_path / "on-1")
     for ranks in (2, 3):
         printed_on(ranks, RANKS.format(base=str(tmp_path)))

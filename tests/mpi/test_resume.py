@@ -1,4 +1,4 @@
-"""What some ranks began, others finish."""
+"""Resume of runs on another number of ranks."""
 
 import shutil
 import sys

@@ -54,7 +54,7 @@ def staffa(
 ) -> subprocess.CompletedProcess[str]:
     """The command in a folder; everything that it says, and no traceback.
 
-    installed: as a person starts it, which an environment or a stream of its own asks for too.
+    installed: as a person starts it; a given environment or stream starts it so too.
     """
     if installed or environment or out is not None:
         done = subprocess.run(
@@ -511,7 +511,7 @@ def test_a_browser_runs_no_script_that_finds_its_way_onto_a_page(run: Path, tmp_
 @needs_gmsh
 @needs_chromium
 def test_names_of_a_mesh_run_nothing_on_a_page(tmp_path: Path) -> None:
-    """Those of its file, of a face, of a region and of a crack; also without the policy."""
+    """Try names of the file, a face, a region and a crack; also without the policy."""
     meshes.written(tmp_path / "plate.msh", meshes.plate, h=0.3)
     text, case = (tmp_path / "plate.msh").read_text(), PLATE
     for name, trap in {"the roof": SCRIPT, "sand": IMAGE, "fault": SCRIPT + IMAGE}.items():

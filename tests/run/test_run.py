@@ -19,7 +19,7 @@ CASES = READY
 
 
 def launch(ranks: int, *arguments: str | Path) -> subprocess.CompletedProcess:
-    """staffa in a process of its own; with ranks, the installed one, one thread a rank."""
+    """Run staffa in a separate process; with ranks, the installed one, one thread a rank."""
     if ranks == 1:
         return forked(*arguments, timeout=500)
     command = [BIN / "mpiexec", "-n", str(ranks), BIN / "staffa", *arguments]

@@ -50,7 +50,7 @@ def test_both_sides_take_the_same_path_without_newton(name: str, monkeypatch) ->
 
 
 def test_the_tables_of_the_documents_are_those_of_the_results() -> None:
-    """What `bench/yardstick/table.py` prints stands in the pages that quote it."""
+    """Pages that quote `bench/yardstick/table.py` have its output."""
     results = json.loads((BENCH / "yardstick" / "results.json").read_text())
     pages = {
         "performance.md": (table.ratios, table.growth, table.ranks),
@@ -111,7 +111,7 @@ def test_a_law_of_too_few_runs_is_refused() -> None:
 
 
 def test_the_costs_in_the_documents_are_those_of_the_results() -> None:
-    """What `bench.scaling.run` fitted stands in the page, and at the head of the batch script."""
+    """The page and the head of the batch script have the fit of `bench.scaling.run`."""
     results = pages.measured()
     assert pages.page(results) in pages.PAGE.read_text(encoding="utf-8")
     script = pages.SCRIPT.read_text(encoding="utf-8")

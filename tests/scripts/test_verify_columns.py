@@ -1,4 +1,4 @@
-"""What `make verify ONLY=columns` asks cannot be met by no, few, or shrinking cells."""
+"""Conditions of `make verify ONLY=columns`: no, few, or shrinking cells do not meet them."""
 
 import tomllib
 

@@ -1,6 +1,6 @@
 """Commands of staffa in a process that is forked from the tests, whose libraries are loaded.
 
-Such a process starts in no time, and is one of its own: its folder, streams, exit code and lock.
+Such a process starts in no time. It has a separate folder, streams, exit code and lock.
 """
 
 import os

@@ -40,7 +40,7 @@ each_kind = pytest.mark.parametrize("kind", KINDS, ids=NAMES)
 
 
 def filled(kind: Any, numbers: Iterator[int]) -> Any:
-    """A record in which every field, of records within it too, has a value of its own."""
+    """Return a record in which every field, of records within it too, has a different value."""
     hints = get_type_hints(kind)
     return kind(**{f.name: _value(hints[f.name], f, numbers) for f in fields(kind)})
 
@@ -74,12 +74,12 @@ def usual(of: Field[Any]) -> Any:
 
 
 def through_json(record: Any) -> Any:
-    """What a file of JSON makes of a record."""
+    """Return a record as it is read back from JSON."""
     return json.loads(json.dumps(json_form(record)))
 
 
 def same(found: Any, written: Any) -> bool:
-    """Whether two records are alike, types and NaN within them too."""
+    """Return whether two records are equal, with their types and NaN."""
     return type(found) is type(written) and repr(found) == repr(written)
 
 

@@ -49,7 +49,7 @@ class Growing:
 
 
 def settings(name: str) -> list[str]:
-    """What a member changes in verification/slabs/case.toml."""
+    """Return the settings by which a member differs from verification/slabs/case.toml."""
     section, ell, cells, seed = name.split("-")
     stop, steps = LAST[section]
     held = "rollers" if section == "free" else "free"

@@ -39,7 +39,7 @@ def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
 
 
 def on_a_side() -> list[Figure]:
-    """What a crack on a plane of symmetry costs, on the cells of the cases that have such."""
+    """Measure the cost of a crack on a plane of symmetry, on the cells of cases that have one."""
     from fem.test_surfing import ride
 
     figures = []

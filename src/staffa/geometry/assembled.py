@@ -23,9 +23,17 @@ CELLS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """Cells of one kind: their dimension, corners by number, shape (k, n), and each one's name,
-    empty without one, shape (k,). order: of the cells in the file; bulge: how far the middle of
-    an edge lies off the straight one at most, in the file's unit, None if that is not known."""
+    """Cells of one kind.
+
+    Attributes
+    ----------
+    dim : dimension of the cells.
+    corners : numbers of their corners, shape (k, n).
+    name : name of each cell, empty without one, shape (k,).
+    order : order of the cells in the file.
+    bulge : largest distance of an edge's middle from the straight edge, in the file's unit; None if
+        unknown.
+    """
 
     dim: int
     corners: np.ndarray

@@ -45,7 +45,13 @@ def divisions(size: tuple[float, ...], h: float) -> tuple[int, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class PixelGrid:
-    """Pixels over a rectangle: how many along both axes, and their edges (m)."""
+    """Pixels over a rectangle.
+
+    Attributes
+    ----------
+    counts : number of pixels along both axes.
+    pixel : edges of a pixel along both axes (m).
+    """
 
     counts: tuple[int, int]
     pixel: tuple[float, float]

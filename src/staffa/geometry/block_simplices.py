@@ -13,9 +13,14 @@ MISSING = missing(BLOCK, OTHERWISE)
 
 
 def unstructured(size: tuple[float, ...], h: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, dim) and cells (m, dim + 1) of a rectangle or a box, lower corner at the origin.
+    """Return points (n, dim) and cells (m, dim + 1) of a rectangle or a box.
 
-    size: extent along each axis (m). h: mean edge of the cells (m).
+    The lower corner is at the origin.
+
+    Parameters
+    ----------
+    size : extent along each axis (m).
+    h : mean edge of the cells (m).
 
     Raises
     ------

@@ -15,9 +15,13 @@ MOST = 0.9
 class Edges:
     """Lengths (m) of the edges of a mesh.
 
-    mean: over all edges. finest: the mean edge of the cell whose mean is least. faces, cracks: of
-    each the edge there, which nine tenths of it do not exceed. regions: of each the edge in the
-    tenth of it that is finest.
+    Attributes
+    ----------
+    mean : mean over all edges.
+    finest : mean edge of the cell whose mean is least.
+    faces : for each face, the edge that nine tenths of it do not exceed.
+    cracks : for each crack, the edge that nine tenths of it do not exceed.
+    regions : for each region, the edge in its finest tenth.
     """
 
     mean: float
@@ -64,7 +68,7 @@ def edges(
 
 
 def cell_edges(corners: np.ndarray) -> np.ndarray:
-    """The mean edge (m) of each simplex, shape (m,). corners: their places, (m, dim + 1, dim)."""
+    """Return the mean edge of each simplex (m), shape (m,); corners: shape (m, dim + 1, dim)."""
     one, other = np.array(list(combinations(range(corners.shape[1]), 2))).T
     return np.asarray(np.linalg.norm(corners[:, one] - corners[:, other], axis=2).mean(axis=1))
 

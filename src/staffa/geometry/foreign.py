@@ -107,7 +107,7 @@ def _line(error: BaseException, said: StringIO) -> str:
 
 
 def _block(cells: Any, name: np.ndarray, x: np.ndarray) -> Iterator[Block]:
-    """Cells of one kind, if it is one of a body or of a side. x: all points, in the file's unit."""
+    """Yield cells of one kind, if a body or a side has it. x: all points, in the file's unit."""
     shape = SHAPES.get(cells.type.rstrip("0123456789"))
     if shape is None or not len(cells.data):
         return

@@ -135,7 +135,7 @@ def _blocks(
     x: np.ndarray,
     where: str,
 ) -> Iterator[Block]:
-    """The cells of this dimension, kind by kind. tags, x: of all nodes, by increasing tags."""
+    """Yield the cells of a dimension by kind. tags, x: of all nodes, by increasing tags."""
     for _, entity in gmsh.model.getEntities(dim):
         kinds, _, nodes = gmsh.model.mesh.getElements(dim, entity)
         groups = gmsh.model.getPhysicalGroupsForEntity(dim, entity) if len(kinds) else ()

@@ -13,7 +13,14 @@ from staffa.geometry.places import SAME, BoxGrid, Places
 
 @dataclass(frozen=True, kw_only=True)
 class FlatFace:
-    """A face that is flat across an axis: where it lies along it (m), and which way is out, +-1."""
+    """Face that is flat across an axis.
+
+    Attributes
+    ----------
+    axis : the axis, 0, 1 or 2.
+    position : coordinate of the face along the axis (m).
+    out : direction out of the body along the axis, +1 or -1.
+    """
 
     axis: int
     position: float
@@ -22,15 +29,22 @@ class FlatFace:
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """A body from outside.
+    """Outline of a body: the facts that are known before its mesh is distributed.
 
-    lower, upper: corners of the box around it (m). h: the cells' edge (m; see `grid.edge`). faces:
-    the named parts of its surface, each with its plane if it is one across an axis. touching: the
-    pairs of faces that share an edge or a corner. regions, cracks: names of its parts, and of the
-    cracks that are there from the start. n_cells, n_vertices: about. places: where to look at what
-    varies. notes: what reading it from a file changed. edges: of a mesh, from place to place; None
-    of a body that is meshed evenly. hinges: points (m) that parts share which have no facet in
-    common.
+    Attributes
+    ----------
+    lower, upper : corners of the box around the body (m).
+    h : edge of the cells (m), see `block.edge`.
+    faces : named parts of the surface, each with its plane if it is flat across an axis.
+    touching : pairs of faces that share an edge or a corner.
+    regions : names of the regions.
+    cracks : names of the initial cracks.
+    n_cells, n_vertices : estimated numbers of cells and vertices.
+    places : places at which properties are sampled.
+    notes : changes that reading it from a file made.
+    edges : edges of a mesh from place to place; None for a body that is meshed evenly.
+    hinges : points (m) shared by parts that have no facet in common.
+    sides : side of the box around the body in which each face lies, None for a face in none.
     """
 
     lower: tuple[float, ...]

@@ -138,8 +138,16 @@ def _box_sides(dim: int) -> dict[str, str | None]:
 
 @dataclass(frozen=True, kw_only=True)
 class Bored:
-    """A rectangle with a round hole (its face: hole), or a box with a round bore from bottom to top
-    (its face: well); the lower corner at the origin. center: of the hole, two numbers."""
+    """A rectangle with a round hole, or a box with a round bore from bottom to top.
+
+    The lower corner is at the origin. The face of the hole is `hole`, that of the bore `well`.
+
+    Attributes
+    ----------
+    size : extent along each axis (m).
+    radius : radius of the hole (m).
+    center : center of the hole (m), two numbers.
+    """
 
     size: tuple[float, ...]
     radius: float
@@ -198,8 +206,15 @@ class Bored:
 
 @dataclass(frozen=True, kw_only=True)
 class Round:
-    """A disc around the origin (its face: side), or with a height a cylinder along z that stands on
-    z = 0 (side, bottom and top)."""
+    """A disc around the origin, or a cylinder along z that stands on z = 0.
+
+    The face of a disc is `side`; a cylinder has `bottom` and `top` too.
+
+    Attributes
+    ----------
+    radius : radius (m).
+    height : height of the cylinder (m), None for a disc.
+    """
 
     radius: float
     height: float | None = None
@@ -251,8 +266,10 @@ class Round:
 class Layered:
     """A rectangle or a box of horizontal layers, the lower corner at the origin.
 
-    base: extent along x, or x and y. layers: region and thickness of each from the bottom up; the
-    same region may come again.
+    Attributes
+    ----------
+    base : extent along x, or x and y (m).
+    layers : region and thickness (m) of each layer from the bottom up; a region may recur.
     """
 
     base: tuple[float, ...]

@@ -17,9 +17,14 @@ from staffa.geometry.places import ALONG, SAME, OfMesh, Sample, as_space_points,
 class Simplices:
     """A mesh of triangles (dim 2) or tetrahedra (dim 3).
 
-    x: points (m), shape (n, dim), each the corner of a cell; cells: their corners, shape
-    (m, dim + 1). regions: the cells of each name. faces, cracks: the corners of each named facet on
-    the surface, and inside, shape (k, dim). notes: what reading it from a file changed.
+    Attributes
+    ----------
+    x : points (m), shape (n, dim), each the corner of a cell.
+    cells : corners of the cells, shape (m, dim + 1).
+    regions : numbers of the cells of each region.
+    faces : corners of the facets of each face, on the surface, shape (k, dim).
+    cracks : corners of the facets of each crack, inside of the body, shape (k, dim).
+    notes : changes that reading it from a file made.
     """
 
     x: np.ndarray

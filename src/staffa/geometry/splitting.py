@@ -15,9 +15,12 @@ FACES = {
 
 
 def sides(cells: np.ndarray, dim: int) -> list[np.ndarray]:
-    """The edges of cells of a plane, or the faces of those in space, by corners, shape (k, n) each.
+    """Return the edges of 2-D cells, or the faces of 3-D cells, by corners, shape (k, n) each.
 
-    cells: corners in order, shape (m, n).
+    Parameters
+    ----------
+    cells : corners in order, shape (m, n).
+    dim : dimension of the cells.
     """
     width = cells.shape[1]
     if dim == 2:
@@ -54,9 +57,13 @@ def around_middle(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndar
 
 
 def fans(faces: np.ndarray) -> np.ndarray:
-    """Quadrilaterals as two triangles each, from the corner of the least number: (2 k, 3).
+    """Split quadrilaterals into two triangles each, shape (2 k, 3).
 
-    So that two cells that share one part it alike. faces: corners in order, shape (k, 4).
+    The cut runs from the corner with the least number, so that two cells split a shared face alike.
+
+    Parameters
+    ----------
+    faces : corners in order, shape (k, 4).
     """
     order = (np.argmin(faces, axis=1)[:, None] + np.arange(4)) % 4
     a, b, c, d = np.take_along_axis(faces, order, axis=1).T

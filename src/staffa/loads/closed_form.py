@@ -22,7 +22,14 @@ class Load(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Face:
-    """The plane x[axis] = position, with the body on its `inward` side (+1 or -1)."""
+    """Plane x[axis] = position at the boundary of a body.
+
+    Attributes
+    ----------
+    axis : the axis, 0, 1 or 2.
+    position : coordinate of the plane along the axis (m).
+    inward : direction into the body along the axis, +1 or -1.
+    """
 
     axis: int
     position: float
@@ -71,6 +78,13 @@ class Slab:
     Late: T = -dT (1 - sum 4/(m pi) exp(-m^2 pi^2 Fo/4) sin(m pi y/(2 L))) over odd m, Fo =
     kappa t/L^2. Early: the same field as alternating images of the half-space solution. Carslaw
     and Jaeger, Conduction of Heat in Solids, 3.3 and 3.4.
+
+    Attributes
+    ----------
+    dT : temperature drop of the face (K).
+    kappa : diffusivity (m^2/s).
+    face : the cooled face; y is the depth below it (m).
+    L : depth of the insulated side below the face (m).
     """
 
     dT: float
@@ -107,7 +121,14 @@ class Convective:
     """Half-space whose face loses heat to a bath dT colder; h = Bi/L is film over conductivity.
 
     T = -dT (erfc(eta) - exp(h y + h^2 kappa t) erfc(eta + h sqrt(kappa t))), eta = y/(2 sqrt(kappa
-    t)); the second term written with erfcx, which does not overflow. h in 1/m.
+    t)); the second term written with erfcx, which does not overflow.
+
+    Attributes
+    ----------
+    dT : temperature of the rock over that of the bath (K).
+    kappa : diffusivity (m^2/s).
+    face : the cooled face; y is the depth below it (m).
+    h : film coefficient over conductivity (1/m).
     """
 
     dT: float

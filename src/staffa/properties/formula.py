@@ -32,9 +32,14 @@ def formula_variables(dim: int, *, time: bool = True) -> tuple[str, ...]:
 
 
 def formula(text: str, names: tuple[str, ...]) -> Evaluated:
-    """The function of points and time that a text writes down.
+    """Return the function of points and time that a text gives.
 
-    names: what it may depend on, of t, x, y, z. All in SI, or scaled as the case is.
+    Its variables and values are in SI, or scaled as the case is.
+
+    Parameters
+    ----------
+    text : the formula.
+    names : variables that it may use, of t, x, y, z.
 
     Raises
     ------

@@ -109,10 +109,13 @@ class MeshField:
 
 @dataclass(frozen=True, kw_only=True)
 class Counting:
-    """The units of a file, in SI or scaled as the case is.
+    """Units of a file, in SI or scaled as the case is.
 
-    length: of 1 in its coordinates. zero, one: what 0 and 1 mean among its values. component: which
-    of those of a vector is meant, None of a number.
+    Attributes
+    ----------
+    length : length of 1 in the file's coordinates (m).
+    zero, one : quantities that the values 0 and 1 of the file stand for.
+    component : component of a vector, None for a scalar.
     """
 
     length: float = 1.0

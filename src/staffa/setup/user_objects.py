@@ -36,7 +36,14 @@ LONGEST, DEEPEST = 300, 4  # characters of an identity; records within records
 
 @dataclass(frozen=True, kw_only=True)
 class Given:
-    """Objects that a script gives in place of a case's; None for nothing."""
+    """Objects that a script gives in place of a case's; None for the case's.
+
+    Attributes
+    ----------
+    damage : damage law.
+    split : energy split.
+    temperature : load, which gives the temperature.
+    """
 
     damage: DamageLaw | None = None
     split: EnergySplit | None = None
@@ -164,9 +171,13 @@ def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own
 
 
 def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
-    """Require that a run that goes on is given what a script gave it at the start.
+    """Require, of a script that goes on with a run, objects as at the start.
 
-    own: from its manifest. run: its directory.
+    Parameters
+    ----------
+    given : objects of the script that goes on.
+    own : identities of the objects of the start, from the manifest; None if unknown.
+    run : the run directory, for messages.
 
     Raises
     ------

@@ -33,7 +33,13 @@ WITHIN = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """number: of time steps; open: True if steps adapt, so that cracks make more of them."""
+    """Number of time steps of a case.
+
+    Attributes
+    ----------
+    number : number of time steps.
+    open : True if steps adapt, so that cracks make more of them.
+    """
 
     number: int
     open: bool

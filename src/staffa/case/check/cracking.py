@@ -53,7 +53,10 @@ def face_squeeze(case: Case, derived: Numbers) -> Squeeze | None:
 def other_causes(case: Case, *, forces: bool = True) -> tuple[str, ...]:
     """Name the causes that may break the body besides nucleation by cooling.
 
-    forces: whether [forces] count, which they do where `face_squeeze` does not tell what they do.
+    Parameters
+    ----------
+    case : the case.
+    forces : True if [forces] count: they do where `face_squeeze` does not tell their effect.
     """
     given = ("the given cracks may grow",) if case.cracks else ()
     moved = ("the moved sides load it too",) if is_moved(case) else ()

@@ -16,9 +16,12 @@ SCATTER = 1.2
 
 
 def long_edges(case: Case, h: float) -> Iterator[tuple[bool, str]]:
-    """Sentences on edges longer than ell/3, and whether they are longer than ell/2.
+    """Yield a sentence for edges longer than ell/3, with True if they are longer than ell/2.
 
-    h: the edge of the cells where cracks run (m), as the case or its mesh has it.
+    Parameters
+    ----------
+    case : the case.
+    h : edge of the cells where cracks run (m), as the case or its mesh gives it.
     """
     ell = float(case.damage.ell)
     finer = f"h <= ell/3 = {at_most(case, ell / RESOLVED, 'm')}"

@@ -39,8 +39,14 @@ SHOWN = 6  # times of a table that are listed
 
 @dataclass(frozen=True, kw_only=True)
 class Preview:
-    """facts: (name, value, what it means); warnings: a sentence on each thing that is off; notes:
-    one on each choice that may be another than is meant."""
+    """Preview of a run.
+
+    Attributes
+    ----------
+    facts : (name, value, meaning) of each fact.
+    warnings : a sentence on each likely mistake.
+    notes : a sentence on each choice that may not be intended.
+    """
 
     facts: tuple[Fact, ...]
     warnings: tuple[str, ...]
@@ -48,13 +54,7 @@ class Preview:
 
 
 def preview(case: Case) -> Preview:
-    """Say what the physics and the cost will be, and warn of what is off.
-
-    Raises
-    ------
-    InputError
-        Nothing loads the body.
-    """
+    """Return the preview of a case; raise InputError if nothing loads the body."""
     require_loaded(case)
     derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
@@ -121,7 +121,7 @@ def _mesh_facts(case: Case) -> list[Fact]:
 
 
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
-    """Which numbers stand for a rock that is not one number, if it is not."""
+    """Return the averages that stand for rock whose properties vary."""
     body, *regions = subdomains_of(case)
     other = any(piece.keys != body.keys for piece in regions)
     others = ["differs by region"] if other else []
@@ -195,7 +195,7 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _what_drops(case: Case) -> str:
-    """Whose temperature drop dT is."""
+    """Return in words where the temperature drop dT occurs."""
     if case.heat is None:
         return "temperature drop of the face"
     coldest = strongest(surface_exchanges(case), case.temperature.face)
@@ -231,7 +231,7 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _where(case: Case, derived: Numbers) -> str:
-    """For which strain and in which rock dT_c holds."""
+    """Return in words the strain state and the rock for which dT_c holds."""
     blocked = "plane stress" if derived.state == PLANE_STRESS else "both lateral strains blocked"
     factor = least_factor(case)
     weak = "" if factor == 1 else f", where the toughness is {factor:.3g} Gc"

@@ -24,9 +24,12 @@ BODIES = ("size", "shape", "mesh")
 
 
 def inspected(case: Case, place: FileAccess) -> Case:
-    """The case, with what is known of its body from outside.
+    """Return the case with the outline of its body.
 
-    place: where its mesh may lie.
+    Parameters
+    ----------
+    case : the case.
+    place : rule for the place of its mesh.
 
     Raises
     ------

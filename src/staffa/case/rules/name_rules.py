@@ -77,10 +77,14 @@ def cracks_are_there(case: Case) -> None:
 
 
 def regions_are_there(given: Collection[str], body: Outline) -> None:
-    """The regions that a case names are the body's, and of several it names each.
+    """Require that a case names regions of the body, and each of them if there are several.
 
-    A body of one region need not name it, nor those that the mesh only numbers. given: the names
-    after [regions. in the case.
+    A single region need not be named, nor regions that the mesh only numbers.
+
+    Parameters
+    ----------
+    given : names after [regions. in the case.
+    body : outline of the body.
     """
     for name in given:
         if name not in body.regions:

@@ -143,7 +143,7 @@ def _tried(piece: Subdomain) -> Any:
 
 
 def _can_be_compressed(piece: Subdomain, where: str) -> None:
-    """where: the kind of body in which nu must be less than 0.5, if it must."""
+    """Require nu less than 0.5. where: the kind of body for which this holds, for the message."""
     given = piece.keys.nu
     nu = _tried(piece)(given)
     largest = float(np.max(nu(piece.places().x))) if callable(nu) else nu

@@ -100,9 +100,14 @@ def _with_fixed_strains(
 
 
 def equivalent(case: Case, stress: np.ndarray) -> np.ndarray:
-    """The tension (Pa) of a bar without a split whose energy drives damage as much, shape (n,).
+    """Return the tension of a bar that drives damage as much as a stress (Pa), shape (n,).
 
-    stress: normal stresses along x, y, z (Pa), shape (3, n), of the rock of [material].
+    The bar has no energy split and the rock of [material].
+
+    Parameters
+    ----------
+    case : the case.
+    stress : normal stresses along x, y, z (Pa), shape (3, n).
     """
     rock, split = averages(subdomains_of(case)[0]), energy_split(case)
     strains = ((1 + rock.nu) * stress - rock.nu * stress.sum(axis=0)) / rock.E

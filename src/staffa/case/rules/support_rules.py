@@ -143,7 +143,7 @@ def _same(one: PrescribedValue, other: PrescribedValue, shared: Callable[[], np.
 
 
 def _at(value: PrescribedValue, history: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """A displacement at places and times, shape (n, times). history: of its largest value."""
+    """Return a displacement at places and times, shape (n, times); history: its largest value."""
     if not isinstance(value, DisplacementFile):
         return np.broadcast_to(history, (places.shape[1], len(history)))
     share = value.field.reaching(np.inf)(places) / (largest_displacement(value) or 1.0)

@@ -80,10 +80,14 @@ def derived_numbers(
     split: EnergySplit | None = None,
     own_load: bool = False,
 ) -> Numbers:
-    """Derive them.
+    """Return the scales of a case.
 
-    law, split: those of a script, in place of the case's. own_load: a script gives the temperature,
-    so that nothing is known of drops.
+    Parameters
+    ----------
+    case : the case.
+    law : damage law of a script, in place of the case's.
+    split : energy split of a script, in place of the case's.
+    own_load : True if a script gives the temperature, so that drops are unknown.
     """
     ell = float(case.damage.ell)
     law, split = law or LAWS[case.damage.law], split or energy_split(case)

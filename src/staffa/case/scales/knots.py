@@ -17,12 +17,15 @@ FELT = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Knots:
-    """The times that tell a value in time.
+    """Times that describe a value in time.
 
-    times: of its jumps, extremes and kinks (s), increasing, the ends included, shape (n,). depart:
-    by which part of its range the value departs from straight lines between them at most. onsets:
-    (time, length) (s) of each change that begins there: a steeper trend or one turned around, and
-    the time in which it is felt.
+    Attributes
+    ----------
+    times : jumps, extremes and kinks (s), increasing, the ends included, shape (n,).
+    depart : largest departure of the value from linear interpolation between `times`, as a part of
+        its range.
+    onsets : (time, length) (s) of each change that begins at a time, a steeper or reversed trend,
+        with the time in which it is felt.
     """
 
     times: np.ndarray
@@ -76,10 +79,16 @@ def knots(
 
 
 def departure(t: np.ndarray, values: np.ndarray, visited: np.ndarray) -> tuple[float, float]:
-    """The largest departure of a value from straight lines between some times, over its range.
+    """Return the largest departure of a value from linear interpolation between some times.
 
-    t, values: see `knots`. visited: the times (s) that are known, increasing. Returns the part of
-    the range, and the time (s) at which it is.
+    Parameters
+    ----------
+    t, values : see `knots`.
+    visited : times between which the value is interpolated (s), increasing.
+
+    Returns
+    -------
+    The departure as a part of the value's range, and its time (s).
     """
     extent = float(np.ptp(values, axis=0).max())
     lines = np.array([np.interp(t, visited, np.interp(visited, t, v)) for v in values.T])

@@ -28,8 +28,14 @@ type Table = DisplacementHistory | InTime | DisplacementFile
 
 @dataclass(frozen=True, kw_only=True)
 class PrescribedCurve:
-    """A prescribed value in time: its key; times t (s), shape (n,); values there, shape (n, m), at
-    m places."""
+    """Prescribed value in time.
+
+    Attributes
+    ----------
+    where : its key.
+    t : times (s), shape (n,).
+    values : values at m places, shape (n, m).
+    """
 
     where: str
     t: np.ndarray

@@ -21,13 +21,18 @@ AS_GOOD_AS_NEVER = 1e3  # strengths that cooling would have to overcome: nobody 
 class Squeeze:
     """The stress of a cooled face where it is squeezed least.
 
-    along: the stress along the face before cooling (Pa). stress: the one that decides, along the
-    face or, in plane strain, across the plane (Pa). beyond: true if it is that across the plane.
-    thermal: what the largest drop of the face adds to either (Pa). starts: the net tension, of the
-    stress that decides, at which damage starts (Pa). needed: the drop of the face that gives it
-    (K). share: what drives damage at the largest drop, over what starts it, as a stress. across:
-    the stress (Pa) across the plane of a 2-D body once cracks have relieved the one along the face;
-    without cooling.
+    Attributes
+    ----------
+    along : stress along the face before cooling (Pa).
+    stress : stress before cooling that decides (Pa): along the face or, in plane strain, across the
+        plane.
+    beyond : True if `stress` is that across the plane.
+    thermal : stress that the largest drop of the face adds to either (Pa).
+    starts : net tension, in the direction of `stress`, at which damage starts (Pa).
+    needed : drop of the face that gives `starts` (K).
+    share : stress that drives damage at the largest drop, over the one that starts damage.
+    across : stress across the plane of a 2-D body without cooling, once cracks have relieved the
+        stress along the face (Pa).
     """
 
     along: float

@@ -23,9 +23,14 @@ def product(
     h: float,
     start: np.ndarray | float = 1.0,
 ) -> np.ndarray:
-    """At the points x, shape (3, n): `start` times the factors of all boxes around each.
+    """Return the product of the factors of all boxes around each point, shape (n,).
 
-    h: edge of the cells (m); see `in_box` for points on the sides.
+    Parameters
+    ----------
+    x : points (m), shape (3, n).
+    boxes : each box with its factor.
+    h : edge of the cells (m); see `in_box` for points on the sides.
+    start : factor outside of all boxes, a number or one a point.
     """
     values = start * np.ones(x.shape[1])
     for box, factor in boxes:

@@ -12,9 +12,14 @@ WHERE = "a path counts from the folder of the case file"
 
 @dataclass(frozen=True)
 class FileAccess:
-    """The folder of a case file; outside: whether files may also lie elsewhere.
+    """Place of the files that a case names.
 
-    A case may come from anyone, and what it names is read, and copied into the run.
+    A case may come from anyone; its files are read and copied into the run.
+
+    Attributes
+    ----------
+    folder : folder of the case file.
+    outside : True if files may also lie elsewhere.
     """
 
     folder: Path = Path()

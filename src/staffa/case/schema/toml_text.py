@@ -58,10 +58,12 @@ def _escaped(character: str) -> str:
 
 
 def to_toml(case: Case, *, explained: bool = False) -> str:
-    """The case as a TOML file that reads back as the same case.
+    """Return the case as TOML that reads back as the same case.
 
-    explained: with a comment on every key, and the keys that are not set as comments with an
-    example.
+    Parameters
+    ----------
+    case : the case.
+    explained : True for a comment on every key, and for unset keys as comments with an example.
     """
     lines = [*_comment(UNITS), ""] if explained else []
     lines += _keys(case, explained, tables=False)

@@ -26,9 +26,12 @@ def attached(case: Case) -> tuple[Path, ...]:
 
 
 def case_identity(text: str, files: Iterable[Path]) -> str:
-    """SHA-256 of all of a case that must stay while its run goes on, and of the files it names.
+    """Return the SHA-256 of all keys that must stay while a run goes on, and of the files.
 
-    text: the case as TOML, as it was given, so that a later default changes nothing.
+    Parameters
+    ----------
+    text : the case as TOML, as it was given, so that a later default changes nothing.
+    files : the files that the case names.
     """
     tables = tomllib.loads(text)
     fixed = {name: table for name, table in tables.items() if name not in (*CHANGEABLE, "title")}

@@ -54,7 +54,7 @@ def structural_tensor(keys: RockKeys) -> np.ndarray | None:
 
 
 def elasticity(keys: MaterialKeys, read: Callable[[Any], Property]) -> Elasticity:
-    """The elasticity of a rock; read: what is made of each of its numbers."""
+    """Return the elasticity of a rock; read: makes a number or a function of each of its values."""
     axes = rock_axes(keys)
     if keys.stiffness is not None:
         return Full(C=np.array(keys.stiffness, dtype=float), axes=axes)

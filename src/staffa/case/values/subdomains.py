@@ -25,10 +25,18 @@ from staffa.physics.elasticity import isotropic_average
 
 @dataclass(frozen=True, kw_only=True)
 class Averages:
-    """The numbers that stand for a rock where scales are told, in SI or scaled as the case is.
+    """Averages of a rock's properties, from which scales follow; in SI or scaled as the case is.
 
-    Where a property varies, its mean; where it has a direction, the average over all directions,
-    but of the toughness the least; where temperature changes it, that of `reference_temperature`.
+    A property that varies in space counts by its mean. A property with directions counts by its
+    average over all directions, but the toughness by its least value. A property of temperature
+    counts by its value at `reference_temperature`.
+
+    Attributes
+    ----------
+    E : Young's modulus (Pa).
+    nu : Poisson's ratio.
+    Gc : toughness (J/m^2).
+    expansion : coefficient of linear thermal expansion (1/K).
     """
 
     E: float
@@ -41,9 +49,13 @@ class Averages:
 class Subdomain:
     """The body or a region of it.
 
-    where: how its table is called, "material" or "regions.clay"; keys: its rock, the region's over
-    the body's, properties of temperature with their reference; places: where its values are looked
-    at before there is a mesh.
+    Attributes
+    ----------
+    where : name of its table, "material" or "regions.clay".
+    keys : its rock: the region's keys over the body's, properties of temperature with their
+        reference.
+    dim : dimension of the body.
+    places : returns the places at which its values are sampled before there is a mesh.
     """
 
     where: str
