@@ -31,13 +31,13 @@ def require(value: Any, kind: type | tuple[type, ...], name: str, way_out: str) 
 
 
 def path_of(value: Any, name: str) -> Path:
-    """A path that is given as one, or as a text."""
+    """Return a path that is given as one, or as a text."""
     require(value, (str, PathLike), name, "give a path, as a text or a pathlib.Path")
     return Path(value)
 
 
 def settings_of(value: Any) -> tuple[str, ...]:
-    """The settings of a case, each a text like "domain.h=0.1"."""
+    """Return the settings of a case, each a text like "domain.h=0.1"."""
     way_out = 'give a list of texts, like ["domain.h=0.1"]'
     if isinstance(value, str):
         raise InputError(f"settings = {py_text(value)} is one text; {way_out}")
@@ -49,13 +49,13 @@ def settings_of(value: Any) -> tuple[str, ...]:
 
 
 def py_text(value: Any) -> str:
-    """A value as Python writes it, cut short."""
+    """Return a value as Python writes it, cut short."""
     text = re.sub(" at 0x[0-9a-f]+", "", repr(value))
     return text if len(text) <= LONGEST else text[: LONGEST - 3] + "..."
 
 
 def told(value: Any) -> str:
-    """The kind of a value, in words."""
+    """Return the kind of a value, in words."""
     if isinstance(value, type):
         return "a class"
     name = type(value).__name__

@@ -33,12 +33,12 @@ class Unit:
     zero: float = 0.0
 
     def of[V](self, value: V) -> V:
-        """An SI value, or an array of them, counted in this unit."""
+        """Return an SI value, or an array of them, counted in this unit."""
         # No bound says that V is a number or an array, and stays one of its kind.
         return (value - self.zero) / self.size  # type: ignore[operator, return-value]
 
     def text(self, value: float, digits: int = 4) -> str:
-        """An SI value in words: "3.2 mm"."""
+        """Return an SI value in words: "3.2 mm"."""
         return f"{self.of(value):.{digits}g}{self.behind}"
 
     @property
@@ -47,15 +47,15 @@ class Unit:
         return f" {self.name}" if self.name else ""
 
     def header(self, name: str) -> str:
-        """A heading of a column for people: "spacing (mm)"."""
+        """Return a heading of a column for people: "spacing (mm)"."""
         return f"{name} ({self.name})" if self.name else name
 
     def label(self, name: str) -> str:
-        """A label of an axis, which also says where there is no unit: "spacing (scaled)"."""
+        """Return a label of an axis, which also says where there is no unit: "spacing (scaled)"."""
         return f"{name} ({self.name or 'scaled'})"
 
     def column(self, name: str) -> str:
-        """A heading of a column for programs: "spacing_mm", "fx_kN_per_m"."""
+        """Return a heading of a column for programs: "spacing_mm", "fx_kN_per_m"."""
         plain = self.name.translate(PLAIN).replace("/", "_per_")
         return f"{name}_{plain}" if plain else name
 
@@ -158,13 +158,13 @@ def choose_display_units(
 
 
 def _length(extent: float) -> Unit:
-    """In which a body of this extent (m) is one or more."""
+    """Return the unit in which a body of this extent (m) is one or more."""
     name = next(name for name, least in LENGTHS.items() if extent >= 0.9995 * least)
     return Unit(name=name, size=METERS[name])
 
 
 def _time(last: float) -> Unit:
-    """In which the last time (s) is one or more, of minutes and longer ones two or more."""
+    """Return the unit in which the last time (s) is one or more; two or more from minutes on."""
     found = (
         (name, size) for name, size in TIMES.items() if last >= 0.9995 * size * (1 + (size > 1))
     )
@@ -173,15 +173,15 @@ def _time(last: float) -> Unit:
 
 
 def _prefixed(name: str, size: float) -> Unit:
-    """In which a magnitude is between 1 and 1000, as far as prefixes go."""
+    """Return the unit in which a magnitude is between 1 and 1000, as far as prefixes go."""
     found = ((prefix, factor) for prefix, factor in PREFIXES.items() if size >= factor)
     prefix, factor = next(found, ("n", 1e-9)) if 0 < size < inf else ("", 1.0)
     return Unit(name=prefix + name, size=factor)
 
 
 def _volume(dim: int, length: Unit, depth: float) -> Unit:
-    """The power of a length below the meter, else one in which an opening that is SLENDER, over
-    all of the depth (m), is one or more."""
+    """Return the power of a length below the meter, else one in which an opening that is SLENDER,
+    over all of the depth (m), is one or more."""
     if length.size < 1:
         return length.power(dim)
     size = SLENDER * depth**dim

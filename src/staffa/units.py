@@ -87,7 +87,7 @@ class Quantity(float):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:
-        """An object of this class; in JSON, as it was given."""
+        """Return an object of this class; in JSON, as it was given."""
         as_given = plain_serializer_function_ser_schema(lambda self: self.given, when_used="json")
         return is_instance_schema(cls, serialization=as_given)
 
@@ -130,7 +130,7 @@ def _a(dimension: str) -> str:
 
 
 def sensible(value: float) -> float:
-    """A number that can be computed with: zero, or between 1e-30 and 1e30.
+    """Return a number that can be computed with: zero, or between 1e-30 and 1e30.
 
     Raises
     ------

@@ -86,7 +86,7 @@ def _ended(code: int, memory: int) -> str:
 
 
 def _made(name: str, value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """A value of a dataclass, from what `_told` made of it."""
+    """Return a value of a dataclass, from what `_told` made of it."""
     kind, content = value
     if kind == "array":
         return arrays[name]
@@ -98,7 +98,7 @@ def _made(name: str, value: Any, arrays: Mapping[str, np.ndarray]) -> Any:
 
 
 def _told(found: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A dataclass as JSON holds it, and its arrays by their names."""
+    """Return a dataclass as JSON holds it, and its arrays by their names."""
     head: dict[str, Any] = {}
     arrays: dict[str, Any] = {}
     for name in (field.name for field in fields(found)):

@@ -47,7 +47,7 @@ WITHOUT_LOCKS = 300
 
 
 def form(expression: ufl.Form, comm: MPI.Comm) -> fem.Form:
-    """A form, compiled or from the cache. Collective."""
+    """Return a form, compiled or from the cache. Collective."""
     return _compiled(lambda options: fem.form(expression, jit_options=options), comm)
 
 
@@ -65,7 +65,7 @@ def expression(value: Any, points: Any, comm: MPI.Comm) -> fem.Expression:
 
 @cache
 def cache_folder() -> Path:
-    """The folder of compiled forms: one that this user owns, since what lies there is run.
+    """Return the folder of compiled forms: one that this user owns, since what lies there is run.
 
     That is CACHE or, where it belongs to someone else, may be written to by all or cannot be
     written to, a folder for temporary files, which a warning names.

@@ -35,24 +35,25 @@ def any_over_ranks(comm: MPI.Comm, flag: bool) -> bool:
 
 
 def gather(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray] | None:
-    """The ranks' arrays in the order of the ranks, on rank 0; None elsewhere. Collective."""
+    """Return the ranks' arrays in the order of the ranks, on rank 0; None elsewhere. Collective."""
     found: list[np.ndarray] | None = comm.gather(part, root=0)
     return found
 
 
 def everywhere(comm: MPI.Comm, part: np.ndarray) -> list[np.ndarray]:
-    """The ranks' arrays in the order of the ranks, on every rank. Collective."""
+    """Return the ranks' arrays in the order of the ranks, on every rank. Collective."""
     found: list[np.ndarray] = comm.allgather(part)
     return found
 
 
 def scatter(comm: MPI.Comm, parts: list[np.ndarray] | None) -> np.ndarray:
-    """Each rank's array of those that rank 0 has, in the order of the ranks. Collective."""
+    """Return each rank's array from the arrays of rank 0, which are in order of the ranks.
+    Collective."""
     return np.asarray(comm.scatter(parts, root=0))
 
 
 def best_candidate[C: tuple[object, ...]](comm: MPI.Comm, candidate: C | None) -> C | None:
-    """The largest tuple that any rank proposes, the same on all ranks. Collective."""
+    """Return the largest tuple that any rank proposes, the same on all ranks. Collective."""
     found = [c for c in comm.allgather(candidate) if c is not None]
     return max(found) if found else None
 

@@ -1,5 +1,4 @@
-"""Cells and names that a file holds, of any kinds and orders -> a mesh of simplices, or a sentence
-on what is wrong with it."""
+"""Cells and names of a file, of any kinds and orders, made a mesh of simplices or an error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,7 +42,7 @@ class Block:
 
 
 def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
-    """The triangles or tetrahedra of what a file holds, with its names.
+    """Return the triangles or tetrahedra of what a file holds, with its names.
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
 
 
 def _astray(sides: Sequence[Block], used: np.ndarray) -> set[str]:
-    """The names of facets with a corner that no cell has."""
+    """Return the names of facets with a corner that no cell has."""
     return {
         str(name)
         for block in sides
@@ -101,7 +100,7 @@ def _astray(sides: Sequence[Block], used: np.ndarray) -> set[str]:
 
 
 def _renumbered(block: Block, used: np.ndarray) -> Block:
-    """The rows of a block whose corners are all used, by their places among these."""
+    """Return the rows of a block whose corners are all used, by their places among these."""
     inside = np.isin(block.corners, used).all(axis=1)
     corners = np.searchsorted(used, block.corners[inside]).astype(np.int64)
     return Block(dim=block.dim, corners=corners, name=block.name[inside])
@@ -126,7 +125,7 @@ def _cells(
 
 
 def _facets(blocks: Sequence[Block], dim: int) -> tuple[np.ndarray, np.ndarray]:
-    """The corners of the facets, quadrilaterals as two triangles, and the name of each."""
+    """Return the corners of the facets, quadrilaterals as two triangles, and the name of each."""
     rows, names = [np.zeros((0, dim), dtype=np.int64)], [np.zeros(0, dtype=object)]
     for block in blocks:
         whole = block.corners.shape[1] == dim
@@ -157,7 +156,7 @@ def _notes(blocks: Sequence[Block], where: str) -> list[str]:
 
 
 def listed(names: Sequence[str]) -> str:
-    """The names there are, in words."""
+    """Return the names there are, in words."""
     return f"the names there are: {', '.join(names)}" if names else "the mesh has no names"
 
 
@@ -175,7 +174,7 @@ def _regions(cells: np.ndarray, name: np.ndarray, where: str) -> dict[str, np.nd
 def _parted(
     cells: np.ndarray, rows: np.ndarray, name: np.ndarray, where: str
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The named facets: those on the surface of the body, and those inside."""
+    """Return the named facets: those on the surface of the body, and those inside."""
     every = facets(cells).reshape(-1, cells.shape[1] - 1)
     number = keys(np.concatenate([every, rows]))
     theirs, count = np.unique(number[: len(every)], return_counts=True)
@@ -220,7 +219,7 @@ def _do_not_overlap(number: np.ndarray, name: np.ndarray, where: str) -> None:
 
 
 def _is_sound(mesh: Simplices, where: str) -> None:
-    """Every cell is there once, has a size, and hangs together with the others."""
+    """Require that every cell is there once, has a size, and hangs together with the others."""
     if len(np.unique(keys(mesh.cells))) < len(mesh.cells):
         raise InputError(f"{where} has cells twice; save the mesh of each part once")
     corners = mesh.x[mesh.cells]

@@ -22,7 +22,7 @@ SIDES = {
 
 
 def face_axis(face: str, dim: int) -> int:
-    """The axis normal to a side, 0 for x."""
+    """Return the axis normal to a side, 0 for x."""
     return SIDES[dim][face][0]
 
 
@@ -33,13 +33,13 @@ def face_position(face: str, size: tuple[float, ...]) -> float:
 
 
 def opposite(face: str, dim: int) -> str:
-    """The side across the body."""
+    """Return the side across the body."""
     axis, end = SIDES[dim][face]
     return next(name for name, side in SIDES[dim].items() if side == (axis, -end))
 
 
 def divisions(size: tuple[float, ...], h: float) -> tuple[int, ...]:
-    """Cells along each axis such that none is longer than h (up to round-off)."""
+    """Return the numbers of cells along the axes; none is longer than h (up to round-off)."""
     return tuple(max(1, ceil(length / h - 1e-9)) for length in size)
 
 
@@ -58,12 +58,12 @@ class PixelGrid:
 
     @property
     def middles(self) -> np.ndarray:
-        """The middles of the pixels from the rectangle's corner (m), shape (n_x n_y, 2)."""
+        """Return the middles of the pixels from the rectangle's corner (m), shape (n_x n_y, 2)."""
         return (np.indices(self.counts).reshape(2, -1).T + 0.5) * self.pixel
 
 
 def section_raster(size: tuple[float, float], h: float) -> PixelGrid:
-    """On which the cells of a section are found: no pixel is longer than h/2 (m)."""
+    """Return the pixels on which the cells of a section are found; none is longer than h/2 (m)."""
     across, along = divisions(size, h / 2)
     return PixelGrid(counts=(across, along), pixel=(size[0] / across, size[1] / along))
 
@@ -112,7 +112,7 @@ def broken_layer_thickness(dim: int, cells: str) -> float:
 
 
 def _about(size: tuple[float, ...]) -> tuple[int, int]:
-    """Number of unstructured cells and vertices of a block, from the size in cells."""
+    """Return the number of unstructured cells and vertices of a block, from the size in cells."""
     content = prod(size)
     surface = 2 * sum(content / length for length in size)
     return simplices(content, surface, 4 * sum(size), len(size))

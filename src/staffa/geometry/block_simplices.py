@@ -47,7 +47,7 @@ def unstructured(size: tuple[float, ...], h: float) -> tuple[np.ndarray, np.ndar
 
 
 def _meshed(gmsh: Any, size: list[float]) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3), cells (m, dim + 1), with lengths counted in h."""
+    """Return points (n, 3), cells (m, dim + 1), with lengths counted in h."""
     dim, shape = len(size), gmsh.model.occ
     add = shape.addRectangle if dim == 2 else shape.addBox
     add(0.0, 0.0, 0.0, *size)

@@ -74,19 +74,19 @@ def cell_edges(corners: np.ndarray) -> np.ndarray:
 
 
 def _mean_at(ends: np.ndarray, length: np.ndarray, n: int) -> np.ndarray:
-    """The mean length of the edges that meet at each point."""
+    """Return the mean length of the edges that meet at each point."""
     total = sum(np.bincount(ends[:, k], length, n) for k in (0, 1))
     return np.asarray(total / sum(np.bincount(ends[:, k], minlength=n) for k in (0, 1)))
 
 
 def _content(corners: np.ndarray) -> np.ndarray:
-    """A number in proportion to the length, area or volume of each simplex."""
+    """Return a number in proportion to the length, area or volume of each simplex."""
     legs = corners[:, 1:] - corners[:, :1]
     return np.asarray(np.sqrt(np.abs(np.linalg.det(legs @ legs.transpose(0, 2, 1)))))
 
 
 def _quantile(values: np.ndarray, weight: np.ndarray, share: float) -> float:
-    """The value that so much of the weight does not exceed."""
+    """Return the value that so much of the weight does not exceed."""
     order = np.argsort(values)
     below = np.cumsum(weight[order])
     place = np.searchsorted(below, share * below[-1])

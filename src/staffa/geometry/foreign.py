@@ -93,13 +93,13 @@ def read_foreign(path: Path, unit: float, where: str) -> Simplices:
 
 
 def _includes(path: Path) -> bool:
-    """A line of it is an INCLUDE, in any spelling that meshio takes for one."""
+    """Return True if a line is an INCLUDE, in any spelling that meshio takes for one."""
     with path.open(errors="replace") as lines:
         return any(line.replace("*", "").strip().upper().startswith("INCLUDE") for line in lines)
 
 
 def _line(error: BaseException, said: StringIO) -> str:
-    """The first line of what a reader says, which may be nothing."""
+    """Return the first line of what a reader says, which may be nothing."""
     if isinstance(error, KeyError):
         return f"it has something that is not known, {error}"
     lines = f"{error}\n{said.getvalue()}".strip().splitlines()
@@ -140,7 +140,7 @@ def _of_nodes(sets: Mapping[str, Any], blocks: Sequence[Block]) -> Iterator[Bloc
 
 
 def _names(mesh: Any, path: Path, where: str) -> list[np.ndarray]:
-    """The name of each cell, block by block, empty without one."""
+    """Return the name of each cell, block by block, empty without one."""
     found = [np.full(len(block.data), "", dtype=object) for block in mesh.cells]
     sets = _sets(mesh, path, where)
     for name, members in sets.items():
@@ -174,7 +174,7 @@ def _sets(mesh: Any, path: Path, where: str) -> dict[str, list[np.ndarray]]:
 def _rest(
     mesh: Any, named: dict[str, list[np.ndarray]], found: dict[str, list[np.ndarray]], own: set[str]
 ) -> dict[str, list[np.ndarray]]:
-    """Cells of the sets that stand with the elements themselves, in no other set."""
+    """Return cells of the sets that stand with the elements themselves, in no other set."""
     kept = _without_whole(mesh, named).values()
     taken = [
         np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(of[k] for of in kept)]))
@@ -187,14 +187,14 @@ def _rest(
 
 
 def _without_whole(mesh: Any, sets: dict[str, list[np.ndarray]]) -> dict[str, list[np.ndarray]]:
-    """The sets but those that hold every cell, where there are others: Abaqus's Eall."""
+    """Return the sets but those that hold every cell, where there are others: Abaqus's Eall."""
     total = sum(len(block.data) for block in mesh.cells)
     kept = {name: of for name, of in sets.items() if sum(map(len, of)) < total}
     return kept if kept and len(mesh.cells) > 1 else sets
 
 
 def _aligned(mesh: Any, name: str, of: Sequence[Any], where: str) -> list[np.ndarray]:
-    """A set's cells block by block, as numbers in these."""
+    """Return a set's cells block by block, as numbers in these."""
     arrays = [np.zeros(0, dtype=np.int64) if a is None else np.asarray(a) for a in of]
     if len(arrays) > len(mesh.cells) or any(a.dtype.kind not in "iuf" for a in arrays):
         raise InputError(
@@ -208,7 +208,7 @@ def _aligned(mesh: Any, name: str, of: Sequence[Any], where: str) -> list[np.nda
 
 
 def _numbers(mesh: Any) -> list[np.ndarray]:
-    """The number of each cell's group, block by block, 0 without one."""
+    """Return the number of each cell's group, block by block, 0 without one."""
     whole = {name: [np.asarray(a).reshape(len(a), -1) for a in of] for name, of in _data(mesh)}
     whole = {n: of for n, of in whole.items() if all(a.shape[1] == 1 for a in of)}
     known = [name for name in GROUPS if name in whole]
@@ -219,7 +219,7 @@ def _numbers(mesh: Any) -> list[np.ndarray]:
 
 
 def _data(mesh: Any) -> Iterator[tuple[str, Any]]:
-    """Numbers of cells that are whole."""
+    """Yield numbers of cells that are whole."""
     for name, of in mesh.cell_data.items():
         if all(np.asarray(a).dtype.kind in "iu" for a in of):
             yield name, of

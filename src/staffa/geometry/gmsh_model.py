@@ -31,7 +31,7 @@ OPTIONS = {
 
 
 def missing(what: str, way_out: str) -> str:
-    """That something needs Gmsh, and what to do."""
+    """Return the message for a missing Gmsh, with the way out."""
     return (
         f"{what} needs Gmsh, which is not installed; install it with pip install gmsh, or {way_out}"
     )

@@ -8,8 +8,8 @@ from staffa.geometry.simplices import Simplices, facets, keys
 
 
 def hinges(mesh: Simplices) -> tuple[np.ndarray, int]:
-    """The points that bodies without a common facet share (m), shape (k, dim), and how many bodies
-    there are."""
+    """Return points shared by bodies without a common facet (m), (k, dim), and the number of
+    bodies."""
     width, n_cells = mesh.cells.shape[1], len(mesh.cells)
     every = keys(facets(mesh.cells).reshape(-1, mesh.dim))
     order = np.argsort(every, kind="stable")

@@ -50,7 +50,7 @@ def _shared_facets(cells: np.ndarray, crack: np.ndarray) -> tuple[np.ndarray, ..
 def _parted(
     cells: np.ndarray, crack: np.ndarray, pairs: np.ndarray, corners: np.ndarray
 ) -> np.ndarray:
-    """The crack's vertices around which no walk through these facets reaches all cells."""
+    """Return the crack's vertices around which no walk through these facets reaches all cells."""
     cell, place = np.nonzero(np.isin(cells, crack))
     vertex = cells[cell, place]
     n = int(cells.max()) + 1

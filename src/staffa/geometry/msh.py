@@ -22,7 +22,7 @@ WAY_OUT = "give domain.size for a rectangle or a box"
 
 
 def read_msh(path: Path, unit: float, where: str) -> Simplices:
-    """The triangles or tetrahedra of a file that Gmsh reads, with its names.
+    """Return the triangles or tetrahedra of a file that Gmsh reads, with its names.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def _is_held(dim: int, name: str, held: set[str], where: str) -> None:
 
 
 def _announced(path: Path) -> Iterator[tuple[int, str]]:
-    """The dimensions and names that stand at the beginning of a file."""
+    """Yield the dimensions and names that stand at the beginning of a file."""
     with path.open("rb") as file:
         for line in file:
             if line.startswith((b"$Entities", b"$Nodes")):

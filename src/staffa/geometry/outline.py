@@ -63,8 +63,7 @@ class Outline:
     sides: Mapping[str, str | None] = field(init=False)
 
     def __post_init__(self) -> None:
-        """sides: for each face the side of the box in which all of it lies, None if there is
-        none."""
+        """Find for each face the side of the box in which all of it lies, None without one."""
         found = {name: self._side(plane) for name, plane in self.faces.items()}
         object.__setattr__(self, "sides", found)
 
@@ -79,7 +78,7 @@ class Outline:
         return tuple(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
     def axis(self, face: str) -> int | None:
-        """The axis normal to a face, None if it is no plane across one."""
+        """Return the axis normal to a face, None if it is no plane across one."""
         plane = self.faces[face]
         return plane.axis if plane else None
 
@@ -107,14 +106,14 @@ def on_axis(r: np.ndarray, size: tuple[float, ...]) -> np.ndarray:
 
 
 def without_axis(body: Outline) -> Outline:
-    """A section x >= 0 without the faces that lie on the axis x = 0: they bound nothing."""
+    """Return a section x >= 0 without the faces that lie on the axis x = 0: they bound nothing."""
     faces = {name: plane for name, plane in body.faces.items() if not is_axis(body, name)}
     touching = frozenset(pair for pair in body.touching if pair <= faces.keys())
     return replace(body, faces=faces, touching=touching)
 
 
 def is_axis(body: Outline, face: str) -> bool:
-    """True if a face of a section lies on the axis x = 0."""
+    """Return True if a face of a section lies on the axis x = 0."""
     plane = body.faces[face]
     return plane is not None and plane.axis == 0 and plane.position <= SAME * max(body.size)
 
@@ -148,12 +147,12 @@ def of_block(
 
 
 def flat_faces(faces: Mapping[str, FlatFace | None]) -> dict[str, tuple[int, float]]:
-    """Axis and position of the faces that are flat."""
+    """Return axis and position of the faces that are flat."""
     return {name: (plane.axis, plane.position) for name, plane in faces.items() if plane}
 
 
 def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, FlatFace]:
-    """The sides of a box by name."""
+    """Return the sides of a box by name."""
     return {
         name: FlatFace(axis=axis, position=float((upper if out > 0 else lower)[axis]), out=out)
         for name, (axis, out) in SIDES[len(lower)].items()
@@ -161,11 +160,11 @@ def flat_sides(lower: tuple[float, ...], upper: tuple[float, ...]) -> dict[str, 
 
 
 def box_edges(dim: int) -> frozenset[frozenset[str]]:
-    """The pairs of sides of a box that meet."""
+    """Return the pairs of sides of a box that meet."""
     sides = SIDES[dim]
     return pairs((a, b) for a, b in combinations(sides, 2) if sides[a][0] != sides[b][0])
 
 
 def pairs(given: Iterable[tuple[str, str]]) -> frozenset[frozenset[str]]:
-    """Pairs of names without an order."""
+    """Return pairs of names without an order."""
     return frozenset(frozenset(pair) for pair in given)

@@ -78,7 +78,7 @@ class BoxGrid:
     h: float = 0.0
 
     def within(self, region: str | None = None) -> Sample:
-        """As the protocol has it: middles of a grid in each box."""
+        """See `Places`: middles of a grid in each box."""
         boxes = [box for name, box in self.boxes if region in (None, name)]
         found = [self._kept(_middles(*box), self.h) for box in boxes]
         if len(boxes) == 1:
@@ -89,7 +89,7 @@ class BoxGrid:
         return Sample(np.hstack(found), weight)
 
     def on(self, face: str | None = None) -> np.ndarray:
-        """As the protocol has it: a grid in each box, ends included; on a round face all of it."""
+        """See `Places`: a grid in each box, ends included; on a round face all of it."""
         plane = self.flat.get(face) if face is not None else None
         return self._kept(np.hstack([_ends(*box, plane) for _, box in self.boxes]), 0.0)
 
@@ -115,11 +115,11 @@ class OfMesh:
     faces: Mapping[str, np.ndarray]
 
     def within(self, region: str | None = None) -> Sample:
-        """As the protocol has it."""
+        """See `Places`."""
         return self.regions[region] if region else self.cells
 
     def on(self, face: str | None = None) -> np.ndarray:
-        """As the protocol has it."""
+        """See `Places`."""
         return self.faces[face] if face else self.vertices
 
 
@@ -131,7 +131,7 @@ def some(n: int) -> np.ndarray:
 
 
 def as_space_points(x: np.ndarray) -> np.ndarray:
-    """Points of 2-D or 3-D, shape (n, dim), as points of space: shape (3, n)."""
+    """Return points of 2-D or 3-D, shape (n, dim), as points of space: shape (3, n)."""
     return np.vstack([x.T, np.zeros((3 - x.shape[1], len(x)))])
 
 

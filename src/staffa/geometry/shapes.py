@@ -23,13 +23,13 @@ class Shape(Protocol):
     """A body of a few numbers (m)."""
 
     def bounds(self) -> Bounds:
-        """Lower and upper corner of the box around it."""
+        """Return lower and upper corner of the box around it."""
 
     def faces(self) -> dict[str, str | None]:
-        """Its faces: each with the side of that box in which it lies, None for a round one."""
+        """Return the faces, each with the side of the box in which it lies; None if round."""
 
     def touching(self) -> frozenset[frozenset[str]]:
-        """The pairs of faces that share an edge or a corner."""
+        """Return the pairs of faces that share an edge or a corner."""
 
     def boxes(self) -> tuple[tuple[str, Bounds], ...]:
         """The boxes that it is made of, or cut out of: the region of each, and its corners."""
@@ -39,7 +39,7 @@ class Shape(Protocol):
         cut round faces short."""
 
     def content(self) -> tuple[float, float, float]:
-        """Area, perimeter and 0; or volume, surface and length of all edges."""
+        """Return area, perimeter and 0; or volume, surface and length of all edges."""
 
     def scaled(self, factor: float) -> "Shape":
         """Return the shape enlarged by a factor."""
@@ -117,7 +117,7 @@ def _name(gmsh: Any, shape: Shape) -> None:
 
 
 def _face(gmsh: Any, dim: int, tag: int, shape: Shape) -> str:
-    """The face that a curve or a surface around a shape belongs to."""
+    """Return the face that a curve or a surface around a shape belongs to."""
     flat = gmsh.model.getType(dim, tag) in ("Line", "Plane")
     box, sides = gmsh.model.getBoundingBox(dim, tag), flat_sides(*shape.bounds())
     for name, side in shape.faces().items():
@@ -158,15 +158,15 @@ class Bored:
         return "hole" if len(self.size) == 2 else "well"
 
     def bounds(self) -> Bounds:
-        """As the protocol has it."""
+        """See `Shape`."""
         return (0.0,) * len(self.size), self.size
 
     def faces(self) -> dict[str, str | None]:
-        """The sides of a block, and the hole."""
+        """Return the sides of a block, and the hole."""
         return {**_box_sides(len(self.size)), self._round: None}
 
     def touching(self) -> frozenset[frozenset[str]]:
-        """A bore ends at bottom and top."""
+        """Return the pairs of faces; a bore ends at bottom and top."""
         dim = len(self.size)
         ends = ["bottom", "top"] if dim == 3 else []
         return box_edges(dim) | pairs((self._round, end) for end in ends)
@@ -181,13 +181,13 @@ class Bored:
         return np.asarray(away >= (1 - SAME) * self.radius + _sagitta(h, self.radius))
 
     def content(self) -> tuple[float, float, float]:
-        """As the protocol has it."""
+        """See `Shape`."""
         a, b = self.size[:2]
         area, around = a * b - pi * self.radius**2, 2 * (a + b) + 2 * pi * self.radius
         return _prism(area, around, self.size[2], 4) if len(self.size) == 3 else (area, around, 0.0)
 
     def scaled(self, factor: float) -> "Bored":
-        """As the protocol has it."""
+        """See `Shape`."""
         x, y = _times(self.center, factor)
         return Bored(size=_times(self.size, factor), radius=factor * self.radius, center=(x, y))
 
@@ -220,19 +220,19 @@ class Round:
     height: float | None = None
 
     def bounds(self) -> Bounds:
-        """As the protocol has it."""
+        """See `Shape`."""
         r = self.radius
         if self.height is None:
             return (-r, -r), (r, r)
         return (-r, -r, 0.0), (r, r, self.height)
 
     def faces(self) -> dict[str, str | None]:
-        """As the protocol has it."""
+        """See `Shape`."""
         ends = {"bottom": "bottom", "top": "top"} if self.height is not None else {}
         return {"side": None, **ends}
 
     def touching(self) -> frozenset[frozenset[str]]:
-        """The side ends at bottom and top."""
+        """Return the pairs of faces; the side ends at bottom and top."""
         return pairs(("side", end) for end in self.faces() if end != "side")
 
     def boxes(self) -> tuple[tuple[str, Bounds], ...]:
@@ -246,17 +246,17 @@ class Round:
         )
 
     def content(self) -> tuple[float, float, float]:
-        """As the protocol has it."""
+        """See `Shape`."""
         area, around = pi * self.radius**2, 2 * pi * self.radius
         return (area, around, 0.0) if self.height is None else _prism(area, around, self.height, 0)
 
     def scaled(self, factor: float) -> "Round":
-        """As the protocol has it."""
+        """See `Shape`."""
         height = None if self.height is None else factor * self.height
         return Round(radius=factor * self.radius, height=height)
 
     def draw(self, occ: Any) -> dict[str, list[int]]:
-        """As the protocol has it."""
+        """See `Shape`."""
         if self.height is None:
             return {ROCK: [occ.addDisk(0.0, 0.0, 0.0, self.radius, self.radius)]}
         return {ROCK: [occ.addCylinder(0.0, 0.0, 0.0, 0.0, 0.0, self.height, self.radius)]}
@@ -280,19 +280,19 @@ class Layered:
         return (*self.base, sum(thickness for _, thickness in self.layers))
 
     def bounds(self) -> Bounds:
-        """As the protocol has it."""
+        """See `Shape`."""
         return (0.0,) * len(self._size), self._size
 
     def faces(self) -> dict[str, str | None]:
-        """The sides of a block."""
+        """Return the sides of a block."""
         return _box_sides(len(self._size))
 
     def touching(self) -> frozenset[frozenset[str]]:
-        """As on a block."""
+        """Return the pairs of faces of a block."""
         return box_edges(len(self._size))
 
     def boxes(self) -> tuple[tuple[str, Bounds], ...]:
-        """The layers, from the bottom up."""
+        """Return the layers, from the bottom up."""
         ends = np.cumsum([0.0, *(thickness for _, thickness in self.layers)]).tolist()
         zero = (0.0,) * len(self.base)
         return tuple(
@@ -301,11 +301,11 @@ class Layered:
         )
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
-        """All."""
+        """Return True for each point."""
         return np.ones(x.shape[1], dtype=bool)
 
     def content(self) -> tuple[float, float, float]:
-        """As the protocol has it."""
+        """See `Shape`."""
         if len(self.base) == 1:
             width, height = self._size
             return width * height, 2 * (width + height), 0.0
@@ -313,12 +313,12 @@ class Layered:
         return _prism(a * b, 2 * (a + b), height, 4)
 
     def scaled(self, factor: float) -> "Layered":
-        """As the protocol has it."""
+        """See `Shape`."""
         layers = tuple((name, factor * thickness) for name, thickness in self.layers)
         return Layered(base=_times(self.base, factor), layers=layers)
 
     def draw(self, occ: Any) -> dict[str, list[int]]:
-        """A block for each layer; then where two meet they share a face."""
+        """Draw a block for each layer; where two meet they share a face."""
         dim, below, drawn = len(self._size), 0.0, []
         for _, thickness in self.layers:
             if dim == 2:
@@ -345,5 +345,5 @@ def _times(numbers: Iterable[float], factor: float) -> tuple[float, ...]:
 
 
 def _prism(area: float, around: float, height: float, corners: int) -> tuple[float, float, float]:
-    """Volume, surface and edges of what stands upright on an area."""
+    """Return volume, surface and edges of what stands upright on an area."""
     return area * height, 2 * area + around * height, 2 * around + corners * height

@@ -91,8 +91,8 @@ def mesh_outline(mesh: Simplices) -> Outline:
 
 
 def _sample(x: np.ndarray, cells: np.ndarray) -> Sample:
-    """The cells parted by a grid: of each part the middle of the cell that is most in its middle,
-    and the size of all."""
+    """Return the cells parted by a grid: of each part the middle of the cell that is most in its
+    middle, and the size of all."""
     corners = x[cells]
     sizes, middles = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])), corners.mean(axis=1)
     low, high = middles.min(axis=0), middles.max(axis=0)
@@ -113,7 +113,7 @@ def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _edges(mesh: Simplices) -> np.ndarray:
-    """The two ends of each edge, each once, shape (k, 2)."""
+    """Return the two ends of each edge, each once, shape (k, 2)."""
     ends = np.concatenate([mesh.cells[:, p] for p in combinations(range(mesh.dim + 1), 2)])
     return ends[np.unique(keys(ends), return_index=True)[1]]
 
@@ -132,7 +132,7 @@ def _plane(mesh: Simplices, rows: np.ndarray) -> FlatFace | None:
 
 
 def _cells_at(mesh: Simplices, rows: np.ndarray) -> np.ndarray:
-    """A cell for each facet."""
+    """Return a cell for each facet."""
     near = np.flatnonzero(np.isin(mesh.cells, rows).sum(axis=1) >= mesh.dim)
     theirs = facets(mesh.cells[near]).reshape(-1, mesh.dim)
     every = keys(np.concatenate([theirs, rows]))

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def turned_by(angle: float) -> np.ndarray:
-    """Axes turned about z, from x to y, by an angle in degrees."""
+    """Return axes turned about z, from x to y, by an angle in degrees."""
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 

@@ -103,8 +103,10 @@ def vocabulary(names: tuple[str, ...]) -> str:
 
 
 def _plain(text: str, names: tuple[str, ...]) -> ast.expr:
-    """The formula after a look at each of its parts, with whole numbers as others, so that
-    9**9**9**9 is at once too large and not computed digit by digit."""
+    """Return the formula after a check of each of its parts, with whole numbers as others.
+
+    So 9**9**9**9 is at once too large, and not computed digit by digit.
+    """
     words = vocabulary(names)
     try:
         with warnings.catch_warnings(action="ignore"):  # of what is refused here anyway
@@ -138,7 +140,7 @@ def _is_plain(part: ast.AST) -> bool:
 
 
 def uses(text: str, name: str) -> bool:
-    """True if a formula depends on something, by its name; False of a text that is none."""
+    """Return True if a formula depends on something, by its name; False of a text that is none."""
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -200,7 +202,7 @@ Generic = Callable[[Mapping[str, Any], Mapping[str, Callable[..., Any]]], Any]
 
 
 def generic(text: str, names: tuple[str, ...]) -> Generic:
-    """The formula as a function of anything with arithmetic, such as forms.
+    """Return the formula as a function of anything with arithmetic, such as forms.
 
     Raises
     ------
@@ -222,7 +224,7 @@ def generic(text: str, names: tuple[str, ...]) -> Generic:
 def _computed(
     part: ast.AST, known: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]
 ) -> Any:
-    """The value of a part of a formula."""
+    """Return the value of a part of a formula."""
 
     def value(part: ast.AST) -> Any:
         return _computed(part, known, functions)

@@ -61,7 +61,7 @@ class MeshField:
         return values
 
     def reaching(self, slack: float) -> "MeshField":
-        """The same with this slack (m)."""
+        """Return the same with this slack (m)."""
         return replace(self, slack=slack)
 
     @property
@@ -70,8 +70,10 @@ class MeshField:
         return self.points.min(axis=0), self.points.max(axis=0)
 
     def cells_around(self, x: np.ndarray) -> np.ndarray | None:
-        """The extent (m) of the cells in which these points lie, the least along each axis, shape
-        (3,); None if they lie in many, or beside all."""
+        """Return the least extent (m) along each axis of the cells around these points, shape (3,).
+
+        None if the points lie in many cells, or beside all.
+        """
         mesh = self._mesh()
         found = np.unique(mesh.find_containing_cell(np.ascontiguousarray(x.T, dtype=float)))
         if len(found) > MANY or found.min() < 0:
@@ -94,7 +96,7 @@ class MeshField:
         return values
 
     def _in_cell(self, mesh: Any, number: int, place: np.ndarray) -> float:
-        """The value in a cell at a place of it."""
+        """Return the value in a cell at a place of it."""
         from vtkmodules.vtkCommonCore import reference
 
         if self.per_cell:

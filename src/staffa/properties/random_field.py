@@ -17,7 +17,7 @@ def random_factor(
     axes: np.ndarray,
     seed: int,
 ) -> PointFunction:
-    """A field of mean 1 and this coefficient of variation, at points of shape (3, n).
+    """Return a field of mean 1 and this coefficient of variation, at points of shape (3, n).
 
     It is g(z) of a normal score z, a sum of waves whose numbers come from the seed (GSTools,
     Gaussian correlation; Hesse et al., Env. Modell. Softw. 55, 32, 2014), which is evaluated at
@@ -47,7 +47,7 @@ def random_factor(
 
 
 def marginal(distribution: str, variation: float, z: np.ndarray) -> np.ndarray:
-    """Values of mean 1 and this coefficient of variation, increasing, from normal scores z.
+    """Return values of mean 1 and this coefficient of variation, increasing, from normal scores z.
 
     A Weibull value is (-ln(1 - Phi(z)))^(1/m)/Gamma(1 + 1/m), its inverse distribution function at
     Phi(z).
@@ -64,8 +64,10 @@ def marginal(distribution: str, variation: float, z: np.ndarray) -> np.ndarray:
 
 
 def weibull_modulus(variation: float) -> float:
-    """The modulus m whose coefficient of variation, sqrt(Gamma(1 + 2/m)/Gamma(1 + 1/m)^2 - 1),
-    is this one, between 0.001 and 1."""
+    """Return the modulus m of a Weibull distribution from its coefficient of variation.
+
+    The coefficient, between 0.001 and 1, is sqrt(Gamma(1 + 2/m)/Gamma(1 + 1/m)^2 - 1).
+    """
     from scipy.optimize import brentq
     from scipy.special import gammaln
 

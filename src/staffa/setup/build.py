@@ -130,7 +130,7 @@ def problem(
 def _load(
     case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
 ) -> Load | Conduction:
-    """The source of the temperature; one of a script's own is tried. Collective."""
+    """Return the source of the temperature; one of a script's own is tried. Collective."""
     if own is None:
         return conduction(case) if case.heat else load(case, derived)
     if not isinstance(own, Conduction):
@@ -139,7 +139,7 @@ def _load(
 
 
 def _temperatures(case: Case) -> Temperatures | None:
-    """The temperatures from which the body changes, where the case knows them."""
+    """Return the temperatures from which the body changes, where the case knows them."""
     keys = case.heat
     if keys is None:
         return None
@@ -151,7 +151,7 @@ def _temperatures(case: Case) -> Temperatures | None:
 
 
 def body_of(case: Case, comm: MPI.Comm) -> Domain:
-    """The body of a case, from its block, its shape or its mesh. Collective."""
+    """Return the body of a case, from its block, its shape or its mesh. Collective."""
     keys = case.domain
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
@@ -174,8 +174,8 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
 
 
 def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool) -> Domain:
-    """A shape with cells of mean edge h. Points on the surface of a round one lie outside of its
-    coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
+    """Return a shape with cells of mean edge h. Points on the surface of a round one lie outside of
+    its coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
     coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h, axial)
     return body(comm, partial(meshed, shape, h, "domain.shape"), coarser, axial=axial)
 
@@ -193,7 +193,7 @@ def _section(case: Case) -> GeneralizedPlaneStrain | None:
 
 
 def side_supports(case: Case, domain: Domain) -> tuple[SideSupport, ...]:
-    """The supports of a case, side by side; a section's rollers included."""
+    """Return the supports of a case, side by side; a section's rollers included."""
     held_by_section = {"none": (), "fixed": ("left", "right")}.get(case.supports.section, ("left",))
     found = []
     for side in domain.boundaries:

@@ -14,8 +14,7 @@ from staffa.model.domain import Domain
 
 
 def check_files(case: Case, domain: Domain) -> None:
-    """Refuse a field that is missing at some vertex of the body, or of the side that it is for.
-    Collective.
+    """Refuse a field that is missing at a vertex of the body, or of its side. Collective.
 
     Raises
     ------

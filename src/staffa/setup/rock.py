@@ -78,7 +78,7 @@ def _material(piece: Subdomain, factor: PointFunction, common: partial[Material]
 
 
 def _laws(piece: Subdomain) -> dict[str, Law]:
-    """The laws by which temperature changes its mechanical properties."""
+    """Return the laws by which temperature changes its mechanical properties."""
     found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
     return {name: law for name, law in found.items() if law is not None}
 
@@ -110,8 +110,7 @@ def region_boxes(case: Case) -> dict[str, Part]:
 
 
 def check_rock(case: Case, domain: Domain) -> None:
-    """Hold every property that varies against what a rock can have, in the middles of its cells.
-    Collective.
+    """Require possible values of all properties that vary, in the middles of cells. Collective.
 
     Raises
     ------

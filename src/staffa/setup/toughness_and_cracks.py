@@ -12,8 +12,10 @@ from staffa.properties.random_field import random_factor
 
 
 def toughness_factor(case: Case) -> PointFunction:
-    """Toughness over that of the rock at points, from the table [toughness]: a seeded lognormal
-    field of mean 1, times the bands' factors."""
+    """Return the toughness over that of the rock at points, from the table [toughness].
+
+    It is a seeded lognormal field of mean 1, times the factors of the bands.
+    """
     keys = case.toughness
     noise: PointFunction = ones
     if keys.amplitude > 0:
@@ -29,7 +31,7 @@ def toughness_factor(case: Case) -> PointFunction:
 
 
 def cracks_of_case(case: Case) -> tuple[Segment | Disc, ...]:
-    """The cracks whose shape the case gives; others are the mesh's own."""
+    """Return the cracks whose shape the case gives; others are the mesh's own."""
     return tuple(crack for crack in case.cracks if not isinstance(crack, Named))
 
 

@@ -51,7 +51,7 @@ class Given:
 
     @property
     def names(self) -> frozenset[str]:
-        """The arguments that are given."""
+        """Return the arguments that are given."""
         return frozenset(name for name, value in vars(self).items() if value is not None)
 
 
@@ -123,7 +123,7 @@ def tried_load(load: Load, domain: Domain, at: tuple[float, ...]) -> tuple[float
 
 
 def _temperature(load: Load, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
-    """The temperatures at points, shape (3, n) -> (n,), and what is wrong with them."""
+    """Return the temperatures at points, shape (3, n) -> (n,), and what is wrong with them."""
     n, when = x.shape[1], f"at t = {t:.6g}"
     none = np.zeros(n)
     try:
@@ -199,7 +199,7 @@ def require_given(given: Given, own: dict[str, Own] | None, run: str) -> None:
 
 
 def unrecorded(own: dict[str, Own] | None, given: Given) -> str | None:
-    """A sentence on a run whose manifest does not say what a script gave it.
+    """Return a sentence on a run whose manifest does not say what a script gave it.
 
     Parameters
     ----------
@@ -280,7 +280,7 @@ def _identity(thing: Any, deepest: int) -> str:
 
 
 def _parameter(value: Any, deepest: int) -> str:
-    """A parameter as text, the same in any process."""
+    """Return a parameter as text, the same in any process."""
     if value is None or isinstance(value, bool | int | str | bytes | complex):
         return repr(value)
     if isinstance(value, float):

@@ -50,7 +50,8 @@ def _of_heat(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _made_within(case: Case, derived: Numbers) -> float:
-    """By how much a source warms the middle of the body more than its wall (K), at most."""
+    """Return an upper bound of the temperature of the body's middle above its wall, by a source
+    (K)."""
     assert case.heat is not None
     if case.heat.source is None:
         return 0.0
@@ -62,7 +63,7 @@ def _made_within(case: Case, derived: Numbers) -> float:
 
 
 def _of_pressure(case: Case, derived: Numbers) -> Iterator[str]:
-    """The pressure in a hole, which pulls around it as Lame's solution has it."""
+    """Warn of the pressure in a hole, which pulls around it as Lame's solution has it."""
     inner, outer = _wall(case, -1), _wall(case, 1)
     if case.forces is None or inner is None or outer is None:
         return
@@ -88,7 +89,7 @@ def _of_pressure(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _wall(case: Case, out: int) -> tuple[str, FlatFace] | None:
-    """The face around the axis that is the inner (-1) or outer (1) end of the body."""
+    """Return the face around the axis that is the inner (-1) or outer (1) end of the body."""
     for name, plane in case.outline.faces.items():
         if plane is not None and (plane.axis, plane.out) == (0, out) and case.outline.sides[name]:
             return name, plane
@@ -96,7 +97,7 @@ def _wall(case: Case, out: int) -> tuple[str, FlatFace] | None:
 
 
 def _pressure(case: Case, face: str, times: np.ndarray) -> np.ndarray:
-    """The largest pressure on a face at each time (Pa), shape (n,)."""
+    """Return the largest pressure on a face at each time (Pa), shape (n,)."""
     x = case.outline.places.on(face)
     found = np.zeros_like(times)
     for side in forces(case).sides:

@@ -33,7 +33,7 @@ PARTED = 0.7
 
 
 def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
-    """All of them."""
+    """Yield all warnings about cooling."""
     yield from _of_heat(case)
     largest, squeezed = peak_drop(case, derived), face_squeeze(case, derived)
     causes = other_causes(case, forces=squeezed is None)
@@ -89,15 +89,17 @@ def start_of_damage(derived: Numbers, largest: float, squeezed: Squeeze | None) 
 
 
 def toughness_at_face(case: Case) -> float:
-    """The least toughness over Gc that the bands leave on the cooled face."""
+    """Return the least toughness over Gc that the bands leave on the cooled face."""
     bands = [(band, band.factor) for band in case.toughness.bands]
     places = case.outline.places.on(case.temperature.face)
     return float(product(places, bands, h=case.outline.h).min())
 
 
 def _cracks_at_face(case: Case, share: float) -> bool:
-    """True if cooling starts cracks on the face itself, whose bands may be tougher than the rock
-    below it, of which `share` tells."""
+    """Return whether cooling starts cracks on the face itself.
+
+    Bands may make the face tougher than the rock below it, for which `share` holds.
+    """
     return share >= sqrt(toughness_at_face(case) / least_factor(case))
 
 
@@ -126,7 +128,7 @@ def _no_nucleation(
     squeezed: Squeeze | None,
     causes: tuple[str, ...],
 ) -> str:
-    """A sentence that cooling starts no crack, with what may break the body all the same."""
+    """Return a sentence that cooling starts no crack, with what may break the body all the same."""
     what = "cooling starts no new crack" if causes else "nothing will crack"
     needed = squeezed.needed if squeezed else dT_c
     where = " without [forces]" if case.forces and not squeezed else ""
@@ -153,7 +155,7 @@ def _no_nucleation(
 
 
 def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
-    """A clause: the squeeze and the strength are more than cold pulls with."""
+    """Return a clause: the squeeze and the strength are more than cold pulls with."""
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     bears = squeezed.starts - squeezed.stress
     starts, together = amount(case, squeezed.starts, "Pa"), amount(case, bears, "Pa")
@@ -165,12 +167,12 @@ def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
 
 
 def _beyond(squeezed: Squeeze) -> str:
-    """A word on a stress that is not the one along the face."""
+    """Return a word on a stress that is not the one along the face."""
     return " across the plane" if squeezed.beyond else ""
 
 
 def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Squeeze | None) -> str:
-    """The numbers to take so that cooling starts cracks."""
+    """Return the numbers to take so that cooling starts cracks."""
     raised = f"raise the drop of the face to {at_least(case, needed, 'K', digits=4)} or more"
     net, starts = (squeezed.net, squeezed.starts) if squeezed else (largest, dT_c)
     if net > 0:
@@ -231,7 +233,7 @@ def _of_coarse_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator
 
 
 def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
-    """A face that is damaged all over, since ell is large."""
+    """Warn of a face that is damaged all over, since ell is large."""
     ell = float(case.damage.ell)
     if not _overlaps(case, ell, ell0):
         return
@@ -247,8 +249,10 @@ def _of_overlap(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
 
 
 def _overlaps(case: Case, ell: float, ell0: float) -> bool:
-    """True if the damage of neighboring first cracks overlaps with this ell (m); not told of rock
-    under [forces], whose cracks start at another stress than that of cold alone."""
+    """Return whether the damage of neighboring first cracks overlaps with this ell (m).
+
+    Rock under [forces] is left out: its cracks start at another stress than that of cooling alone.
+    """
     return case.forces is None and ell > OVERLAP * ell0 * (1 + 1e-9)
 
 
@@ -277,7 +281,7 @@ def _of_plane_strain(
 
 
 def _squeezed_across(case: Case, given: object, excess: float) -> str:
-    """The prestress across the plane that takes off an excess (Pa) of the stress there."""
+    """Return the prestress across the plane that takes off an excess (Pa) of the stress there."""
     if not isinstance(given, Quantity | None):
         return f"a forces.prestress.zz that is lower by {at_least(case, excess, 'Pa')}"
     total = float(given or 0.0) - excess

@@ -63,7 +63,7 @@ def memory(case: Case) -> float:
 
 
 def coarser_for(case: Case, available: float) -> float:
-    """The cell edge with which a run needs no more than this (bytes; m)."""
+    """Return the cell edge with which a run needs no more than this (bytes; m)."""
     share = (memory(case) - BASE) / max(available - BASE, 0.1 * BASE)
     return float(float(case.outline.h) * share ** (1 / case.dim))
 

@@ -22,7 +22,7 @@ WELL_ABOVE = 1.5
 
 
 def first_and_last(derived: Numbers) -> tuple[float, float]:
-    """The first time after zero, and the last."""
+    """Return the first time after zero, and the last."""
     times = [t for t in (*derived.times, *derived.requested) if t > 0] or [0.0]
     return min(times), max(times)
 
@@ -46,7 +46,7 @@ def rare_factor(case: Case) -> float:
 
 
 def face_squeeze(case: Case, derived: Numbers) -> Squeeze | None:
-    """The squeeze of the cooled face, where even rock tells it; None without forces too."""
+    """Return the squeeze of the cooled face, where even rock tells it; None without forces too."""
     return squeeze(case, derived, peak_drop(case, derived)) if case.forces else None
 
 
@@ -92,7 +92,7 @@ def _causes_of_heat(case: Case) -> Iterator[str]:
 
 
 def is_strained_at_start(case: Case) -> bool:
-    """True if the initial temperature is not the one free of stress."""
+    """Return True if the initial temperature is not the one free of stress."""
     keys = case.heat
     if keys is None or keys.stress_free is None:
         return False

@@ -51,7 +51,7 @@ def long_edges(case: Case, h: float) -> Iterator[tuple[bool, str]]:
 
 
 def _tougher(case: Case, h: float) -> str:
-    """By how much cells of an edge h (m) change the toughness, in words."""
+    """Return in words the change of the toughness by cells of an edge h (m)."""
     layer = h * broken_layer_thickness(case.dim, str(case.domain.cells))
     law = LAWS[case.damage.law]
     more = effective_gc_factor(law, h=layer, ell=float(case.damage.ell)) - 1
@@ -59,8 +59,7 @@ def _tougher(case: Case, h: float) -> str:
 
 
 def _parts(case: Case) -> Iterator[tuple[str, str, float]]:
-    """Cooled faces, cracks that are there from the start, and regions, of a mesh: what is said of
-    their edges, and these (m)."""
+    """Return the parts of a mesh with their edges (m): cooled faces, initial cracks and regions."""
     edges = case.outline.edges
     if edges is None:
         return
@@ -74,7 +73,7 @@ def _parts(case: Case) -> Iterator[tuple[str, str, float]]:
 
 
 def _cooled(case: Case) -> list[str]:
-    """The faces that get colder."""
+    """Return the faces that get colder."""
     faces = case.outline.faces
     if case.heat is not None:
         return [e.where for e in surface_exchanges(case) if e.drop > 0 and e.where in faces]

@@ -15,7 +15,7 @@ MEANINGS = {
 
 
 def element_facts(case: Case) -> list[tuple[str, str, str]]:
-    """The elements, where they are not linear or matter."""
+    """Return the elements, where they are not linear or matter."""
     elements, nu = elements_of(case), largest_nu(case)[0]
     locks = is_constrained(case) and nu >= FROM
     if elements == LINEAR and not locks:
@@ -27,8 +27,11 @@ def element_facts(case: Case) -> list[tuple[str, str, str]]:
 
 
 def cells_across(case: Case) -> float:
-    """Cells over the smallest extent of a body; of a mesh in the plane over the mean width of what
-    holes leave of it, twice its area over its edge, which has 2 V - C facets (Euler)."""
+    """Return the number of cells over the smallest extent of a body.
+
+    In a plane mesh this extent is the mean width of what holes leave: twice the area over the
+    boundary, which has 2 V - C facets (Euler).
+    """
     body = case.outline
     found = min(body.size) / body.h
     facets = 2 * body.n_vertices - body.n_cells
@@ -38,7 +41,7 @@ def cells_across(case: Case) -> float:
 
 
 def locking_warnings(case: Case) -> Iterator[str]:
-    """That linear elements are kept where they lock, and by how much they do."""
+    """Yield a note if linear elements are kept although they lock, with the amount of locking."""
     if elements_of(case) != LINEAR or not is_constrained(case):
         return
     nu, piece = largest_nu(case)

@@ -21,7 +21,7 @@ SAMPLES = 25  # times at which what acts is looked at
 
 
 def force_warnings(case: Case, derived: Numbers) -> Iterator[str]:
-    """All of them."""
+    """Yield all warnings about forces."""
     yield from _of_split(case, derived)
     if case.forces is None:
         return
@@ -33,7 +33,7 @@ def force_warnings(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_signs(case: Case, derived: Numbers) -> Iterator[str]:
-    """Stresses and pressures whose sign may be that of another convention."""
+    """Warn of stresses and pressures whose sign may be that of another convention."""
     keys, least = case.forces, FREE * derived.sigma_c
     assert keys is not None
     body = case.outline.places.within().x
@@ -62,7 +62,7 @@ def _of_signs(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float]]:
-    """The lowest value of each pressure of [forces] over the run (Pa), by its key."""
+    """Yield the lowest value of each pressure of [forces] over the run (Pa), by its key."""
     acting, times = forces(case), np.linspace(0.0, derived.times[-1], SAMPLES)
     for side in acting.sides:
         if side.pressure is not None:
@@ -77,7 +77,7 @@ def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float
 
 
 def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
-    """A split under which pressed rock breaks, where something may press it."""
+    """Warn of a split under which pressed rock breaks, where something may press it."""
     reasons = ", ".join(pressing(case))
     if not reasons:
         return
@@ -128,8 +128,10 @@ def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _principal(case: Case, stress: np.ndarray) -> np.ndarray:
-    """Principal values (Pa), shape (3, n), of stresses xx, yy, zz, yz, xz, xy, shape (6, n); the
-    last of a 2-D body is the one across the plane."""
+    """Return the principal values (Pa), shape (3, n), of stresses xx, yy, zz, yz, xz, xy.
+
+    The stresses have shape (6, n). The last value of a 2-D body is the one across the plane.
+    """
     xx, yy, zz, yz, xz, xy = stress
     if case.dim == 3:
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -139,7 +141,7 @@ def _principal(case: Case, stress: np.ndarray) -> np.ndarray:
 
 
 def _of_free_faces(case: Case, sigma_c: float) -> Iterator[str]:
-    """A prestress that presses on a face, or pulls at it, where nothing holds against it."""
+    """Warn of a prestress that presses on a face, or pulls at it, where nothing balances it."""
     assert case.forces is not None
     if case.forces.prestress is None:
         return

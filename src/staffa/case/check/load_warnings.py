@@ -32,7 +32,7 @@ PLACES = re.compile(r"\b[xyz]\b")
 
 
 def load_warnings(case: Case, derived: Numbers) -> Iterator[str]:
-    """All of them."""
+    """Yield all warnings about loads."""
     yield from _of_held_faces(case)
     yield from _of_tables(case, derived)
     yield from _of_times(case)
@@ -79,7 +79,7 @@ def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_times(case: Case) -> Iterator[str]:
-    """Values in time of which the steps see too little."""
+    """Warn of values in time of which the steps see too little."""
     if adaptive(case) is not None:
         for where, told in prescribed_knots(case).items():
             if told.depart > DEPART:
@@ -118,8 +118,10 @@ def _of_start(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def is_even(case: Case, derived: Numbers) -> bool:
-    """True if nothing of a case differs along its cooled face, or along the body if it is pulled:
-    no crack, no randomness, no property, load or shape."""
+    """Return whether a case is uniform along its cooled face, or along the body if it is pulled.
+
+    Then there is no crack, no randomness, and no property, load or shape that varies there.
+    """
     shaped = case.domain.is_block or isinstance(case.domain.shape, Layers | Cylinder)
     if not shaped or case.cracks or case.toughness.amplitude:
         return False
@@ -142,7 +144,7 @@ def is_even(case: Case, derived: Numbers) -> bool:
 
 
 def _spans(case: Case, box: Box | RegionKeys, across: int | None) -> bool:
-    """True if a box covers the body along every axis but this one."""
+    """Return True if a box covers the body along every axis but this one."""
     body = case.outline
     assert box.lower is not None and box.upper is not None
     ends = zip(body.lower, body.upper, box.lower, box.upper, strict=True)
@@ -171,7 +173,7 @@ def _placed(section: BaseModel) -> Iterator[Formula | Even | FieldFile]:
 
 
 def _is_even(value: Formula | Even | FieldFile, across: int | None) -> bool:
-    """True if a value changes along this axis at most."""
+    """Return True if a value changes along this axis at most."""
     if isinstance(value, FieldFile):
         return False
     if isinstance(value, Even):
@@ -189,8 +191,10 @@ def _breaks(case: Case, derived: Numbers) -> bool:
 
 
 def _pulled(case: Case) -> float:
-    """The largest strain along an axis by which two ends of the body are moved apart, and by which
-    they are moved along it alone."""
+    """Return the largest strains along an axis by which two ends of the body are moved apart.
+
+    The second is that of ends that are moved along this axis alone.
+    """
     strains = [0.0]
     for axis, size in enumerate(case.outline.size):
         low, high = (_moved_along(case, axis, out) for out in (-1, 1))
@@ -202,8 +206,10 @@ def _pulled(case: Case) -> float:
 
 
 def _moved_along(case: Case, axis: int, out: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Times and displacements of the end of an axis that points out; None if it is not held, or
-    along other axes too."""
+    """Return times and displacements of the outward end of an axis.
+
+    None if the end is not moved, or along other axes too.
+    """
     faces = case.outline.faces
     ends = [name for name, p in faces.items() if p and (p.axis, p.out) == (axis, out)]
     if len(ends) != 1:

@@ -32,15 +32,17 @@ def cell_edge(case: Case) -> float:
 
 
 def widest_ell(case: Case) -> float:
-    """The largest ell (m) with which the damage of a crack is no wider than the body; of a body
-    that is only pulled, along the axes of the pull, which its cracks run across."""
+    """Return the largest ell (m) with which the damage of a crack is no wider than the body.
+
+    For a body that is only pulled, the width counts along the axes of the pull, across the cracks.
+    """
     other = case.temperature.profile != "none" or case.forces is not None or case.cracks
     axes = () if other else moved_axes(case)
     return min(case.outline.size[axis] for axis in axes or range(case.dim)) / WIDTH
 
 
 def mesh_warnings(case: Case) -> Iterator[str]:
-    """All of them."""
+    """Yield all warnings about the mesh."""
     yield from _of_ell(case)
     yield from _of_residual_stiffness(case)
     yield from _of_noise(case)
@@ -97,7 +99,7 @@ def _of_noise(case: Case) -> Iterator[str]:
 
 
 def _written(case: Case) -> Iterator[tuple[str, Any]]:
-    """The values of properties, those that a region takes from the body only once."""
+    """Yield the values of properties, those that a region takes from the body only once."""
     seen: set[int] = set()
     for piece in subdomains_of(case):
         for _, where, value in piece.properties():
@@ -134,7 +136,7 @@ def _of_shape(case: Case) -> Iterator[str]:
 
 
 def _edge(case: Case, most: float) -> str:
-    """The edge of cells (m) to take."""
+    """Return the edge of cells (m) to take."""
     return f"domain.h <= {at_most(case, most, 'm')}"
 
 

@@ -98,7 +98,7 @@ def _body_facts(case: Case) -> list[Fact]:
 
 
 def _axis_facts(case: Case) -> list[Fact]:
-    """The meaning of x and y in a body of revolution."""
+    """Return the meaning of x and y in a body of revolution."""
     if not case.axial:
         return []
     low, high = (f"{r:.4g}" for r in (case.outline.lower[0], case.outline.upper[0]))
@@ -152,7 +152,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def split_facts(case: Case, derived: Numbers) -> list[Fact]:
-    """The energy split, by default or not, and the loads that may press rock."""
+    """Return the energy split, by default or not, and the loads that may press rock."""
     split, reasons = str(case.damage.split), pressing(case)
     chosen = "by default, as" if is_by_default(case) else "asked for;"
     if not reasons:
@@ -168,7 +168,7 @@ def split_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _friction_facts(case: Case) -> list[Fact]:
-    """The fact on friction between the faces of cracks, where they may slide."""
+    """Return the fact on friction between the faces of cracks, where they may slide."""
     if case.damage.split != "contact":
         return []
     if not case.damage.friction:
@@ -307,7 +307,7 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 
 def _knots(case: Case) -> list[Fact]:
-    """The times at which steps that adapt end because something prescribed turns there."""
+    """Return the times at which steps that adapt end because something prescribed turns there."""
     if adaptive(case) is None:
         return []
     visited, facts = visited_times(case), []
@@ -323,7 +323,7 @@ def _knots(case: Case) -> list[Fact]:
 
 
 def _time(case: Case, planned: Steps) -> tuple[str, str]:
-    """The time of the run in words, and how well it is known."""
+    """Return the time of the run in words, and how well it is known."""
     seconds = duration(case, planned.number)
     low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
     slower = {

@@ -45,7 +45,7 @@ def _way_out(case: Case) -> str:
 
 
 def is_sheared(case: Case) -> bool:
-    """True if [forces] shears: by a prestress, or along a face."""
+    """Return True if [forces] shears: by a prestress, or along a face."""
     if case.forces is None:
         return False
     acting, x = forces(case), case.outline.places.within().x

@@ -23,14 +23,14 @@ DEPTHS = 200  # places along the depth at which the temperature is averaged
 
 
 def laterally_held(case: Case) -> bool:
-    """True if no side beside the cooled face can move inward, at any depth of cooling."""
+    """Return True if no side beside the cooled face can move inward, at any depth of cooling."""
     if case.supports.section != "none":
         return case.supports.section == "fixed"
     return all(case.supports.on(side) in ("rollers", "clamped") for side in beside(case))
 
 
 def beside(case: Case) -> list[str]:
-    """The flat faces beside the cooled one."""
+    """Return the flat faces beside the cooled one."""
     body = case.outline
     face = case.temperature.face
     cooled = body.axis(face) if face in body.faces else None
@@ -38,7 +38,7 @@ def beside(case: Case) -> list[str]:
 
 
 def holding(case: Case) -> tuple[str, str]:
-    """The supports in words, and what they leave free."""
+    """Return the supports in words, and what they leave free."""
     section = case.supports.section
     if section != "none":
         return f'section "{section}"', SECTIONS[section]
@@ -107,7 +107,7 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _freed(case: Case) -> str:
-    """The supports to take for a piece of a plate that may shorten."""
+    """Return the supports to take for a piece of a plate that may shorten."""
     if case.axial:
         return f"leave {' or '.join(beside(case))} free"
     if case.dim == 3:
@@ -116,8 +116,10 @@ def _freed(case: Case) -> str:
 
 
 def mean_drop(case: Case, derived: Numbers) -> float:
-    """The mean temperature drop of the body at the end, over its depth (K); with the heat
-    equation about, as a half-space that its strongest cooling meets at once."""
+    """Return the mean temperature drop over the depth of the body at the end (K).
+
+    With the heat equation it is estimated: a half-space meets the strongest cooling at once.
+    """
     assert derived.face is not None
     _, last = first_and_last(derived)
     x = np.zeros((3, DEPTHS))
@@ -127,7 +129,7 @@ def mean_drop(case: Case, derived: Numbers) -> float:
 
 
 def _cooling(case: Case, derived: Numbers) -> Load:
-    """The cooling in closed form, of the heat equation as of a half-space."""
+    """Return the cooling in closed form, of the heat equation as of a half-space."""
     if case.heat is None:
         return load(case, derived)
     coldest = strongest(surface_exchanges(case), case.temperature.face)

@@ -15,7 +15,7 @@ SAME = 1e-9
 
 
 def temperature_warnings(case: Case) -> Iterator[str]:
-    """All of them."""
+    """Yield all warnings about tables by temperature."""
     if case.heat is None:
         return
     found = dict(films(case))
@@ -27,7 +27,7 @@ def temperature_warnings(case: Case) -> Iterator[str]:
 
 
 def _of_ends(case: Case, where: str, table: InTemperature) -> Iterator[str]:
-    """A table that ends, while its value changes, before the temperatures do."""
+    """Warn of a table that ends, while its value changes, before the temperatures do."""
     least, most = temperature_range(case)
     ends = []
     if len(table.T) > 1 and table.value[0] != table.value[1] and least < table.T[0] * (1 - SAME):
@@ -46,5 +46,5 @@ def _told(T: float) -> str:
 
 
 def _kelvin(case: Case, T: float) -> str:
-    """A temperature in the unit that people write."""
+    """Return a temperature in the unit that people write."""
     return f"{T:.4g}" if is_scaled(case) else f"{T - 273.15:.4g} °C"

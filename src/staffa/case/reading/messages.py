@@ -90,7 +90,7 @@ def message(error: ValidationError) -> str:
 
 
 def unknown_key(parts: Sequence[int | str], key: str) -> str:
-    """That a table has no such key, and which it has."""
+    """Return a sentence on a key that a table does not have, with the keys that it has."""
     keys = [part for part in parts if part not in ALTERNATIVES]
     names = {name for model in _models_at(keys) for name in model.model_fields}
     owner = "a case" if not keys else f"[{keys[0]}]" if len(keys) == 1 else _where(keys)
@@ -178,7 +178,7 @@ def _names_in(table: str) -> set[str]:
 
 
 def _models_at(keys: Sequence[int | str]) -> list[type[BaseModel]]:
-    """The tables that may stand at these keys."""
+    """Return the tables that may stand at these keys."""
     models: list[type[BaseModel]] = [Case]
     for key in keys:
         fields = [found for model in models if (found := _field_of(model, str(key)))]

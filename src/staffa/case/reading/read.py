@@ -60,7 +60,7 @@ def read_case(path: str | Path, settings: Sequence[str] = (), *, outside: bool =
 
 
 def _content(path: Path) -> bytes:
-    """At most one byte more than a case file may have: also of a pipe, or of an endless device."""
+    """Return at most one byte more than a case file may have, also from an endless device."""
     try:
         with path.open("rb") as file:
             return file.read(LARGEST_FILE + 1)
@@ -138,7 +138,7 @@ def _name_sides(table: dict[str, Any]) -> None:
 
 
 def _syntax(error: ValueError) -> str:
-    """The reader's words in the user's, with the place."""
+    """Return the reader's words in the user's, with the place."""
     words, at, place = str(error).rpartition(" (at ")
     if not at:  # Python refuses whole numbers of thousands of digits without saying where
         return "it holds a number that is too long; shorten it"
@@ -164,7 +164,7 @@ def _set(table: dict[str, Any], setting: str) -> None:
 
 
 def setting_names(setting: str) -> list[str]:
-    """The names of a setting's key, the table's first.
+    """Return the names of a setting's key, the table's first.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def setting_names(setting: str) -> list[str]:
 
 
 def _parted(setting: str) -> tuple[list[str], str]:
-    """The names of a setting's key and the text of its value; no name if there is none.
+    """Return the names of a setting's key and the text of its value; no name if there is none.
 
     A name with a dot, a space or an equals sign is in quotes, as in TOML.
     """
@@ -191,7 +191,7 @@ def _parted(setting: str) -> tuple[list[str], str]:
 
 
 def _names_in(key: str) -> list[str]:
-    """The names of a dotted key of TOML; ValueError if it is none."""
+    """Return the names of a dotted key of TOML; ValueError if it is none."""
     names: list[str] = []
     inner: Any = tomllib.loads(f"{key} = 0")
     while isinstance(inner, dict):

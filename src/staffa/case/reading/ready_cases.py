@@ -10,7 +10,7 @@ from staffa.errors import InputError, choices
 
 
 def ready_case_names() -> tuple[str, ...]:
-    """Names of the ready cases."""
+    """Return the names of the ready cases."""
     folder = files("staffa.case.ready")
     return tuple(
         sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
@@ -18,7 +18,7 @@ def ready_case_names() -> tuple[str, ...]:
 
 
 def text(name: str) -> str:
-    """The file of a ready case, with the sources of its numbers in its comments.
+    """Return the file of a ready case, with the sources of its numbers in its comments.
 
     Raises
     ------
@@ -32,5 +32,5 @@ def text(name: str) -> str:
 
 
 def ready_case(name: str, settings: Sequence[str] = ()) -> Case:
-    """A ready case, with `section.key=value` settings put over it."""
+    """Return a ready case, with `section.key=value` settings put over it."""
     return parse_case(text(name), settings, name=name)

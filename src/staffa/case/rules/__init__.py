@@ -160,7 +160,7 @@ ONES_OF_HEAT = {"expansion": "1/K", "k": "W/(m K)", "rho": "kg/m^3", "c": "J/(kg
 
 
 def obey(case: Case) -> Case:
-    """The case with its derived defaults written out, if it breaks no rule.
+    """Return the case with its derived defaults written out, if it breaks no rule.
 
     Raises
     ------
@@ -197,7 +197,7 @@ FEW = 30_000
 
 
 def _defaults(case: Case) -> dict[str, dict[str, Any]]:
-    """The defaults that depend on other keys: table -> keys."""
+    """Return the defaults that depend on other keys: table -> keys."""
     two, keys = case.dim == 2, case.material
     absent = set(SIDES[3]) - set(case.outline.faces)
     found: dict[str, dict[str, Any]] = {

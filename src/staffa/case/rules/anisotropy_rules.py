@@ -105,12 +105,12 @@ def _are_given(piece: Subdomain, needed: Sequence[str], rule: str) -> None:
 
 
 def turning(dim: int) -> str:
-    """The key that says how axes lie."""
+    """Return the key that says how axes lie."""
     return "angle" if dim == 2 else "axes"
 
 
 def axes_are_directions(case: Case) -> None:
-    """At most one of axis, angle, axes; each of the body's dimension, and of some use."""
+    """Require at most one of axis, angle and axes, which fits the dimension and has an effect."""
     for piece in subdomains_of(case):
         keys, where, dim = piece.keys, piece.where, case.dim
         given = [name for name in ORIENTATION if getattr(keys, name) is not None]
@@ -150,7 +150,7 @@ def fits_the_dimension(where: str, dim: int, angle: Any, axes: Any) -> None:
 
 
 def are_perpendicular(where: str, axes: Sequence[Sequence[float]]) -> None:
-    """Two directions in space that enclose a right angle."""
+    """Require two directions in space that enclose a right angle."""
     given = f"{where} = {as_toml(axes)}"
     if len(axes) != 2 or any(len(a) != 3 or not any(a) for a in axes):
         raise InputError(f"{given}: give two directions of three numbers each, not all zero")

@@ -187,7 +187,7 @@ def _is_the_same_around(piece: Subdomain) -> None:
 
 
 def _around(angle: float) -> np.ndarray:
-    """Axes turned about y, as rows, shape (3, 3)."""
+    """Return axes turned about y, as rows, shape (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 

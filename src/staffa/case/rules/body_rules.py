@@ -76,7 +76,7 @@ def mesh_can_be_numbered(case: Case) -> None:
 
 
 def bands_are_inside(case: Case) -> None:
-    """Every band is a box that meets the body."""
+    """Require that every band is a box that meets the body."""
     for table, keys in (("toughness", case.toughness), ("heat", case.heat)):
         for number, band in enumerate(keys.bands if keys else (), start=1):
             box_is_inside(case, band.lower, band.upper, f"{table}.bands, entry {number}")
@@ -115,7 +115,7 @@ def box_is_inside(
 
 
 def cracks_are_inside(case: Case) -> None:
-    """Every given crack is of the body's dimension, lies in it, and has an extent."""
+    """Require that every initial crack has the body's dimension, lies in it, and has an extent."""
     for number, crack in enumerate(case.cracks, start=1):
         where = f"cracks, entry {number}"
         if isinstance(crack, Named):
@@ -172,7 +172,7 @@ def _extent(case: Case) -> str:
 
 
 def _edge(case: Case) -> float:
-    """The edge of its cells, as it is written if it is."""
+    """Return the edge of its cells, as it is written if it is."""
     return case.outline.h if case.domain.h is None else case.domain.h
 
 

@@ -1,5 +1,4 @@
-"""Rules on fields in files: they cover what they are for, count as the case does, and have values
-that can be."""
+"""Rules on fields in files: place, units and values."""
 
 from collections.abc import Iterator
 
@@ -20,8 +19,10 @@ UNIT = 'if its coordinates count in another unit, say so, like unit = "1 mm"'
 
 
 def files_count_as_the_case(case: Case) -> None:
-    """A file says the unit of its values only where the case has units, of temperatures always
-    there; and the body is larger than the cells of its mesh."""
+    """Require units of a file's values where the case has units, and of temperatures always.
+
+    A case without units allows none. The body must be larger than the cells of the file's mesh.
+    """
     scaled = is_scaled(case)
     for where, value in _files(case):
         if scaled and value.field_unit is not None:
@@ -38,7 +39,7 @@ def files_count_as_the_case(case: Case) -> None:
 
 
 def _files(case: Case) -> Iterator[tuple[str, FieldFile]]:
-    """Every field in a file, with its key."""
+    """Yield every field in a file, with its key."""
     for piece in subdomains_of(case):
         yield from (
             (where, value) for _, where, value in piece.properties() if isinstance(value, FieldFile)

@@ -108,7 +108,7 @@ def _stress_fits(case: Case, keys: ForceKeys) -> None:
 
 
 def _volume_fits(case: Case, keys: ForceKeys) -> None:
-    """In 2-D a volume is one per thickness."""
+    """Require that a volume in 2-D is one per thickness."""
     value = keys.crack_volume
     for volume in value.value if isinstance(value, InTime) else (value,):
         if isinstance(volume, Quantity) and volume.has_units:
@@ -165,7 +165,7 @@ def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
 
 
 def formulas_of_forces_give_numbers(case: Case) -> None:
-    """Every formula gives finite numbers where it is tried, see `formulas_give_numbers`."""
+    """Require that every formula gives finite numbers, see `formulas_give_numbers`."""
     if case.forces is None:
         return
     visited = times_in(case, times_given(case)[[0, -1]])

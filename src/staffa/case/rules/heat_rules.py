@@ -144,8 +144,11 @@ def _cracks_are_complete(where: str, cracks: HeatCracks) -> None:
 
 
 def heat_enters_or_leaves(case: Case) -> None:
-    """Something changes or strains the body: a side, a source or a fluid in the cracks; an initial
-    temperature that evens out; or one that differs from `stress_free`."""
+    """Require a change of temperature, or a strain by it.
+
+    It comes from a side, a source, a fluid in the cracks, an initial temperature that is not
+    uniform, or one that differs from `stress_free`.
+    """
     keys = case.heat
     if keys is None:
         return
@@ -160,7 +163,7 @@ def heat_enters_or_leaves(case: Case) -> None:
 
 
 def _evens_out(keys: HeatKeys) -> bool:
-    """True if the initial temperature is not the same everywhere."""
+    """Return True if the initial temperature is not the same everywhere."""
     start = keys.initial
     return isinstance(start, Formula) or (
         isinstance(start, Geotherm) and any(float(slope) != 0 for slope in start.gradient)
@@ -168,7 +171,7 @@ def _evens_out(keys: HeatKeys) -> bool:
 
 
 def _is_strained(keys: HeatKeys) -> bool:
-    """True if the body starts at another temperature than the one without thermal strain."""
+    """Return True if the body starts at another temperature than the one without thermal strain."""
     free, start = keys.stress_free, keys.initial
     if isinstance(free, Quantity) and isinstance(start, Quantity):
         return abs(free - start) > ROUND_OFF * abs(start)
@@ -187,9 +190,11 @@ def _values(case: Case, keys: HeatKeys) -> Iterator[tuple[str, Any, str | None]]
 
 
 def formulas_give_numbers(case: Case) -> None:
-    """Every formula gives finite numbers where it is tried, at places and times that leave no gap
-    larger than a twentieth of the body or of the run; no film coefficient among them is negative,
-    and no temperature below absolute zero."""
+    """Require that every formula gives finite numbers at sampled places and times.
+
+    Samples leave no gap larger than a twentieth of the body or of the run. No film coefficient may
+    be negative, and no temperature below absolute zero.
+    """
     if case.heat is None:
         return
     visited = times_in(case, times_given(case)[[0, -1]])

@@ -43,7 +43,7 @@ def _none(case: Case) -> str:
 
 
 def files_are_called_apart(case: Case) -> None:
-    """No two files have one name: a run keeps them side by side."""
+    """Require that no two files have one name: a run keeps them side by side."""
     found: dict[str, Path] = {}
     for file in attached(case):
         other = found.setdefault(file.name, file)
@@ -54,8 +54,10 @@ def files_are_called_apart(case: Case) -> None:
 
 
 def cracks_are_there(case: Case) -> None:
-    """The cracks that a case names are those of its mesh, each once, and all of them, but those
-    that the mesh only numbers: meshers number every line between two parts."""
+    """Require that a case names each crack of its mesh once, and no others.
+
+    Cracks that the mesh only numbers need no name: meshers number every line between two parts.
+    """
     cracks = case.outline.cracks
     named = [crack.name for crack in case.cracks if isinstance(crack, Named)]
     for name in named:

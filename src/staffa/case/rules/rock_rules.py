@@ -102,7 +102,8 @@ def properties_have_values(case: Case) -> None:
 
 
 def _tried_values(where: str, value: Any, piece: Subdomain) -> np.ndarray:
-    """Its values where its piece is looked at, if they are finite numbers."""
+    """Return a property's values at the sampled places of its subdomain, if they are finite
+    numbers."""
     places = piece.places().x
     if isinstance(value, Formula):
         try:
@@ -116,8 +117,11 @@ def _tried_values(where: str, value: Any, piece: Subdomain) -> np.ndarray:
 
 
 def elasticity_is_definite(case: Case) -> None:
-    """The stiffness resists every strain; nu < 0.5 where the volume is constrained, or where all
-    of the stiffness is needed since other rock of the body has directions."""
+    """Require that the stiffness resists every strain.
+
+    nu must be less than 0.5 where the volume is constrained, or where the whole stiffness is needed
+    since other rock of the body has directions.
+    """
     where = "" if case.plane_stress else "plane strain" if case.material.plane else "3-D"
     where = "a body of revolution" if case.axial else where
     if not all(is_isotropic(piece.keys) for piece in subdomains_of(case)):

@@ -88,8 +88,10 @@ def _acting_on(case: Case, acting: Forces, face: str, x: np.ndarray, t: float) -
 def _with_fixed_strains(
     before: np.ndarray, after: np.ndarray, loaded: list[int], nu: float
 ) -> np.ndarray:
-    """Stresses, shape (3, n), that go over into others along the loaded axes while nothing moves
-    along the others."""
+    """Return stresses, shape (3, n), after a change of those along the loaded axes.
+
+    Nothing moves along the other axes.
+    """
     fixed = [axis for axis in range(3) if axis not in loaded]
     if not loaded or not fixed:
         return after
@@ -137,7 +139,7 @@ def rest_is_borne(case: Case) -> None:
 
 
 def _broken(case: Case, stress: np.ndarray, share: float) -> str:
-    """A sentence: a stress (Pa), shape (3,), is `share` times as large as the rock bears."""
+    """Return a sentence: a stress (Pa), shape (3,), is `share` times as large as the rock bears."""
     axis = int(np.abs(stress).argmax())
     carried, name = float(stress[axis]), "xyz"[axis]
     assert case.forces is not None

@@ -93,7 +93,7 @@ def prescribed_agree(case: Case) -> None:
 
 
 def edges_agree(case: Case) -> None:
-    """Two sides that meet do not prescribe a component differently on the edge they share."""
+    """Require that two sides that meet prescribe the same values on their common edge."""
     holds = {side: is_held_at(case, side) for side in case.outline.faces}
     for one, other in combinations(holds, 2):
         if frozenset((one, other)) not in case.outline.touching:
@@ -109,7 +109,7 @@ def edges_agree(case: Case) -> None:
 
 
 def is_held_at(case: Case, side: str) -> dict[str, PrescribedValue]:
-    """The components that are prescribed on a side, with a section's rollers."""
+    """Return the components that are prescribed on a side, with a section's rollers."""
     support, names = case.supports.on(side), "xyz"[: case.dim]
     axis = case.outline.axis(side)
     across = "" if axis is None else names[axis]
@@ -151,15 +151,17 @@ def _at(value: PrescribedValue, history: np.ndarray, places: np.ndarray) -> np.n
 
 
 def _shared(case: Case, one: str, other: str) -> np.ndarray:
-    """The places that two faces share, of those that are looked at, shape (3, n)."""
+    """Return the places that two faces share, of those that are looked at, shape (3, n)."""
     here, there = (case.outline.places.on(face) for face in (one, other))
     near = cKDTree(there.T).query(here.T)[0] <= SAME * max(case.outline.size)
     return here[:, near]
 
 
 def as_table(value: PrescribedValue) -> tuple[np.ndarray, np.ndarray]:
-    """Times (s) and displacements (m) of a component, each of shape (n,); of a field in a file
-    those of its largest value."""
+    """Return times (s) and displacements (m) of a component, each of shape (n,).
+
+    A field in a file counts by its largest value.
+    """
     if isinstance(value, DisplacementFile):
         times, factor = factors(value)
         return times, factor * largest_displacement(value)
@@ -178,7 +180,7 @@ def something_happens(case: Case) -> None:
 
 
 def is_moved(case: Case) -> bool:
-    """True if a displacement other than zero is prescribed on some side."""
+    """Return True if a displacement other than zero is prescribed on some side."""
     return any(_moves(case.supports.on(side)) for side in case.outline.faces)
 
 
@@ -192,7 +194,7 @@ def moved_axes(case: Case) -> tuple[int, ...]:
 
 
 def _moves(support: object) -> set[int]:
-    """The axes along which a support moves its side."""
+    """Return the axes along which a support moves its side."""
     if not isinstance(support, Prescribed):
         return set()
     given = (support.x, support.y, support.z)

@@ -15,8 +15,11 @@ SAMPLES = 21  # times at which a formula is looked at
 
 
 def temperature_range(case: Case) -> tuple[float, float]:
-    """The lowest and the highest temperature (K) of the start, of sides, baths and fluids, and the
-    one free of stress. What fluxes and sources lead to is not among them."""
+    """Return the lowest and the highest temperature (K) that a case names.
+
+    They are those of the start, of sides, baths and fluids, and the one free of stress.
+    Temperatures that follow from fluxes and sources are left out.
+    """
     assert case.heat is not None
     found = [np.ravel(T) for T in _temperatures(case)]
     return min(float(T.min()) for T in found), max(float(T.max()) for T in found)
@@ -39,7 +42,7 @@ def _temperatures(case: Case) -> Iterator[np.ndarray]:
 
 
 def _in_time(case: Case, value: Any, x: np.ndarray, last: float) -> np.ndarray:
-    """Its values over the run, at points x, shape (3, n)."""
+    """Return the values over the run, at points x, shape (3, n)."""
     times = {float(t) for t in np.linspace(0.0, last, SAMPLES)}
     if isinstance(value, InTime):
         times |= {float(t) for t in value.t if t <= last}

@@ -144,7 +144,7 @@ def _film_is_possible(case: Case, where: str, film: FilmFormula) -> None:
 
 
 def _tried(said: str, value: Any) -> np.ndarray:
-    """The values of a formula, if they can be computed."""
+    """Return the values of a formula, if they can be computed."""
     try:
         with np.errstate(all="ignore"):
             return np.asarray(value(), dtype=float)
@@ -166,7 +166,7 @@ def _of_temperature(piece: Subdomain) -> Iterator[tuple[str, str, Any]]:
 
 
 def films(case: Case) -> Iterator[tuple[str, Any]]:
-    """The film coefficients that depend on the surface's temperature, with their keys."""
+    """Yield the film coefficients that depend on the surface's temperature, with their keys."""
     keys = case.heat
     if keys is None:
         return

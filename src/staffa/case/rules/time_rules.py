@@ -12,7 +12,7 @@ from staffa.errors import InputError
 
 
 def counts_in(case: Case) -> str:
-    """The key that gives the times, tau or t."""
+    """Return the key that gives the times, tau or t."""
     return "tau" if case.time.tau is not None else "t"
 
 
@@ -118,7 +118,8 @@ def adaptive_steps_are_possible(case: Case) -> None:
 
 
 def cooling_has_begun(case: Case) -> None:
-    """No step at t = 0 if the face drops at once: its boundary layer would be as thin as a node."""
+    """Refuse a step at t = 0 if the face drops at once: its boundary layer would be as thin as a
+    node."""
     jumps = case.temperature.profile in ("half-space", "slab")
     if jumps and times_given(case)[0] == 0:
         raise InputError(
@@ -128,7 +129,7 @@ def cooling_has_begun(case: Case) -> None:
 
 
 def outputs_count_as_times_do(case: Case) -> None:
-    """No output at a time with a unit in a case that counts in tau."""
+    """Refuse an output time with a unit in a case that counts in tau."""
     for time in case.output.at:
         if time.has_units and case.time.tau is not None:
             raise InputError(

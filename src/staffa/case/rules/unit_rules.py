@@ -7,8 +7,10 @@ from staffa.units import EXAMPLES, Temperature
 
 
 def units_are_not_mixed(case: Case) -> None:
-    """All quantities have units, or none has; zero is zero in any unit but of temperature, and tau
-    has none."""
+    """Require that all quantities have units, or none has.
+
+    Zero is zero in any unit but of temperature, and tau has no unit.
+    """
     in_tau = case.time.tau is not None
     written = [(key, q) for key, q in quantities(case) if not (in_tau and key == "output.at")]
     bare = [

@@ -62,7 +62,7 @@ class Numbers:
     requested: tuple[float, ...]
 
     def table(self) -> dict[str, float | None]:
-        """The scales, for the record."""
+        """Return the scales, for the record."""
         return {
             "L": self.L,
             "dT": self.dT,
@@ -120,7 +120,7 @@ def derived_numbers(
 
 
 def _state(case: Case) -> str:
-    """The strain state across the body."""
+    """Return the strain state across the body."""
     if case.dim == 3:
         return SOLID
     if case.axial:
@@ -129,7 +129,7 @@ def _state(case: Case) -> str:
 
 
 def _of_a_bar(split: EnergySplit, nu: float, state: str) -> float:
-    """The part of a pulled bar's energy that drives damage."""
+    """Return the part of a pulled bar's energy that drives damage."""
     across = (-nu,) if state == PLANE_STRESS else (-nu, -nu)
     return 1.0 if split is NO_SPLIT else driven_share(split, (1.0, *across), nu)
 

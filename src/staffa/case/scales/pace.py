@@ -13,7 +13,7 @@ from staffa.physics.scales import tau_of_time, time_of_tau
 
 
 def plan(case: Case, derived: Numbers) -> Schedule:
-    """The times of a case, those of its outputs, and how steps between them are chosen."""
+    """Return the times of a case, those of its outputs, and how steps between them are chosen."""
     return schedule(derived.times, derived.requested, pace(case, derived))
 
 

@@ -43,7 +43,7 @@ class PrescribedCurve:
 
 
 def curves(case: Case) -> Iterator[PrescribedCurve]:
-    """Every value of a case that is prescribed in time, from t = 0 to the end of the run.
+    """Yield every value of a case that is prescribed in time, from t = 0 to the end of the run.
 
     Among its times are those of the case and of its outputs. Beyond the times of a table its value
     stays. A formula is looked at SAMPLES times, and between them where it changes by more than
@@ -67,14 +67,14 @@ def visited_times(case: Case) -> np.ndarray:
 
 
 def table_columns(table: Table) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The times of a table and the values at them; of a field in a file its factors."""
+    """Return the times of a table and the values at them; of a field in a file its factors."""
     if isinstance(table, DisplacementFile):
         return table.t or (), table.factor or ()
     return table.t, table.u if isinstance(table, DisplacementHistory) else table.value
 
 
 def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table | Formula]]:
-    """Every table in time and every formula of t of a case, with its key."""
+    """Yield every table in time and every formula of t of a case, with its key."""
     for name in (*type(section).model_fields, *(section.model_extra or {})):
         value = getattr(section, name)
         where = f"{path}.{name}".lstrip(".")

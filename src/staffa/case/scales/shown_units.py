@@ -26,8 +26,10 @@ def units(case: Case, derived: Numbers) -> dict[str, Unit]:
 
 
 def reference(case: Case) -> float | None:
-    """Temperature (K) from which the field T counts changes; None if it is not one number, or the
-    case knows changes alone."""
+    """Return the temperature (K) from which the field T counts changes.
+
+    None if it is not one number, or the case knows changes alone.
+    """
     if case.heat is None:
         return None
     start = case.heat.initial if case.heat.stress_free is None else case.heat.stress_free
@@ -35,7 +37,7 @@ def reference(case: Case) -> float | None:
 
 
 def _written(case: Case) -> Iterator[tuple[str, Unit]]:
-    """The unit of each quantity for which the case writes one alone.
+    """Yield the unit of each quantity for which the case writes one alone.
 
     Of lengths those of the body count, of stresses and volumes those of [forces], of times [time].
     """
@@ -61,8 +63,10 @@ def _only(among: Iterable[Quantity], dimension: str) -> Unit | None:
 
 
 def _swing(case: Case) -> float:
-    """The largest difference (K) of temperatures that the case names, 0 without any; not of tables
-    that are given by temperature."""
+    """Return the largest difference (K) of temperatures that the case names, 0 without any.
+
+    Tables by temperature are left out.
+    """
     known = [
         float(q)
         for key, q in quantities(case)

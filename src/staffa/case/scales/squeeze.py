@@ -46,11 +46,11 @@ class Squeeze:
 
     @property
     def net(self) -> float:
-        """The tension that decides at the largest drop, if nothing breaks (Pa)."""
+        """Return the tension that decides at the largest drop, if nothing breaks (Pa)."""
         return self.stress + self.thermal
 
     def needs(self, case: Case) -> str:
-        """The drop that starts damage, as the end of a sentence."""
+        """Return the drop that starts damage, as the end of a sentence."""
         return f"; it takes a drop of {at_least(case, self.needed, 'K', digits=4)}"
 
 
@@ -105,7 +105,7 @@ def squeeze(case: Case, derived: Numbers, drop: float) -> Squeeze | None:
 
 
 def lateral(case: Case, across: int) -> list[int]:
-    """The axes of the body along a face, whose normal is the axis across."""
+    """Return the axes of the body along a face, whose normal is the axis across."""
     return [axis for axis in range(case.dim) if axis != across]
 
 
@@ -123,7 +123,7 @@ def thermal_stress(derived: Numbers, drop: float) -> float:
 
 
 def _first(excess: Callable[[float], float], step: float) -> float:
-    """The drop (K) at which an excess that grows becomes zero, looked for from a step on."""
+    """Return the drop (K) at which an excess that grows becomes zero, looked for from a step on."""
     if excess(0.0) >= 0:
         return 0.0
     high = step

@@ -52,7 +52,7 @@ class SurfaceExchange:
 
 
 def surface_exchanges(case: Case) -> tuple[SurfaceExchange, ...]:
-    """All of a case with profile "heat", up to its last time.
+    """Return the heat exchanges of a case with profile "heat", up to its last time.
 
     The fluid in the cracks is held against the rock in the middle of the cooled face.
     """
@@ -108,13 +108,15 @@ def _exchange(
 
 
 def _mean(case: Case, value: FieldFile, side: str) -> float:
-    """The mean over a side of a field in a file."""
+    """Return the mean over a side of a field in a file."""
     return float(np.mean(in_body(case, value)(case.outline.places.on(side))))
 
 
 def _largest_film(case: Case, value: Any, x: np.ndarray, last: float) -> float:
-    """The largest film coefficient over the run, where it depends on the surface's temperature over
-    those that the case names."""
+    """Return the largest film coefficient over the run.
+
+    One that depends on the surface's temperature counts over the temperatures that the case names.
+    """
     law = film(value, case.dim)
     if not isinstance(law, OfSurface):
         return float(np.max(_history(case, value, x, last)))
@@ -138,7 +140,7 @@ def _behind_film(drop: float, film: float, kappa: float, t: float) -> float:
 
 
 def _history(case: Case, value: Any, x: np.ndarray, last: float) -> np.ndarray:
-    """A value at one point over the run, from t = 0 on."""
+    """Return a value at one point over the run, from t = 0 on."""
     times = {float(t) for t in np.linspace(0.0, last, SAMPLES)}
     if isinstance(value, InTime):
         times |= {float(t) for t in value.t if t <= last}

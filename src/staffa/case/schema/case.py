@@ -163,7 +163,7 @@ class Named(CaseTable):
 
 
 def _shape(value: Any) -> str | None:
-    """Which kind of crack is meant, by its keys."""
+    """Return the kind of a crack, by its keys."""
     if isinstance(value, dict):
         if "name" in value:
             return "a named one"
@@ -305,7 +305,7 @@ class Case(CaseTable):
 
     @property
     def outline(self) -> Outline:
-        """The body from outside."""
+        """Return the body from outside."""
         return self.domain.outline
 
     @property
@@ -315,15 +315,15 @@ class Case(CaseTable):
 
     @property
     def axial(self) -> bool:
-        """True if the body is one of revolution, given by its section."""
+        """Return True if the body is one of revolution, given by its section."""
         return self.domain.symmetry == "axis"
 
     @property
     def plane_stress(self) -> bool:
-        """True if the strain across a 2-D body is free."""
+        """Return True if the strain across a 2-D body is free."""
         return self.dim == 2 and not self.axial and self.material.plane != "strain"
 
     @property
     def extents(self) -> int:
-        """Number of extents of a volume: 2 where it is one per thickness, else 3."""
+        """Return the number of extents of a volume: 2 where it is one per thickness, else 3."""
         return 3 if self.axial else self.dim

@@ -99,19 +99,19 @@ class DomainKeys(CaseTable):
 
     @property
     def outline(self) -> Outline:
-        """The body from outside; the axis of a body of revolution is no face of it."""
+        """Return the body from outside; the axis of a body of revolution is no face of it."""
         return without_axis(self._section) if self.symmetry else self._section
 
     @property
     def axis_faces(self) -> tuple[str, ...]:
-        """The names of what lies on the axis of a body of revolution."""
+        """Return the names of what lies on the axis of a body of revolution."""
         if not self.symmetry:
             return ()
         return tuple(name for name in self._section.faces if is_axis(self._section, name))
 
     @property
     def _section(self) -> Outline:
-        """The body from outside, with the axis."""
+        """Return the body from outside, with the axis."""
         if self._outline is not None:
             return self._outline
         h = float(self.h or 0.0)

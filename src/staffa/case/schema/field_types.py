@@ -30,7 +30,7 @@ LONGEST_PATH = 1000
 
 
 def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """The function with its errors as Pydantic collects them."""
+    """Return the function with its errors as Pydantic collects them."""
 
     def told(value: Any) -> Any:
         try:
@@ -56,7 +56,7 @@ class _Read:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """A number, or a text with a unit."""
+        """Return a number, or a text with a unit."""
         return {"type": ["number", "string"], "examples": self._examples}
 
 
@@ -65,7 +65,7 @@ def _reads(dimension: str) -> _Read:
 
 
 def _volume(value: Any) -> Any:
-    """A volume of a 3-D body or, if it is written so, one per thickness of a 2-D body."""
+    """Return a volume of a 3-D body or, if it is written so, one per thickness of a 2-D body."""
     try:
         return parse(value, "volume")
     except InputError:
@@ -93,21 +93,21 @@ def _in_degrees(value: Any) -> Any:
 
 
 def is_name(text: str) -> str:
-    """The text, if it can stand for a part of a case in sentences, tables and pictures."""
+    """Return the text, if it can stand for a part of a case in sentences, tables and pictures."""
     if not (text.strip() and len(text) <= LONGEST_NAME and text.isprintable()):
         raise ValueError(f"a name has 1 to {LONGEST_NAME} characters that can be printed")
     return text
 
 
 def is_path(text: str) -> str:
-    """The text, if it can be the path of a file."""
+    """Return the text, if it can be the path of a file."""
     if len(text) > LONGEST_PATH or not text.isprintable():
         raise ValueError(f"a path has at most {LONGEST_PATH} characters, which can be printed")
     return text
 
 
 def is_line(text: str) -> str:
-    """The text, if it can stand on a line of tables and pictures, or on a terminal."""
+    """Return the text, if it can stand on a line of tables and pictures, or on a terminal."""
     if len(text) > LONGEST_LINE or not text.isprintable():
         raise ValueError(f"it must be one line of at most {LONGEST_LINE} characters to be printed")
     return text
@@ -163,7 +163,7 @@ def one_of(known: Iterable[str]) -> AfterValidator:
 
 
 def kind(value: Any) -> str:
-    """Which alternative of a key is meant: by how it is written, so that only one can complain.
+    """Return the alternative of a key by how it is written, so that only one can complain.
 
     The names of alternatives hold a space, which no key does.
     """
@@ -192,7 +192,7 @@ class CaseTable(BaseModel):
 
     @classmethod
     def model_json_schema(cls, *args: Any, **options: Any) -> dict[str, Any]:
-        """Its keys, for editors and for programs that write cases."""
+        """Return the keys, for editors and for programs that write cases."""
         if len(args) < 3:  # the third is the generator
             options.setdefault("schema_generator", Schema)
         return super().model_json_schema(*args, **options)
@@ -206,7 +206,7 @@ class Formula(CaseTable):
     )
 
     def at_points(self, dim: int) -> PointFunction:
-        """Its values where nothing depends on time."""
+        """Return the values of keys that do not depend on time."""
         evaluated = formula(self.formula, formula_variables(dim, time=False))
         return lambda x: evaluated(x, 0.0)
 

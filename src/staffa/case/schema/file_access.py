@@ -26,7 +26,7 @@ class FileAccess:
     outside: bool = False
 
     def file(self, name: str) -> Path:
-        """The file that a case calls so. Links count as what they lead to.
+        """Return the file that a case calls so. Links count as what they lead to.
 
         Raises
         ------

@@ -81,7 +81,7 @@ class FilmFormula(Formula):
 
     @property
     def of_temperature(self) -> bool:
-        """True if the surface's temperature changes it."""
+        """Return True if the surface's temperature changes it."""
         return uses(self.formula, OF_T)
 
 
@@ -98,7 +98,7 @@ class Even(CaseTable):
     gradient: tuple[InstanceOf[Quantity], ...]
 
     def at_points(self, dim: int) -> PointFunction:
-        """Its values."""
+        """Return its values."""
         origin, gradient = float(self.value), np.array(self.gradient, dtype=float)
         return lambda x: origin + gradient @ x[:dim]
 
@@ -124,12 +124,12 @@ def _is_formula(value: Any) -> bool:
 
 
 def kind_of_value(value: Any) -> str:
-    """Which alternative of a value in space or time is meant."""
+    """Return the alternative of a value in space or time."""
     return "a formula" if _is_formula(value) else kind(value)
 
 
 def form_or_file(value: Any) -> str:
-    """The same, where a field in a file may be meant too."""
+    """Return the same, where a field in a file may be meant too."""
     is_file = isinstance(value, FieldFile) or (isinstance(value, dict) and "file" in value)
     return "a file" if is_file else kind_of_value(value)
 

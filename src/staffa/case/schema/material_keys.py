@@ -138,7 +138,7 @@ class RockKeys(CaseTable):
 
 
 def _again(name: str, default: Any) -> Any:
-    """The same key with another default."""
+    """Return the same key with another default."""
     known = RockKeys.model_fields[name]
     return Field(default=default, description=known.description, examples=known.examples)
 
@@ -178,7 +178,7 @@ class RegionKeys(RockKeys):
 
 
 def rock_of(body: MaterialKeys, region: RegionKeys) -> MaterialKeys:
-    """The rock of a region: its own keys, and the body's for the others.
+    """Return the rock of a region: its own keys, and the body's for the others.
 
     The stiffness and the axes are each taken over as a whole or not at all; E and nu of an
     isotropic body one by one.

@@ -28,7 +28,7 @@ class Line(CaseTable):
 
 
 def _shape(value: Any) -> str:
-    """Which kind of probe is meant, by its keys."""
+    """Return the kind of a probe, by its keys."""
     if isinstance(value, dict):
         return "a line" if {"start", "end", "points"} & set(value) else "a spot"
     return "a line" if isinstance(value, Line) else "a spot"

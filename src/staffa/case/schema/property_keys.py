@@ -82,7 +82,7 @@ class RandomField(CaseTable):
     )
 
     def at_points(self, dim: int) -> PointFunction:
-        """Values about its mean."""
+        """Return values about its mean."""
         lengths = self.length if isinstance(self.length, tuple) else (self.length,) * dim
         axes = np.eye(3) if self.axes is None else with_third(self.axes)
         if self.angle is not None:
@@ -179,7 +179,7 @@ class FieldFile(CaseTable):
         return self
 
     def _counting(self) -> Counting:
-        """The units of its values and coordinates."""
+        """Return the units of its values and coordinates."""
         length = float(self.unit or 1.0)
         if self.field_unit is None:
             return Counting(length=length)
@@ -190,7 +190,7 @@ class FieldFile(CaseTable):
 
     @property
     def field(self) -> MeshField:
-        """The field."""
+        """Return the field."""
         assert self._field is not None
         return self._field
 
@@ -201,7 +201,7 @@ class FieldFile(CaseTable):
         return self._field.path
 
     def at_points(self, dim: int) -> PointFunction:
-        """Its values, interpolated; NaN where its mesh does not reach."""
+        """Return the values of the field, interpolated; NaN outside of its mesh."""
         assert self._field is not None
         return self._field
 
@@ -243,7 +243,7 @@ class HeatCapacityFile(FieldFile):
 
 
 def kind_of_property_value(value: Any) -> str:
-    """Which alternative of a property is meant: by its keys, so that only one can complain."""
+    """Return the alternative of a property by its keys, so that only one can complain."""
     keys = set(value) if isinstance(value, dict) else set()
     if isinstance(value, Formula) or "formula" in keys:
         return "a formula"

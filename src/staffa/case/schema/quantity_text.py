@@ -19,7 +19,7 @@ NOISE = 1e-9  # relative: "0.03/3" must not become 0.00999
 
 
 def quantities(table: BaseModel, path: str = "") -> Iterator[tuple[str, Quantity]]:
-    """Every quantity of a case that was written down, with its key."""
+    """Yield every quantity of a case that was written down, with its key."""
     for name in (*type(table).model_fields, *(table.model_extra or {})):
         if name in table.model_fields_set:
             yield from _quantities(getattr(table, name), f"{path}.{name}".lstrip("."))
@@ -39,17 +39,17 @@ def _quantities(value: Any, path: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def is_scaled(case: Case) -> bool:
-    """True if no number of the case has a unit."""
+    """Return True if no number of the case has a unit."""
     return not any(quantity.has_units for _, quantity in quantities(case))
 
 
 def unit(case: Case, name: str) -> str:
-    """The unit behind a number of a case in a sentence; empty if the case is scaled."""
+    """Return the unit behind a number of a case in a sentence; empty if the case is scaled."""
     return "" if is_scaled(case) else f" {name}"
 
 
 def amount(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
-    """A number of the case (SI, or scaled) with its unit, rounded to the nearest.
+    """Return a number of the case (SI, or scaled) with its unit, rounded to the nearest.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def at_least(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
 
 
 def as_duration(seconds: float) -> str:
-    """A time that a run takes, to one digit or two."""
+    """Return a time that a run takes, to one digit or two."""
     factor, name = next(
         (known for known in reversed(READABLE["s"]) if seconds >= known[0]), READABLE["s"][0]
     )

@@ -91,7 +91,7 @@ class Layers(CaseTable):
 
 
 def _kind(value: Any) -> str | None:
-    """Which shape is meant; with a word before it, since a key may be called as a kind is."""
+    """Return the kind of a shape after a word, since a key may have the name of a kind."""
     found = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
     return f"kind {found}"
 

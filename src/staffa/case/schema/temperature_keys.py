@@ -66,14 +66,14 @@ class WithReference(CaseTable):
     _reference: float = PrivateAttr(default=0.0)
 
     def known_at(self, T: float) -> Self:
-        """The same with another reference temperature (K)."""
+        """Return the same with another reference temperature (K)."""
         copy = self.model_copy()
         copy._reference = T
         return copy
 
     @property
     def of_temperature(self) -> bool:
-        """True if temperature changes it."""
+        """Return True if temperature changes it."""
         return True
 
     def law(self, dim: int) -> Law | None:
@@ -92,7 +92,7 @@ class InTemperature(CaseTable):
     value: tuple[InstanceOf[Quantity] | float, ...] = Field(description="the value at each of them")
 
     def values_at(self, T: np.ndarray | float) -> np.ndarray:
-        """Its values at temperatures (K), of the same shape."""
+        """Return its values at temperatures (K), of the same shape."""
         at, values = np.array(self.T, dtype=float), np.array(self.value, dtype=float)
         found: np.ndarray = np.interp(T, at, values)
         return found
@@ -109,7 +109,7 @@ class PropertyInTemperature(InTemperature, WithReference):
     )
 
     def at_points(self, dim: int) -> PointFunction:
-        """Values at the reference temperature."""
+        """Return values at the reference temperature."""
         level = self._level()
         if self.factor is None:
             return lambda x: np.full(x.shape[1], level)
@@ -199,12 +199,12 @@ class PropertyFormula(WithReference, Formula):
         return uses(self.formula, OF_T)
 
     def values_at(self, T: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Its values at temperatures (K) and places, shapes (n,) and (3, n)."""
+        """Return its values at temperatures (K) and places, shapes (n,) and (3, n)."""
         found = self._value(3)(T, x, ARRAYS.functions)
         return np.broadcast_to(found, np.shape(T)).astype(float)
 
     def at_points(self, dim: int) -> PointFunction:
-        """Values at the reference temperature."""
+        """Return values at the reference temperature."""
         if not self.of_temperature:
             return super().at_points(dim)
         value, T = self._value(dim), self._reference
@@ -240,12 +240,12 @@ def _secant(law: Law | None, reference: Temperature | None) -> Law | None:
 
 
 def of_temperature(value: Any) -> bool:
-    """True if temperature changes a property."""
+    """Return True if temperature changes a property."""
     return isinstance(value, WithReference) and value.of_temperature
 
 
 def depends_on_place(value: Any) -> bool:
-    """True if a table that stands for a property differs from place to place."""
+    """Return True if a table that stands for a property differs from place to place."""
     if isinstance(value, PropertyInTemperature):
         return value.factor is not None
     if isinstance(value, PropertyFormula):
@@ -254,7 +254,7 @@ def depends_on_place(value: Any) -> bool:
 
 
 def law_of(value: Any, dim: int) -> Law | None:
-    """The law of a property; None where temperature does not change it."""
+    """Return the law of a property; None where temperature does not change it."""
     return value.law(dim) if isinstance(value, WithReference) else None
 
 

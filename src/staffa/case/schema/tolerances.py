@@ -9,7 +9,7 @@ from staffa.case.schema.field_types import PositiveNumber
 
 
 def _between(least: float, most: float, why: str) -> AfterValidator:
-    """A value from least to most, both included; why not more."""
+    """Return a rule for a value from least to most, both included; why: the reason for most."""
 
     def bounded(value: float) -> float:
         if not least <= value <= most:

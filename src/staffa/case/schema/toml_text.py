@@ -25,7 +25,7 @@ OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys, "forces": ForceKeys}
 
 
 def inline(value: Any) -> str:
-    """A value as TOML writes it on one line."""
+    """Return a value as TOML writes it on one line."""
     if isinstance(value, BaseModel):
         value = {name: getattr(value, name) for name in _names(value)}
     if isinstance(value, dict):
@@ -44,7 +44,7 @@ def inline(value: Any) -> str:
 
 
 def as_toml(value: Any, width: int = 60) -> str:
-    """A value as it stands in the file, cut short."""
+    """Return a value as it stands in the file, cut short."""
     try:
         text = inline(value)
     except RecursionError:
@@ -99,23 +99,23 @@ def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
 
 
 def _names(table: BaseModel) -> tuple[str, ...]:
-    """Its keys: those that every case has, then names of the case's own."""
+    """Return the keys of a table: those that every case has, then the names that the case adds."""
     return (*type(table).model_fields, *(table.model_extra or {}))
 
 
 def _key(name: str) -> str:
-    """A name as TOML writes it before the equals sign."""
+    """Return a name as TOML writes it before the equals sign."""
     return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else inline(name)
 
 
 def _example(name: str, field: FieldInfo) -> str:
-    """A key as a comment, with its default or an example."""
+    """Return a key as a comment, with its default or an example."""
     given = [*(field.examples or []), *([] if field.is_required() else [field.default])]
     return f"# {name} = {inline(given[0])}"
 
 
 def _absent(name: str, model: type[BaseModel]) -> Iterator[str]:
-    """A table that the case lacks, as comments."""
+    """Yield a table that the case lacks, as comments."""
     yield from _comment(model.__doc__ or "")
     yield f"# [{name}]"
     for key, field in model.model_fields.items():
@@ -147,7 +147,7 @@ def _comment(text: str) -> list[str]:
 
 
 def _cracks(case: Case, field: FieldInfo, explained: bool) -> Iterator[str]:
-    """The tables [[cracks]], or an example of one as a comment."""
+    """Yield the tables [[cracks]], or an example of one as a comment."""
     if explained:
         yield from _comment(field.description or "")
     shape = Segment if case.dim == 2 else Disc

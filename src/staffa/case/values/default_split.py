@@ -10,24 +10,24 @@ GAMMA = 5.0
 
 
 def presses(case: Case) -> str:
-    """The keys of [forces] that are given, which may press cracks shut, or nothing."""
+    """Return the keys of [forces] that are given, which may press cracks shut, or nothing."""
     return ", ".join(acting_forces(case.forces))
 
 
 def is_anisotropic(case: Case) -> bool:
-    """True if the stiffness of some rock of a case depends on the direction."""
+    """Return True if the stiffness of some rock of a case depends on the direction."""
     return not all(is_isotropic(keys) for keys in (case.material, *case.regions.values()))
 
 
 def takes_principal_strains(case: Case) -> bool:
-    """True if splits by principal strains are for its rock: isotropic, with nu >= 0."""
+    """Return True if splits by principal strains are for its rock: isotropic, with nu >= 0."""
     return not is_anisotropic(case) and all(
         averages(piece).nu >= 0 for piece in subdomains_of(case)
     )
 
 
 def safest_split(case: Case) -> str:
-    """The split of its rock under which pressure breaks the least.
+    """Return the split of its rock under which pressure breaks the least.
 
     Isotropic rock with nu >= 0 does not break at all: no-tension is safe, see `physics.split`.
     """
@@ -35,12 +35,12 @@ def safest_split(case: Case) -> str:
 
 
 def default_split(case: Case) -> str:
-    """None where cold alone acts, which pulls; else the safest, see `pressing`."""
+    """Return the default split: none where only cooling acts, which pulls; else see `pressing`."""
     return safest_split(case) if pressing(case) else "none"
 
 
 def is_by_default(case: Case) -> bool:
-    """True if the case does not give its split itself."""
+    """Return True if the case does not give its split itself."""
     return "split" not in case.damage.model_fields_set
 
 
@@ -53,7 +53,7 @@ def for_any_load(case: Case) -> Case:
 
 
 def energy_split(case: Case) -> EnergySplit:
-    """The split of a case."""
+    """Return the split of a case."""
     name = case.damage.split or default_split(case)
     if name == "star-convex":
         gamma = GAMMA if case.damage.gamma is None else case.damage.gamma

@@ -36,8 +36,10 @@ def diffusivity(case: Case, side: str | None = None) -> float:
 
 
 def depth(case: Case) -> float:
-    """L, the extent of the body below the cooled face, if that is one of its flat sides, else the
-    least of its extents; its height without cooling (m)."""
+    """Return L, the extent of the body below the cooled face (m).
+
+    If that face is none of its flat sides, L is the least extent; without cooling the height.
+    """
     size, face = case.outline.size, case.temperature.face
     if case.temperature.profile == "none":
         return size[-1]
@@ -46,7 +48,7 @@ def depth(case: Case) -> float:
 
 
 def times_in(case: Case, given: np.ndarray) -> list[float]:
-    """Times (s), from tau or t as the case counts them."""
+    """Return times (s), from tau or t as the case counts them."""
     if case.time.tau is None:
         return [float(t) for t in given]
     scale = {"kappa": diffusivity(case), "L": depth(case)}

@@ -17,14 +17,16 @@ from staffa.physics.locking import FROM, LINEAR, QUADRATIC, cures
 
 
 def cells_of(case: Case) -> str:
-    """The shape of its cells, "unstructured" for triangles or tetrahedra of Gmsh."""
+    """Return the shape of its cells, "unstructured" for triangles or tetrahedra of Gmsh."""
     given = case.domain.cells
     return given or (BLOCKS[case.dim] if case.domain.is_block else UNSTRUCTURED)
 
 
 def is_constrained(case: Case) -> bool:
-    """True if the volume can only change with the elements': not in plane stress, where the body
-    is free to grow thicker."""
+    """Return whether the volume can only change with the elements'.
+
+    In plane stress it can change otherwise: the body is free to grow thicker.
+    """
     return case.dim == 3 or case.axial or case.material.plane == "strain"
 
 
@@ -42,8 +44,11 @@ def elements_of(case: Case) -> str:
 
 
 def displacement_unknowns(case: Case) -> int:
-    """About how many there are: of quadratic elements also in the middles of edges, of which there
-    are about as many as vertices and cells together (Euler)."""
+    """Estimate the number of displacement unknowns.
+
+    Quadratic elements have nodes in the middles of edges too, of which there are about as many as
+    vertices and cells together (Euler).
+    """
     body = case.outline
     edges = body.n_vertices + body.n_cells if elements_of(case) == QUADRATIC else 0
     return case.dim * (body.n_vertices + edges)
@@ -56,7 +61,7 @@ def largest_nu(case: Case) -> tuple[float, Subdomain]:
 
 
 def _largest(piece: Subdomain) -> float:
-    """The largest; of rock with directions that of isotropic rock as stiff as it."""
+    """Return the largest Poisson's ratio; with directions, that of equally stiff isotropic rock."""
     keys = piece.keys
     if is_isotropic(keys):
         if isinstance(keys.nu, int | float):

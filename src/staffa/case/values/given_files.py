@@ -1,5 +1,4 @@
-"""Fields in files that a case names besides those of its rock: where they stand, and what they
-must cover."""
+"""Fields in files that a case names besides those of its rock: their keys and what they cover."""
 
 from collections.abc import Iterator
 
@@ -14,7 +13,7 @@ START = ("initial", "stress_free")
 
 
 def given_files(case: Case) -> Iterator[tuple[str, FieldFile, str | None]]:
-    """Each: its key, itself, and the face that it is for, None for the whole body."""
+    """Yield each: its key, itself, and the face that it is for, None for the whole body."""
     for name in START:
         value = getattr(case.heat, name, None)
         if isinstance(value, FieldFile):
@@ -31,19 +30,19 @@ def given_files(case: Case) -> Iterator[tuple[str, FieldFile, str | None]]:
 
 
 def in_body(case: Case, value: FieldFile) -> MeshField:
-    """The field at vertices of the body, which may lie a cell outside of the file's mesh: by so
-    much do two meshes of one round body differ. There it has the value of the nearest place."""
+    """Return the field at vertices of the body, which may lie a cell outside of the file's mesh: by
+    so much do two meshes of one round body differ. There it has the value of the nearest place."""
     return value.field.reaching(case.outline.h)
 
 
 def factors(value: DisplacementFile) -> tuple[np.ndarray, np.ndarray]:
-    """Times (s) and the factor at each, of shape (n,)."""
+    """Return times (s) and the factor at each, of shape (n,)."""
     if value.t is None or value.factor is None:
         return np.zeros(1), np.ones(1)
     return np.array(value.t, dtype=float), np.array(value.factor, dtype=float)
 
 
 def largest_displacement(value: DisplacementFile) -> float:
-    """The displacement of largest size in it (m), with its sign."""
+    """Return the displacement of largest size in it (m), with its sign."""
     found = value.field.values
     return float(found[np.argmax(np.abs(found))])

@@ -33,7 +33,7 @@ from staffa.properties.formula import formula, formula_variables, generic, known
 
 
 def conduction(case: Case) -> Conduction:
-    """The heat equation of a case with profile "heat"."""
+    """Return the heat equation of a case with profile "heat"."""
     keys, dim = case.heat, case.dim
     assert keys is not None
     body, *regions = (
@@ -54,12 +54,12 @@ def conduction(case: Case) -> Conduction:
 
 
 def start(case: Case, value: Any) -> PointValues:
-    """The temperature of a body before its first step, or free of stress."""
+    """Return the temperature of a body before its first step, or free of stress."""
     return in_body(case, value) if isinstance(value, FieldFile) else in_space(value, case.dim)
 
 
 def _kinks(case: Case) -> tuple[float, ...]:
-    """The times of all tables."""
+    """Return the times of all tables."""
     keys = case.heat
     assert keys is not None
     surfaces = [*(keys.on(side) for side in case.outline.faces), keys.cracks]
@@ -120,7 +120,7 @@ def _sides(case: Case) -> tuple[Dirichlet | Neumann | Robin, ...]:
 
 
 def temperature(case: Case, value: Any) -> Values:
-    """The temperature of a side, or beyond its film."""
+    """Return the temperature of a side, or beyond its film."""
     if isinstance(value, FieldFile):
         field = in_body(case, value)
         return lambda x, time: field(x)
@@ -138,7 +138,7 @@ def _cracks(keys: HeatKeys, dim: int) -> Insulating | FluidFilledCrack | None:
 
 
 def film(value: Any, dim: int) -> Values | OfSurface:
-    """A film coefficient as a function of points and time, and where it is so of the surface's
+    """Return a film coefficient of points and time, and its dependence on the surface's
     temperature."""
     if isinstance(value, FilmInTemperature):
         return OfSurface(at=lambda x, time, T: value.values_at(T))
@@ -151,7 +151,7 @@ def film(value: Any, dim: int) -> Values | OfSurface:
 
 
 def in_time(value: float | InTime | Formula, dim: int) -> Values:
-    """A value of the table [heat] as a function of points and time."""
+    """Return a value of the table [heat] as a function of points and time."""
     if isinstance(value, Formula):
         return formula(value.formula, formula_variables(dim))
     if isinstance(value, InTime):

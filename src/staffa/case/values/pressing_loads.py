@@ -44,7 +44,7 @@ def pressing(case: Case) -> tuple[str, ...]:
 
 
 def acting_forces(keys: ForceKeys | None) -> tuple[str, ...]:
-    """The keys of [forces] that are given."""
+    """Return the keys of [forces] that are given."""
     if keys is None:
         return ()
     own = ("prestress", "gravity", "pore_pressure", "crack_pressure", "crack_volume")
@@ -167,8 +167,10 @@ def _coldest(case: Case, side: str | None, given: HeatSide | HeatCracks) -> floa
 def _warms_later(
     case: Case, side: str | None, given: HeatSide | HeatCracks, coldest: float
 ) -> bool:
-    """True if a fluid may meet rock that something colder has cooled before: through a film that
-    changes with time, or in cracks, which open later."""
+    """Return whether a fluid may meet rock that something colder has cooled before.
+
+    It may through a film that changes with time, or in cracks, which open later.
+    """
     if given.T is None or given.h is None or isinstance(film(given.h, case.dim), OfSurface):
         return False
     x = _places(case, side)
@@ -185,8 +187,7 @@ def _places(case: Case, side: str | None) -> np.ndarray:
 def _of_surface(
     case: Case, keys: HeatKeys, side: str | None, given: HeatSide | HeatCracks
 ) -> tuple[bool, bool]:
-    """True if a side, or the fluid in the cracks, heats the rock, and whether it cools it less
-    with time."""
+    """Return whether a side or the fluid in cracks heats the rock, or cools it less with time."""
     x = _places(case, side)
     flux = getattr(given, "flux", None)
     if flux is not None:
@@ -202,24 +203,26 @@ def _of_surface(
 
 
 def _weakens(case: Case, value: Any, x: np.ndarray) -> bool:
-    """True if a film coefficient falls with time; one of the surface's temperature does not, by
-    itself."""
+    """Return whether a film coefficient falls with time.
+
+    One that depends on the surface's temperature does not fall by itself.
+    """
     return not isinstance(film(value, case.dim), OfSurface) and _rises(-_over_time(case, value, x))
 
 
 def _rises(values: np.ndarray) -> bool:
-    """True if values, shape (n_times, n_points), rise anywhere at some time."""
+    """Return True if values, shape (n_times, n_points), rise anywhere at some time."""
     return bool(np.diff(values, axis=0).max(initial=0.0) > ROUND_OFF * np.abs(values).max())
 
 
 def _over_time(case: Case, value: Any, x: np.ndarray) -> np.ndarray:
-    """A value of [heat] at points, shape (3, n), over the run; shape (n_times, n)."""
+    """Return a value of [heat] at points, shape (3, n), over the run; shape (n_times, n)."""
     function = temperature(case, value)
     return np.array([np.broadcast_to(function(x, t), x.shape[1:]) for t in _times(case, value)])
 
 
 def _times(case: Case, value: Any) -> list[float]:
-    """Times at which a value is looked at (s)."""
+    """Return times at which a value is looked at (s)."""
     given = case.time.t if case.time.tau is None else case.time.tau
     stop = given[-1] if isinstance(given, tuple) else getattr(given, "stop", 0.0)
     last = times_in(case, np.array([stop], dtype=float))[0]

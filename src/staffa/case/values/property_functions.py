@@ -21,7 +21,7 @@ def point_property(value: Any, dim: int) -> Property:
 
 
 def in_space(value: Any, dim: int) -> PointFunction:
-    """The same as a function of points, where it is one number too."""
+    """Return the same as a function of points, where it is one number too."""
     return partial(values, point_property(value, dim))
 
 
@@ -44,7 +44,7 @@ def mean_value(value: Any, dim: int, places: Callable[[], Sample]) -> float:
 
 
 def product_of(one: Property, other: Property) -> Property:
-    """The product of two properties."""
+    """Return the product of two properties."""
     if not callable(one) and not callable(other):
         return one * other
     return lambda x: values(one, x) * values(other, x)

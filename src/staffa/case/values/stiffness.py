@@ -18,7 +18,7 @@ from staffa.properties.axes import turned_by, with_axis, with_third
 
 
 def rock_axes(keys: RockKeys) -> np.ndarray:
-    """The rock's axes as rows along x, y, z; with `axis` the third is across the bedding."""
+    """Return the rock's axes as rows along x, y, z; with `axis` the third is across the bedding."""
     if keys.axis is not None:
         return with_axis(keys.axis)
     if keys.angle is not None:
@@ -45,8 +45,10 @@ def tensor(keys: RockKeys, given: Sequence[float], third: float | None = None) -
 
 
 def structural_tensor(keys: RockKeys) -> np.ndarray | None:
-    """A with the toughness Gc sqrt(n . A n) of a crack across n, where Gc is the least of the given
-    list; None if Gc is no list."""
+    """Return the structural tensor A; None if Gc is no list.
+
+    The toughness of a crack across n is Gc sqrt(n . A n), where Gc is the least of the given list.
+    """
     if not isinstance(keys.Gc, tuple):
         return None
     least = float(min(keys.Gc))
@@ -81,8 +83,8 @@ def elasticity(keys: MaterialKeys, read: Callable[[Any], Property]) -> Elasticit
 def _three(
     given: Sequence[Any], read: Callable[[Any], Property], left_out: Any
 ) -> tuple[Property, Property, Property]:
-    """A list of an orthotropic rock. In plane stress, where the third axis has no effect, E1 and
-    E2, nu12, and G12 are enough: that axis is then as stiff as the second, and nothing contracts
-    it."""
+    """Return a list of an orthotropic rock. In plane stress, where the third axis has no effect, E1
+    and E2, nu12, and G12 are enough: that axis is then as stiff as the second, and nothing
+    contracts it."""
     first, second, third = (read(value) for value in (*given, *[left_out] * (3 - len(given))))
     return first, second, third

@@ -65,16 +65,17 @@ class Subdomain:
 
     @property
     def name(self) -> str:
-        """As a sentence calls it: "material", or "region 'clay'"."""
+        """Return the name for messages: "material", or "region 'clay'"."""
         _, _, region = self.where.partition(".")
         return f"region '{region}'" if region else self.where
 
     def average(self, value: Any) -> float:
-        """The mean of one of its properties."""
+        """Return the mean of one of its properties."""
         return mean_value(value, self.dim, self.places)
 
     def properties(self) -> Iterator[tuple[str, str, Any]]:
-        """Every value of its rock that may vary: the name of its key, where it stands, itself."""
+        """Yield each value of the rock that may vary: name of its key, its place in the file,
+        itself."""
         for name in RockKeys.model_fields:
             value = getattr(self.keys, name)
             if name in ("stiffness", "axis", "angle", "axes") or value is None:
@@ -89,7 +90,7 @@ class Subdomain:
 
 
 def subdomains_of(case: Case) -> tuple[Subdomain, ...]:
-    """The body first, then its regions."""
+    """Return the body first, then its regions."""
     places = case.outline.places
     T = reference_temperature(case)
 
@@ -109,8 +110,10 @@ def subdomains_of(case: Case) -> tuple[Subdomain, ...]:
 
 
 def reference_temperature(case: Case) -> float:
-    """The mean temperature (K) at the start, at which scales are told; 0 where no temperature is
-    known, or none is needed."""
+    """Return the mean temperature (K) at the start, at which scales are computed.
+
+    0 where no temperature is known, or none is needed.
+    """
     tables = (case.material, *case.regions.values())
     names = RockKeys.model_fields
     if case.heat is None or not any(of_temperature(getattr(t, n)) for t in tables for n in names):
@@ -130,7 +133,7 @@ def box_of(case: Case, region: RegionKeys) -> Bounds | None:
 
 
 def averages(piece: Subdomain) -> Averages:
-    """The numbers that stand for its rock."""
+    """Return the numbers that stand for its rock."""
     keys = piece.keys
     if is_isotropic(keys):
         E, nu = piece.average(keys.E), piece.average(keys.nu)
@@ -147,7 +150,7 @@ def averages(piece: Subdomain) -> Averages:
 
 
 def conductivity(piece: Subdomain) -> np.ndarray:
-    """Its conductivity along x, y (and z), averaged over places; a tensor, shape (dim, dim)."""
+    """Return the conductivity averaged over places: a tensor, shape (dim, dim)."""
     k = piece.keys.k or ONE
     if isinstance(k, tuple):
         return tensor(piece.keys, k)[: piece.dim, : piece.dim]
@@ -161,8 +164,10 @@ def has_directions(keys: MaterialKeys) -> bool:
 
 
 def is_uneven(case: Case) -> bool:
-    """True if places of the rock may break sooner than its averages tell, beyond [toughness]: it
-    varies, has directions, or strains otherwise in a region than around it."""
+    """Return whether rock may break sooner than its averages tell, [toughness] left aside.
+
+    The rock varies, has directions, or strains otherwise in a region than around it.
+    """
     body, *regions = (_strained_by(piece) for piece in subdomains_of(case))
     kinds = any(
         subdomain_varies(piece) or has_directions(piece.keys) for piece in subdomains_of(case)
@@ -177,7 +182,7 @@ def _strained_by(piece: Subdomain) -> tuple[float, ...]:
 
 
 def subdomain_varies(piece: Subdomain) -> bool:
-    """True if a property by which rock breaks differs from place to place."""
+    """Return True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
     return any(
         varies(value) and depends_on_place(value) and name.partition(".")[0] not in of_heat
@@ -186,7 +191,7 @@ def subdomain_varies(piece: Subdomain) -> bool:
 
 
 def temperature_changes(case: Case) -> tuple[str, ...]:
-    """Names of the properties that temperature changes in some rock."""
+    """Return the names of the properties that temperature changes in some rock."""
     found = {
         name: None
         for piece in subdomains_of(case)
