@@ -29,7 +29,7 @@ def elsewhere() -> Iterator[None]:
 
 
 def isolated_python(*arguments: str, module: str | None = None) -> list[str]:
-    """Command of a Python like this one that imports nothing from the current folder.
+    """Return the command of a Python like this one that imports nothing from the current folder.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def isolated_python(*arguments: str, module: str | None = None) -> list[str]:
 
 
 def _paths() -> list[str]:
-    """Folders of modules, without the current one, unless staffa itself is there."""
+    """Return folders of modules, without the current one, unless staffa itself is there."""
     own = str(Path(__file__).resolve().parents[2])
     here = os.path.realpath(".")
     return [

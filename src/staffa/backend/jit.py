@@ -130,7 +130,7 @@ def flags(comm: MPI.Comm) -> list[str]:
 
 
 def chosen_flags() -> list[str]:
-    """Flags of the C compiler but for vector instructions: they decide the last digits."""
+    """Return the flags of the C compiler without vector ones; they decide the last digits."""
     return os.environ[INSTEAD].split() if INSTEAD in os.environ else FLAGS
 
 

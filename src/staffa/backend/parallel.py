@@ -30,7 +30,7 @@ def max_over_ranks(comm: MPI.Comm, values: np.ndarray | float) -> float:
 
 
 def any_over_ranks(comm: MPI.Comm, flag: bool) -> bool:
-    """True on every rank if it is true on one. Collective."""
+    """Return True on every rank if the argument is true on one. Collective."""
     return bool(comm.allreduce(bool(flag), op=MPI.LOR))
 
 
@@ -91,7 +91,7 @@ def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:
 
 
 def _portable(error: Exception) -> Exception:
-    """The error itself if it survives the way to another rank, else one with the same words."""
+    """Return an error if it can be sent to another rank, else one with the same words."""
     try:
         copy: Exception = pickle.loads(pickle.dumps(error))
         return copy

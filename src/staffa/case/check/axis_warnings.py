@@ -20,7 +20,7 @@ SAMPLES = 25  # times at which a pressure is looked at
 
 
 def axis_warnings(case: Case, derived: Numbers) -> Iterator[str]:
-    """A sentence that names all tension around the axis that breaks the rock by first estimates."""
+    """Yield a warning on all tension around the axis that breaks the rock by first estimates."""
     if not case.axial:
         return
     causes = [*_of_heat(case, derived), *_of_pressure(case, derived), *_of_moves(case, derived)]

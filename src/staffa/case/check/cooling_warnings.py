@@ -63,7 +63,7 @@ def _exchanges_heat(case: Case) -> bool:
 
 
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
-    """Notes on cooling: choices that may be meant."""
+    """Yield notes on cooling: choices that may be intended."""
     share = start_of_damage(derived, peak_drop(case, derived), face_squeeze(case, derived))
     if derived.ell0 is not None and _cracks_at_face(case, share):
         ell0 = derived.ell0 * toughness_at_face(case)

@@ -46,7 +46,7 @@ class Steps:
 
 
 def steps(case: Case, derived: Numbers) -> Steps:
-    """The number of steps of a run; of steps that adapt, those that it takes without cracks."""
+    """Return the number of steps of a run; of adaptive steps the number without cracks."""
     times = plan(case, derived)
     walk, number = AdaptiveSteps(times), 0
     while number < MOST_STEPS and (time := walk.next()) is not None:

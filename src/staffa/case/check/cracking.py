@@ -28,7 +28,7 @@ def first_and_last(derived: Numbers) -> tuple[float, float]:
 
 
 def peak_drop(case: Case, derived: Numbers) -> float:
-    """Largest drop of the cooled face by the end of the run."""
+    """Return the largest drop of the cooled face by the end of the run (K)."""
     if case.heat is not None:
         coldest = strongest(surface_exchanges(case), case.temperature.face)
         return coldest.reached if coldest else 0.0
@@ -40,7 +40,7 @@ def peak_drop(case: Case, derived: Numbers) -> float:
 
 
 def rare_factor(case: Case) -> float:
-    """Toughness over its mean at the weak places of a lognormal field, 1 without one."""
+    """Return the toughness over its mean at the weak places of a lognormal field, 1 without one."""
     variance = np.log1p(case.toughness.amplitude**2)
     return float(np.exp(-RARE * np.sqrt(variance) - variance / 2)) if variance else 1.0
 
@@ -119,7 +119,7 @@ def verdict(case: Case, derived: Numbers) -> tuple[str, str]:
 def _of_ratio(
     case: Case, ratio: float, causes: tuple[str, ...], what: str, needs: str
 ) -> tuple[str, str]:
-    """The verdict that follows from a ratio to the start of damage, of this drop or stress."""
+    """Return the verdict from the ratio of this drop or stress to the start of damage."""
     bound = "dT_c" if what == "drop" else "what starts damage"
     if ratio >= WELL_ABOVE:
         return "yes", f"the {what} is well above {bound}"

@@ -102,7 +102,7 @@ def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
-    """A prestress whose shear, with its other components, is more tension than the rock bears."""
+    """Warn of a prestress whose shear gives more tension than the rock bears."""
     acting = forces(case)
     if acting.prestress is None or is_anisotropic(case):
         return

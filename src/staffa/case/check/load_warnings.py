@@ -47,7 +47,7 @@ def load_warnings(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_held_faces(case: Case) -> Iterator[str]:
-    """Loads on a face that is held against them."""
+    """Warn of loads on a face that is held against them."""
     for side, table in case.forces.by_side().items() if case.forces else ():
         axis, every = case.outline.axis(side), "xyz"[: case.dim]
         moved = {"pressure": every if axis is None else every[axis], "x": "x", "y": "y", "z": "z"}
@@ -62,7 +62,7 @@ def _of_held_faces(case: Case) -> Iterator[str]:
 
 
 def _of_tables(case: Case, derived: Numbers) -> Iterator[str]:
-    """Tables in time that end, while their value changes, before the run does."""
+    """Warn of tables in time that end, while their value changes, before the run does."""
     stop = max((*derived.times, *derived.requested))
     for where, table in prescribed(case):
         if isinstance(table, Formula):
@@ -102,7 +102,7 @@ def _of_times(case: Case) -> Iterator[str]:
 
 
 def _of_start(case: Case, derived: Numbers) -> Iterator[str]:
-    """Rock that was joined hot, and is strained beyond its strength before anything cools."""
+    """Warn of rock that was joined hot, and is strained beyond its strength before cooling."""
     keys = case.heat
     if keys is None or derived.dT_c is None or not is_strained_at_start(case):
         return
@@ -156,7 +156,7 @@ def _spans(case: Case, box: Box | RegionKeys, across: int | None) -> bool:
 
 
 def _values(case: Case) -> Iterator[Any]:
-    """Every formula, value with a gradient and field in a file that a load of the case has."""
+    """Yield formulas, values with a gradient and fields in files of the loads of a case."""
     loads = (case.supports, case.heat, case.forces)
     for section in loads:
         if section is not None:
@@ -183,7 +183,7 @@ def _is_even(value: Formula | Even | FieldFile, across: int | None) -> bool:
 
 
 def _breaks(case: Case, derived: Numbers) -> bool:
-    """True if cracks are expected: by the verdict on cooling, or as the body is pulled apart."""
+    """Return True if cracks are expected, from cooling or as the body is pulled apart."""
     if derived.cooled:
         without_threshold = derived.dT_c is None and derived.dT > 0
         return without_threshold or verdict(case, derived)[0] in ("yes", "hardly")

@@ -27,7 +27,7 @@ WIDTH = 4.0  # of a crack's damage with AT1, over ell
 
 
 def cell_edge(case: Case) -> float:
-    """The longest cell edge, domain.h or a little less; the mean of unstructured cells (m)."""
+    """Return the longest cell edge (m), at most domain.h; the mean of unstructured cells."""
     return case.outline.h
 
 
@@ -53,7 +53,7 @@ def mesh_warnings(case: Case) -> Iterator[str]:
 
 
 def mesh_notes(case: Case) -> Iterator[str]:
-    """Sentences on what was made of a mesh, and on cells that resolve a crack, if barely."""
+    """Yield notes on changes of a mesh, and on cells that barely resolve a crack."""
     yield from case.outline.notes
     yield from (text for much, text in long_edges(case, cell_edge(case)) if not much)
 
@@ -80,7 +80,7 @@ def _of_residual_stiffness(case: Case) -> Iterator[str]:
 
 
 def _of_noise(case: Case) -> Iterator[str]:
-    """Random fields that are finer than the mesh."""
+    """Warn of random fields that are finer than the mesh."""
     h, length = cell_edge(case), case.toughness.correlation_length
     coarser = f"{amount(case, 2 * case.damage.ell, 'm')}, which is 2 ell, or more"
     if case.toughness.amplitude and length is not None and length < h:
@@ -120,7 +120,7 @@ def _of_regions(case: Case) -> Iterator[str]:
 
 
 def _of_shape(case: Case) -> Iterator[str]:
-    """Parts of a shape that are smaller than a cell."""
+    """Warn of parts of a shape that are smaller than a cell."""
     keys, h = case.domain.shape, cell_edge(case) * (1 - 1e-9)
     if isinstance(keys, PlateWithHole | Wellbore) and keys.radius < h:
         yield (

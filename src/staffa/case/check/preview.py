@@ -242,7 +242,7 @@ def _where(case: Case, derived: Numbers) -> str:
 
 
 def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
-    """Facts on the squeeze of the cooled face, and on what cooling sets against it."""
+    """Return facts on the squeeze of the cooled face and on the tension by cooling."""
     squeezed = face_squeeze(case, derived)
     if squeezed is None:
         return []

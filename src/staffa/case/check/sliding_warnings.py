@@ -28,7 +28,7 @@ def sliding_warnings(case: Case) -> Iterator[str]:
 
 
 def _way_out(case: Case) -> str:
-    """The end of the sentence: the split that lets faces slide, and what else it asks for."""
+    """Return the end of the sentence: the split that lets faces slide, and its other needs."""
     if not takes_principal_strains(case):
         return "only isotropic rock has a split that lets them slide"
     if case.axial:

@@ -50,7 +50,7 @@ def holding(case: Case) -> tuple[str, str]:
 
 
 def hinge_warnings(case: Case) -> Iterator[str]:
-    """Parts of a mesh that single points or edges join."""
+    """Warn of parts of a mesh that single points or edges join."""
     found = case.outline.hinges
     if not found:
         return

@@ -13,7 +13,7 @@ from staffa.case.schema.case import Case
 
 
 def warnings(case: Case, derived: Numbers) -> list[str]:
-    """Sentences on what is off, each with the number to take."""
+    """Return a sentence on each likely mistake, with the number to take."""
     found = [*mesh_warnings(case), *hinge_warnings(case)]
     found += [*load_warnings(case, derived), *force_warnings(case, derived)]
     found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
@@ -21,7 +21,7 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
 
 
 def notes(case: Case, derived: Numbers) -> list[str]:
-    """Sentences on what is a choice, and what it means."""
+    """Return a sentence on each choice that may not be intended, with its meaning."""
     always = [*mesh_notes(case)]
     if not derived.cooled:
         return always

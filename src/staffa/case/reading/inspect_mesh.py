@@ -114,7 +114,7 @@ def mesh_of(file: Path, unit: float, given: str) -> Simplices:
 
 
 def _is_possible(shape: Any) -> None:
-    """The numbers of a shape are as many as they must be, and what they describe can be."""
+    """Require that a shape has as many numbers as it needs, and that they are possible."""
     if isinstance(shape, Layers):
         _can_be_stacked(shape)
     if not isinstance(shape, PlateWithHole | Wellbore):

@@ -81,7 +81,7 @@ OTHER_NAMES = {
 
 
 def message(error: ValidationError) -> str:
-    """The most telling of what is wrong: an unknown key first, since it may explain the rest."""
+    """Return the error that explains most: an unknown key first, which may cause others."""
     details = error.errors(include_url=False)
     for detail in details:
         if detail["type"] == "extra_forbidden":
@@ -157,7 +157,7 @@ def _likeness(keys: Sequence[int | str]) -> str:
 
 
 def _where(keys: Sequence[int | str]) -> str:
-    """Keys as a user counts them: toughness.bands, entry 2, factor."""
+    """Return keys as a user counts them: toughness.bands, entry 2, factor."""
     text, between = "", ""
     for key in keys:
         text += f", entry {key + 1}" if isinstance(key, int) else between + key

@@ -126,7 +126,7 @@ SIDED: dict[str, type[SidesTable]] = {
 
 
 def _name_sides(table: dict[str, Any]) -> None:
-    """A block has no other faces than its sides, so that any other name is a key misspelled."""
+    """Refuse names of faces that a block does not have: such a name is a key misspelled."""
     domain = table.get("domain")
     if isinstance(domain, dict) and {"mesh", "shape"} & set(domain):
         return

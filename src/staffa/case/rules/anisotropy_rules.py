@@ -17,7 +17,8 @@ PERPENDICULAR = 1e-6  # cosine of the angle between two axes
 
 
 def stiffness_is_complete(case: Case) -> None:
-    """E and nu; these and three more across a bedding; three lists; or a whole stiffness."""
+    """Require E and nu; or these and three more across a bedding, three lists, or a whole
+    stiffness."""
     for piece in subdomains_of(case):
         keys = piece.keys
         if keys.stiffness is not None:
@@ -31,7 +32,7 @@ def stiffness_is_complete(case: Case) -> None:
 
 
 def _said(case: Case, piece: Subdomain) -> list[str]:
-    """The keys of the stiffness that are written down for a piece, not left at their defaults."""
+    """Return the keys of the stiffness that a subdomain gives, not those left at their defaults."""
     keys = piece.keys
     return [
         name
@@ -176,7 +177,7 @@ def _turn_something(case: Case) -> None:
 
 
 def lists_have_a_number_an_axis(case: Case) -> None:
-    """Lists along the rock's axes are as long as there are such axes."""
+    """Require that lists along the rock's axes are as long as there are such axes."""
     for piece in subdomains_of(case):
         for name in ("Gc", "expansion", "k"):
             given = getattr(piece.keys, name)

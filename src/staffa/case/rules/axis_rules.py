@@ -23,7 +23,7 @@ ROUND_OFF = 1e-9
 
 
 def section_is_possible(case: Case) -> None:
-    """A body of revolution is given by a section in 2-D on one side of its axis."""
+    """Require that a body of revolution is given by a section in 2-D on one side of its axis."""
     keys = case.domain
     if keys.symmetry is None:
         if keys.hole is not None:
@@ -66,7 +66,7 @@ def _is_no_plane(case: Case) -> None:
 
 
 def axis_is_no_face(case: Case) -> None:
-    """Nothing is said of the axis, along which no displacement is free and on which no load is."""
+    """Refuse keys of the axis, along which no displacement is free and no load acts."""
     for face in case.domain.axis_faces:
         given = [
             f"{name}.{face}"
@@ -85,7 +85,8 @@ def axis_is_no_face(case: Case) -> None:
 
 
 def loads_fit_the_axis(case: Case) -> None:
-    """Cooling in closed form is along the axis; so is gravity; stress is the same all around."""
+    """Require that cooling in closed form and gravity are along the axis, and stress symmetric to
+    it."""
     if not case.axial:
         return
     keys = case.temperature
@@ -131,7 +132,7 @@ def _moves_nothing_at_the_axis(case: Case) -> None:
 
 
 def _prestress_fits(case: Case) -> None:
-    """An even stress is the same along r and around the axis, and has no shear."""
+    """Require that a uniform stress is the same along r and around the axis, without shear."""
     given = case.forces.prestress if case.forces else None
     if given is None:
         return

@@ -19,7 +19,7 @@ ROUND_OFF = 1 + 1e-9  # "0.03 mm" and "30 um" differ in the last digit
 
 
 def dimension_agrees(case: Case) -> None:
-    """Cells, the plane state and sides are of the body's dimension."""
+    """Require that cells, plane state and sides fit the body's dimension."""
     dim, cells = case.dim, case.domain.cells
     if case.domain.is_block and cells is not None and cells not in CELLS[dim]:
         raise InputError(
@@ -34,7 +34,7 @@ def dimension_agrees(case: Case) -> None:
 
 
 def elements_fit_the_cells(case: Case) -> None:
-    """Linear elements are for all cells, quadratic and reduced ones each for some."""
+    """Require elements that the cells have: quadratic and reduced ones are for some cells only."""
     elements, cells = case.domain.elements, cells_of(case)
     if elements not in (None, LINEAR, cures(cells)):
         kind = "simplices" if cures(cells) == QUADRATIC else "quadrilaterals and hexahedra"
@@ -45,7 +45,7 @@ def elements_fit_the_cells(case: Case) -> None:
 
 
 def mesh_carries_cracks(case: Case) -> None:
-    """ell >= h unless opted out, and the body larger than either."""
+    """Require ell >= h unless opted out, and a body larger than either."""
     ell, h, smallest = case.damage.ell, _edge(case), _smallest(case)
     if h > smallest * ROUND_OFF:
         raise InputError(
@@ -66,7 +66,7 @@ def mesh_carries_cracks(case: Case) -> None:
 
 
 def mesh_can_be_numbered(case: Case) -> None:
-    """Not more unknowns than a 32-bit number counts."""
+    """Refuse more unknowns than a 32-bit number counts."""
     unknowns = displacement_unknowns(case)
     if unknowns > LARGEST:
         raise InputError(

@@ -10,7 +10,7 @@ CONTACT = "contact"
 
 
 def contact_is_possible(case: Case) -> None:
-    """Friction has its split; and nothing is asked for that needs one energy for several steps."""
+    """Require the split of friction, and refuse keys that need one energy for several steps."""
     friction, is_contact = case.damage.friction, case.damage.split == CONTACT
     if friction is not None and not is_contact:
         raise InputError(

@@ -11,7 +11,7 @@ from staffa.errors import InputError, choices
 
 
 def cooling_is_one(case: Case) -> None:
-    """A face that exists, and not both dT and severity, nor one of them where neither counts."""
+    """Require a face that exists; refuse dT and severity together, or where they do not count."""
     keys = case.temperature
     faces = case.outline.faces
     if keys.face not in faces and (case.domain.is_block or keys.profile != "none"):
@@ -33,7 +33,7 @@ def cooling_is_one(case: Case) -> None:
 
 
 def cooling_is_complete(case: Case) -> None:
-    """One of dT and severity, if they make the temperature."""
+    """Require one of dT and severity, if they make the temperature."""
     keys = case.temperature
     if keys.profile not in ("none", "heat") and keys.dT is None and keys.severity is None:
         raise InputError(
@@ -63,7 +63,7 @@ def depth_has_a_meaning(case: Case) -> None:
 
 
 def film_is_convective(case: Case) -> None:
-    """biot is given exactly with a convective profile."""
+    """Require biot for a convective profile, and refuse it for others."""
     keys = case.temperature
     if keys.profile == "convective" and keys.biot is None:
         raise InputError(
@@ -78,7 +78,7 @@ def film_is_convective(case: Case) -> None:
 
 
 def measures_are_inside(case: Case) -> None:
-    """Counting depths lie in the body, each once, and only where depth has a meaning."""
+    """Require counting depths inside of the body, each once, and only below a flat face."""
     if not case.measures.depths:
         return
     where = f"measures.depths = {inline(case.measures.depths)}"

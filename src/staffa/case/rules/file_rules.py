@@ -64,7 +64,7 @@ def _size(extent: tuple[float, ...] | np.ndarray) -> str:
 
 
 def files_cover_the_body(case: Case) -> None:
-    """Fields of temperatures and displacements are there all over the body, or the side."""
+    """Require that fields of temperatures and displacements cover the body, or their side."""
     for where, value, side in given_files(case):
         places = case.outline.places.on(side)
         found = in_body(case, value)(places)

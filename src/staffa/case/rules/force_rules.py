@@ -26,7 +26,7 @@ IN_SPACE = ("prestress", "pore_pressure")
 
 
 def forces_say_something(case: Case) -> None:
-    """The table acts on the body, and what it needs is there."""
+    """Require that the table acts on the body, and that its needs are met."""
     keys = case.forces
     if keys is None:
         return
@@ -62,7 +62,7 @@ def forces_say_something(case: Case) -> None:
 
 
 def forces_fit_the_body(case: Case) -> None:
-    """Sides, components and gradients are those of the body and of its plane state."""
+    """Require sides, components and gradients that the body and its plane state have."""
     keys, dim = case.forces, case.dim
     if keys is None:
         return
@@ -119,7 +119,7 @@ def _volume_fits(case: Case, keys: ForceKeys) -> None:
 
 
 def split_fits_the_rock(case: Case) -> None:
-    """Splits by principal strains are for isotropic rock with nu >= 0."""
+    """Require isotropic rock with nu >= 0 for splits by principal strains."""
     name = case.damage.split
     if case.damage.gamma is not None and name != "star-convex":
         raise InputError(
@@ -154,7 +154,7 @@ def _by_default(case: Case) -> str:
 
 
 def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
-    """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
+    """Yield each value that may be a table or a formula: its key, itself, and its side if any."""
     for name in COMPONENTS if keys.prestress is not None else ():
         yield f"forces.prestress.{name}", getattr(keys.prestress, name), None
     for side, table in keys.by_side().items():

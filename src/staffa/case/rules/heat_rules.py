@@ -23,7 +23,7 @@ TRIED = 21  # times at which a formula is tried
 
 
 def heat_has_its_profile(case: Case) -> None:
-    """The table and its numbers of the rock are there exactly with temperature.profile = "heat"."""
+    """Require the table and its numbers of the rock exactly with temperature.profile = "heat"."""
     profile = f'temperature.profile = "{case.temperature.profile}"'
     if case.temperature.profile != "heat":
         if case.heat is not None:
@@ -61,7 +61,7 @@ def _rocks(case: Case) -> list[tuple[str, RockKeys]]:
 
 
 def heat_fits_the_body(case: Case) -> None:
-    """Gradients and sides are of the body's dimension."""
+    """Require gradients and sides of the body's dimension."""
     keys = case.heat
     if keys is None:
         return
@@ -179,7 +179,7 @@ def _is_strained(keys: HeatKeys) -> bool:
 
 
 def _values(case: Case, keys: HeatKeys) -> Iterator[tuple[str, Any, str | None]]:
-    """Every value that may be a table or a formula: its key, itself, and its side if it has one."""
+    """Yield each value that may be a table or a formula: its key, itself, and its side if any."""
     for name in (*START, "source"):
         yield f"heat.{name}", getattr(keys, name), None
     for side in case.outline.faces:

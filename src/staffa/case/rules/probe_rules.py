@@ -31,7 +31,7 @@ def probes_are_inside(case: Case) -> None:
 
 
 def _is_in_rock(case: Case, said: str, point: tuple[float, ...]) -> None:
-    """Not in the hole of a shape, nor beyond its round side."""
+    """Refuse a point in the hole of a shape, or beyond its round side."""
     keys = case.domain.shape
     x = np.array([[float(c)] for c in point])
     if keys is not None and not keys.shape().contains(x, 0.0)[0]:

@@ -26,7 +26,7 @@ NORMAL = 0.2
 
 
 def regions_are_places(case: Case) -> None:
-    """Regions are boxes that meet a block, or those that a shape or a mesh names."""
+    """Require regions that are boxes that meet a block, or that a shape or a mesh names."""
     for name, region in case.regions.items():
         try:
             is_name(name)
@@ -59,7 +59,7 @@ def _is_a_box(case: Case, where: str, region: RegionKeys) -> None:
 
 
 def random_fields_are_possible(case: Case) -> None:
-    """Lengths and directions are of the body's dimension, and no normal field reaches zero."""
+    """Require lengths and directions of the body's dimension, and normal fields far from zero."""
     for piece in subdomains_of(case):
         for _, where, value in piece.properties():
             if isinstance(value, RandomField):

@@ -62,7 +62,7 @@ def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.nda
 
 
 def _acting_on(case: Case, acting: Forces, face: str, x: np.ndarray, t: float) -> np.ndarray | None:
-    """The normal stress that a face and the weight beyond give at points (Pa); None with shear."""
+    """Return the normal stress by a face and the weight beyond at points (Pa); None with shear."""
     plane = case.outline.faces[face]
     assert plane is not None
     on_face = x.copy()
@@ -122,7 +122,7 @@ def equivalent(case: Case, stress: np.ndarray) -> np.ndarray:
 
 
 def rest_is_borne(case: Case) -> None:
-    """The forces before cooling do not break all of the rock, where even rock tells it."""
+    """Require that the forces before cooling do not break all of the rock, if it is uniform."""
     even = case.domain.is_block or isinstance(case.domain.shape, Layers)
     if case.forces is None or not even or is_uneven(case):
         return

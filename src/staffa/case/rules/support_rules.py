@@ -21,7 +21,7 @@ INTERPOLATED = 1e-6
 
 
 def rollers_are_flat(case: Case) -> None:
-    """Rollers are on faces that are flat across an axis."""
+    """Require that rollers are on faces that are flat across an axis."""
     faces = case.outline.faces
     for name, plane in faces.items():
         if case.supports.on(name) == "rollers" and plane is None:
@@ -33,7 +33,7 @@ def rollers_are_flat(case: Case) -> None:
 
 
 def section_owns_its_sides(case: Case) -> None:
-    """A section is 2-D, owns left and right, and is cooled from below or above."""
+    """Require that a section is 2-D, has left and right, and is cooled from below or above."""
     keys, section = case.supports, f'supports.section = "{case.supports.section}"'
     if keys.section == "none":
         return
@@ -59,7 +59,7 @@ def section_owns_its_sides(case: Case) -> None:
 
 
 def section_can_stretch(case: Case) -> None:
-    """Right, bottom and top do not hold the strain that a section leaves open."""
+    """Require that right, bottom and top leave free the strain that a section leaves open."""
     if case.supports.section not in ("stretch", "free"):
         return
     for side in ("right", "bottom", "top"):
@@ -73,7 +73,7 @@ def section_can_stretch(case: Case) -> None:
 
 
 def prescribed_agree(case: Case) -> None:
-    """Prescribed sides name components that exist, and tables of the same length."""
+    """Require that prescribed sides name components that exist, and tables of the same length."""
     for side in case.outline.faces:
         support = case.supports.on(side)
         if not isinstance(support, Prescribed):
@@ -171,7 +171,7 @@ def as_table(value: PrescribedValue) -> tuple[np.ndarray, np.ndarray]:
 
 
 def something_happens(case: Case) -> None:
-    """The body is cooled or moved, or forces act on it."""
+    """Require that the body is cooled or moved, or that forces act on it."""
     if case.temperature.profile == "none" and not is_moved(case) and case.forces is None:
         raise InputError(
             'the case loads nothing: temperature.profile = "none", no prescribed displacement '
@@ -185,7 +185,7 @@ def is_moved(case: Case) -> bool:
 
 
 def moved_axes(case: Case) -> tuple[int, ...]:
-    """Axes along which faces across them are moved; none if a face is moved along itself too."""
+    """Return axes along which faces across them are moved; none if a face is moved sideways too."""
     faces = case.outline.faces
     moved = [(case.outline.axis(side), _moves(case.supports.on(side))) for side in faces]
     if any(along - {axis} for axis, along in moved):

@@ -24,7 +24,7 @@ TRIED = 41  # temperatures at which a formula is tried
 
 
 def temperature_is_known(case: Case) -> None:
-    """Properties of temperature need one, which the heat equation alone knows."""
+    """Require the heat equation, which gives a temperature, for properties of temperature."""
     if case.temperature.profile == "heat":
         return
     tables = [("material", case.material), *((f"regions.{n}", r) for n, r in case.regions.items())]
@@ -39,7 +39,7 @@ def temperature_is_known(case: Case) -> None:
 
 
 def laws_fit_the_rock(case: Case) -> None:
-    """Temperature changes what it can, in rock without directions, as a run can follow."""
+    """Require properties that temperature can change, in rock without directions."""
     for piece in subdomains_of(case):
         for name, where, value in _of_temperature(piece):
             said = f"{where} = {as_toml(value)}"
@@ -59,7 +59,7 @@ def laws_fit_the_rock(case: Case) -> None:
 
 
 def _can_be_booked(case: Case, said: str) -> None:
-    """Spent surface energy counts at the toughness of the time when cracks grew."""
+    """Refuse cases in which spent surface energy would not count at the toughness of its time."""
     if case.solver.backtracking:
         raise InputError(
             f"{said} depends on temperature, and solver.backtracking tries cracks at times at "
@@ -74,7 +74,7 @@ def _can_be_booked(case: Case, said: str) -> None:
 
 
 def tables_of_temperature_agree(case: Case) -> None:
-    """Tables have as many values as temperatures, which increase; Poisson's ratios are possible."""
+    """Require as many values as temperatures, which increase, and possible Poisson's ratios."""
     found = [(where, value) for p in subdomains_of(case) for _, where, value in _of_temperature(p)]
     for where, table in (*found, *films(case)):
         if isinstance(table, InTemperature):
@@ -101,7 +101,7 @@ def _agrees(where: str, table: InTemperature) -> None:
 
 
 def formulas_of_temperature_give_numbers(case: Case) -> None:
-    """Formulas of T give what a rock can have, at the temperatures that the case names."""
+    """Require possible values of formulas of T, at the temperatures that the case names."""
     for piece in subdomains_of(case):
         for name, where, value in _of_temperature(piece):
             if isinstance(value, PropertyFormula):
@@ -161,7 +161,7 @@ def _kelvin(case: Case, T: float) -> str:
 
 
 def _of_temperature(piece: Subdomain) -> Iterator[tuple[str, str, Any]]:
-    """The properties of a piece that depend on temperature, as `Piece.properties` has them."""
+    """Yield the properties that depend on temperature, see `Subdomain.properties`."""
     return (item for item in piece.properties() if of_temperature(item[-1]))
 
 

@@ -27,7 +27,8 @@ def adaptive(case: Case) -> AdaptiveTau | AdaptiveTime | None:
 
 
 def times_given(case: Case) -> np.ndarray:
-    """The times of the case, in tau or in t as it counts them; of adaptive steps the two ends."""
+    """Return the times of the case, in tau or in t as it counts them; of adaptive steps the two
+    ends."""
     given = getattr(case.time, counts_in(case))
     if isinstance(given, UniformTau | UniformTime):
         return np.linspace(given.start, given.stop, given.steps)
@@ -37,7 +38,7 @@ def times_given(case: Case) -> np.ndarray:
 
 
 def times_increase(case: Case) -> None:
-    """tau or t, in increasing order; tau only where heat diffuses."""
+    """Require tau or t, in increasing order; tau only where heat diffuses."""
     keys, name = case.time, counts_in(case)
     if (keys.tau is None) == (keys.t is None):
         how = "neither is given" if keys.tau is None else "both are given"
@@ -89,7 +90,7 @@ def _increase(where: str, times: tuple[float, ...]) -> None:
 
 
 def adaptive_steps_are_possible(case: Case) -> None:
-    """Bounds in order, and an advance that a crack can make: it runs by a cell at least."""
+    """Require bounds in order, and an advance of a cell at least."""
     steps, name = adaptive(case), counts_in(case)
     if steps is None:
         return
@@ -138,7 +139,7 @@ def outputs_count_as_times_do(case: Case) -> None:
 
 
 def outputs_are_within(case: Case) -> None:
-    """Times of outputs lie in the run, each once."""
+    """Require that times of outputs lie in the run, each once."""
     name, last = counts_in(case), float(times_given(case)[-1])
     end = f"{last:g}" if name == "tau" else amount(case, last, "s", digits=6)
     for time in case.output.at:

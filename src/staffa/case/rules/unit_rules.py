@@ -28,7 +28,7 @@ def units_are_not_mixed(case: Case) -> None:
 
 
 def nothing_is_one_by_default(case: Case) -> None:
-    """A case in units gives the rock's numbers, whose default 1 is for scaled ones."""
+    """Require the rock's numbers of a case in units: their default 1 is for scaled cases."""
     if is_scaled(case):
         return
     needed = {"E": "stress", "Gc": "toughness"}

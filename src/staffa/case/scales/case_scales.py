@@ -137,7 +137,7 @@ def _of_a_bar(split: EnergySplit, nu: float, state: str) -> float:
 def _critical_drop(
     law: DamageLaw, split: EnergySplit, rock: Averages, least: float, ell: float, state: str
 ) -> float | None:
-    """The drop at which damage starts in a rock of which the bands leave this much toughness."""
+    """Return the drop at which damage starts in a rock whose bands leave this much toughness."""
     numbers = vars(rock) | {"Gc": rock.Gc * least}
     drop = scales.critical_drop(law, **numbers, ell=ell, state=state)
     if drop is None or split is NO_SPLIT:
@@ -149,7 +149,7 @@ def _critical_drop(
 
 
 def cooled_face(case: Case) -> Face | None:
-    """The cooled side as a plane, or None without cooling, or if it is no flat side of the body."""
+    """Return the cooled side as a plane; None without cooling, or if the side is not flat."""
     if case.temperature.profile == "none" or case.outline.sides[case.temperature.face] is None:
         return None
     plane = case.outline.faces[case.temperature.face]
@@ -158,7 +158,7 @@ def cooled_face(case: Case) -> Face | None:
 
 
 def least_factor(case: Case) -> float:
-    """The least toughness over Gc that the bands leave anywhere in the body, 1 without bands.
+    """Return the least toughness over Gc that the bands leave in the body, 1 without bands.
 
     The bands' edges cut the body into boxes, in each of which the factors of all bands that cover
     it are multiplied.
@@ -195,12 +195,12 @@ def least_factor(case: Case) -> float:
 
 
 def _apart(cut: np.ndarray, h: float) -> np.ndarray:
-    """Edges in order, without those that differ from the one before by round-off."""
+    """Return edges in order, without those that differ from the one before by round-off."""
     return cut[np.diff(cut, prepend=-np.inf) > SAME * h]
 
 
 def _corners(case: Case, name: str) -> list[list[float]]:
-    """One coordinate of this corner of all bands, for each axis."""
+    """Return one coordinate of this corner of all bands, for each axis."""
     return [
         [float(getattr(band, name)[axis]) for band in case.toughness.bands]
         for axis in range(case.dim)

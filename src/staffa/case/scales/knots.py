@@ -98,7 +98,7 @@ def departure(t: np.ndarray, values: np.ndarray, visited: np.ndarray) -> tuple[f
 
 
 def _extremes(values: np.ndarray, prominence: float, most: int) -> list[int]:
-    """Indices of peaks and troughs, both edges of level ones, that stand out by a prominence."""
+    """Return indices of peaks and troughs, both edges of level ones, that exceed a prominence."""
     found: dict[int, float] = {}
     for column in (*values.T, *(-values).T):
         _, told = find_peaks(column, prominence=prominence, plateau_size=1)

@@ -43,7 +43,7 @@ def pace(case: Case, derived: Numbers) -> Pace | None:
 
 
 def prescribed_knots(case: Case) -> dict[str, Knots]:
-    """The knots of every value that a case prescribes in time and that changes, by its key."""
+    """Return the knots of each prescribed value that changes in time, by its key."""
     visited = visited_times(case).tolist()
     found = ((c.where, knots(c.t, c.values, through=visited)) for c in curves(case))
     return {where: told for where, told in found if told is not None}

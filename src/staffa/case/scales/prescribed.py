@@ -61,7 +61,7 @@ def curves(case: Case) -> Iterator[PrescribedCurve]:
 
 
 def visited_times(case: Case) -> np.ndarray:
-    """The times of a case, of adaptive steps the ends, and of its outputs (s), increasing."""
+    """Return the times of a case and of its outputs (s), increasing; of adaptive steps the ends."""
     outputs = np.array(case.output.at, dtype=float)
     return np.unique([*times_in(case, times_given(case)), *times_in(case, outputs)])
 
@@ -104,7 +104,7 @@ def _of_formula(case: Case, where: str, given: Formula, visited: np.ndarray) -> 
 def _sampled(
     at: Callable[[np.ndarray], np.ndarray], t: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and values there, with more times where the value changes much between two of them."""
+    """Return times and values, with more times where the value changes much between two of them."""
     values = at(t)
     least = JUMP * float(t[-1])
     while True:

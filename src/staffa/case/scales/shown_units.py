@@ -17,7 +17,7 @@ STRAINED = 0.1
 
 
 def units(case: Case, derived: Numbers) -> dict[str, Unit]:
-    """Units of the case by the names of `Shown`, as it writes them; none if it is scaled."""
+    """Return units of the case by the names of `Shown`, as it writes them; none if it is scaled."""
     if is_scaled(case):
         return {}
     return vars(
@@ -76,7 +76,7 @@ def _swing(case: Case) -> float:
 
 
 def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
-    """Estimates from the rock's averages and the strongest stress that is known at the start."""
+    """Return estimates from the rock's averages and the strongest stress known at the start."""
     rock, size, L = derived.rock, case.outline.size, derived.L
     volume = 1.0
     for length in size:

@@ -110,13 +110,13 @@ def lateral(case: Case, across: int) -> list[int]:
 
 
 def pulled_axes(case: Case, across: int) -> list[int]:
-    """The axes along which cold next to a face pulls: across the plane too in plane strain."""
+    """Return the axes along which a cooled face pulls: in plane strain across the plane too."""
     third = case.dim == 2 and not case.plane_stress
     return [*lateral(case, across), *([2] if third else [])]
 
 
 def thermal_stress(derived: Numbers, drop: float) -> float:
-    """The stress along a face that is colder by a drop (K) than the rock that holds it (Pa)."""
+    """Return the stress along a face that is colder by a drop (K) than the rock around it (Pa)."""
     m = derived.rock
     free = 1.0 if derived.state == PLANE_STRESS else 1 - m.nu
     return m.E * m.expansion * drop / free

@@ -129,7 +129,7 @@ def _largest_film(case: Case, value: Any, x: np.ndarray, last: float) -> float:
 
 
 def _shares(below: np.ndarray) -> tuple[float, float]:
-    """Largest drop and largest rise, each at least 0."""
+    """Return largest drop and largest rise (K), each at least 0."""
     return max(0.0, float(below.max())), max(0.0, float(-below.min()))
 
 
@@ -149,7 +149,7 @@ def _history(case: Case, value: Any, x: np.ndarray, last: float) -> np.ndarray:
 
 
 def _middle(case: Case, side: str) -> np.ndarray:
-    """The middle of a side, shape (3, 1); of the body, if the side is not flat across an axis."""
+    """Return the middle of a side, shape (3, 1); that of the body if the side is not flat."""
     body, x = case.outline, np.zeros((3, 1))
     x[: case.dim, 0] = (np.array(body.lower) + np.array(body.upper)) / 2
     plane = body.faces[side]

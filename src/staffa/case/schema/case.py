@@ -310,7 +310,7 @@ class Case(CaseTable):
 
     @property
     def dim(self) -> int:
-        """2 or 3."""
+        """Return the dimension, 2 or 3."""
         return self.outline.dim
 
     @property

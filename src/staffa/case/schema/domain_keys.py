@@ -92,7 +92,7 @@ class DomainKeys(CaseTable):
         return self._file
 
     def with_mesh(self, file: Path, outline: Outline) -> "DomainKeys":
-        """The same with the mesh found, and what it is from outside; it goes by its file's name."""
+        """Return the keys with the mesh found and its outline; the mesh goes by its file's name."""
         keys = self.model_copy(update={"mesh": file.name})
         keys._file, keys._outline = file, outline
         return keys
@@ -124,10 +124,10 @@ class DomainKeys(CaseTable):
 
     @property
     def is_block(self) -> bool:
-        """True for a rectangle or a box of `size`."""
+        """Return True for a rectangle or a box of `size`."""
         return self.size is not None
 
     @property
     def has_simplices(self) -> bool:
-        """True for triangles or tetrahedra that lie anywhere."""
+        """Return True for triangles or tetrahedra that lie anywhere."""
         return not self.is_block or self.cells == UNSTRUCTURED

@@ -88,7 +88,8 @@ def _not_negative(value: Any) -> Any:
 
 
 def _in_degrees(value: Any) -> Any:
-    """An angle as a plain number: it has a unit or none, whatever the case's other numbers have."""
+    """Return an angle as a plain number: it may have a unit, whatever the case's other numbers
+    have."""
     return float(parse(value, "rotation")) if isinstance(value, str) else value
 
 
@@ -150,7 +151,7 @@ ONE = Quantity(1.0)
 
 
 def one_of(known: Iterable[str]) -> AfterValidator:
-    """One of the names of a registry, so that what is added there is a case's at once."""
+    """Return the rule for one of the names of a registry, so that additions count at once."""
     names = tuple(known)
 
     def is_known(value: str) -> str:

@@ -77,7 +77,7 @@ class WithReference(CaseTable):
         return True
 
     def law(self, dim: int) -> Law | None:
-        """Its values over those at the reference temperature, of a body of dim dimensions."""
+        """Return values over those at the reference temperature, of a body of dim dimensions."""
         raise NotImplementedError
 
 

@@ -82,7 +82,7 @@ class AdaptiveTime(CaseTable):
 
 
 def _how_times_are_given(value: Any) -> str | None:
-    """A list, equal steps, or adaptive ones: by the keys, so that only one of them can complain."""
+    """Return the kind of times, by the keys, so that only one alternative can complain."""
     if isinstance(value, AdaptiveTau | AdaptiveTime):
         return "adaptive steps"
     adaptive = isinstance(value, dict) and {"shortest", "longest", "advance", "growth"} & set(value)

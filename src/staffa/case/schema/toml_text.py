@@ -124,7 +124,7 @@ def _absent(name: str, model: type[BaseModel]) -> Iterator[str]:
 
 
 def _regions(regions: dict[str, RegionKeys], explained: bool) -> Iterator[str]:
-    """The tables [regions.NAME], or one as comments; their other keys are those of [material]."""
+    """Yield the tables [regions.NAME], or one as comments; other keys are those of [material]."""
     if explained:
         yield from ["", *_comment(RegionKeys.__doc__ or "")]
     if explained and not regions:

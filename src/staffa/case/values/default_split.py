@@ -45,7 +45,7 @@ def is_by_default(case: Case) -> bool:
 
 
 def for_any_load(case: Case) -> Case:
-    """The case with the split that is safe under any load of a script, unless it gives one."""
+    """Return the case with the split that is safe under any load of a script, unless it has one."""
     if not is_by_default(case):
         return case
     damage = case.damage.model_copy(update={"split": safest_split(case)})

@@ -12,24 +12,24 @@ from staffa.physics.scales import time_of_tau
 
 
 def conductivities(case: Case) -> tuple[float, ...]:
-    """Conductivity along each axis, of a case with profile "heat" (W/(m K))."""
+    """Return the conductivity along each axis, of a case with profile "heat" (W/(m K))."""
     return tuple(np.diag(subdomains.conductivity(subdomains.subdomains_of(case)[0])).tolist())
 
 
 def conductivity_across(case: Case, face: str) -> float:
-    """Conductivity across a face; the mean one if that is not flat across an axis (W/(m K))."""
+    """Return the conductivity across a face; the mean one if the face is not flat (W/(m K))."""
     along, axis = conductivities(case), case.outline.axis(face)
     return sum(along) / len(along) if axis is None else along[axis]
 
 
 def heat_capacity(case: Case) -> float:
-    """rho c, of a case with profile "heat" (J/(m^3 K))."""
+    """Return rho c, of a case with profile "heat" (J/(m^3 K))."""
     body = subdomains.subdomains_of(case)[0]
     return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 
 def diffusivity(case: Case, side: str | None = None) -> float:
-    """kappa (m^2/s) across a side, by default the one from which depths are measured."""
+    """Return kappa (m^2/s) across a side, by default the one from which depths are measured."""
     if case.heat is None:
         return float(case.material.kappa or ONE)
     return conductivity_across(case, side or case.temperature.face) / heat_capacity(case)

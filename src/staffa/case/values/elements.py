@@ -31,7 +31,7 @@ def is_constrained(case: Case) -> bool:
 
 
 def default_elements(case: Case) -> str:
-    """Linear ones, but of nearly incompressible rock those that do not lock."""
+    """Return linear elements, but for nearly incompressible rock those that do not lock."""
     if not is_constrained(case) or case.damage.friction:  # see `rules.contact`
         return LINEAR
     largest, _ = largest_nu(case)
@@ -55,7 +55,7 @@ def displacement_unknowns(case: Case) -> int:
 
 
 def largest_nu(case: Case) -> tuple[float, Subdomain]:
-    """The largest Poisson's ratio of the rock where it is looked at, and the piece that has it."""
+    """Return the largest sampled Poisson's ratio of the rock, and the subdomain that has it."""
     found = [(_largest(piece), piece) for piece in subdomains_of(case)]
     return max(found, key=lambda one: one[0])
 

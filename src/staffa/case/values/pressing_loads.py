@@ -57,7 +57,7 @@ def _forces(case: Case) -> Iterator[str]:
 
 
 def _moved(case: Case) -> Iterator[str]:
-    """Supports that move: they may push."""
+    """Yield supports that move: they may push."""
     sides = [side for side in case.outline.faces if _moves(case.supports.on(side))]
     if sides:
         yield f"supports that move ({', '.join(sides)})"
@@ -77,7 +77,7 @@ def _moves_by(component: Any) -> bool:
 
 
 def only_pulled(case: Case) -> bool:
-    """True if nothing but supports acts that move flat sides outwards, as in a tensile test."""
+    """Return True if only supports act that move flat sides outwards, as in a tensile test."""
     if not case.domain.is_block or case.forces is not None or case.temperature.profile != "none":
         return False
     for side, plane in case.outline.faces.items():
@@ -96,7 +96,7 @@ def only_pulled(case: Case) -> bool:
 
 
 def _mismatch(case: Case) -> Iterator[str]:
-    """Rock that does not expand alike in all places and directions."""
+    """Yield rock that does not expand alike in all places and directions."""
     body, *regions = subdomains_of(case)
     expansions = [piece.keys.expansion for piece in (body, *regions)]
     uneven = [
@@ -117,7 +117,7 @@ def _mismatch(case: Case) -> Iterator[str]:
 
 
 def _start(case: Case, keys: HeatKeys) -> Iterator[str]:
-    """Initial temperatures that even out, and rock that is strained by them."""
+    """Yield initial temperatures that even out, and rock that is strained by them."""
     x = case.outline.places.within().x
     initial = start(case, keys.initial)(x)
     slack = ROUND_OFF * np.abs(initial).max()
@@ -158,7 +158,7 @@ def _heated(case: Case, keys: HeatKeys) -> Iterator[str]:
 
 
 def _coldest(case: Case, side: str | None, given: HeatSide | HeatCracks) -> float:
-    """The lowest temperature that a side, or the fluid in the cracks, has over the run (K)."""
+    """Return the lowest temperature of a side, or of the fluid in the cracks, over the run (K)."""
     if given.T is None:
         return np.inf
     return float(_over_time(case, given.T, _places(case, side)).min())
