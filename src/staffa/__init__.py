@@ -14,6 +14,7 @@ _WHERE = {
     "resume": "staffa.runs.resume",
     "build": "staffa.evolution.system",
     "march": "staffa.evolution.march",
+    "open_run": "staffa.io.run_directory",
     "read_run": "staffa.io.run_directory",
 }
 __all__ = sorted(_WHERE)

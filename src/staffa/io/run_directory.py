@@ -10,13 +10,17 @@ from hashlib import sha256
 from itertools import count
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
+from staffa.io.step_columns import rows_of
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Step, kept, made
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -53,6 +57,23 @@ class Run:
             return False
         last = self.steps[-1]
         return last.time == self.manifest.times[-1] and last.status == "converged"
+
+    def to_frame(self) -> "DataFrame":
+        """Return the steps as a pandas frame, a row a step that was kept; see docs/results.md.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame
+        except ImportError as error:
+            raise InputError(
+                f"Run.to_frame needs pandas, which does not load ({error}); `pip install "
+                f"'staffa[frames]'`"
+            ) from None
+        return DataFrame(rows_of(self.manifest, self.steps))
 
     def wants(self, step: Step) -> bool:
         """Whether the time of a step was asked for as an output."""
@@ -225,7 +246,10 @@ def read_run(path: str | Path) -> Run:
     """
     path = path_of(path, "path")
     if not (path / MANIFEST).is_file():
-        raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
+        raise InputError(
+            f"{path} is no run directory: it has no {MANIFEST}; name a folder that `staffa run` "
+            f"made"
+        )
     manifest = read_manifest(path)
     steps = _read_steps(path)
     standing = kept(steps)
@@ -239,6 +263,9 @@ def read_run(path: str | Path) -> Run:
         superseded=tuple(step for step in steps if id(step) not in known),
         rejected=rejected,
     )
+
+
+open_run = read_run  # the public name: `staffa.open_run(directory)`
 
 
 def read_manifest(path: Path) -> Manifest:
