@@ -24,8 +24,8 @@ from staffa.backend.isolation import elsewhere, python
 from staffa.errors import InputError, StaffaError
 from staffa.io import own_files
 from staffa.io.run_directory import read_run, require_free
-from staffa.report.html import POLICY
-from staffa.results.series import csv_text
+from staffa.report.page import POLICY
+from staffa.results.tables import Table, columns_of
 
 STAFFA = Path(sys.executable).with_name("staffa")
 BAR = ["--set", "domain.h=0.05", "--set", "time.t=[0.1,0.2]", "--set", "output.at=[]"]
@@ -354,8 +354,9 @@ def test_sequences_that_rewrite_the_screen_are_spelled_out(run: Path, tmp_path: 
 
 
 def test_a_cell_that_a_spreadsheet_would_compute_is_a_text() -> None:
-    rows = [["=cmd()", "+1", "-1", "@x", "a", -1.5, None]]
-    assert csv_text(["x"] * 7, rows) == "x,x,x,x,x,x,x\n'=cmd(),'+1,'-1,'@x,a,-1.5,\n"
+    rows = (("=cmd()", "+1", "-1", "@x", "a", -1.5, None),)
+    written = Table(columns=columns_of(*"xxxxxxx"), rows=rows).csv()
+    assert written == "x,x,x,x,x,x,x\n'=cmd(),'+1,'-1,'@x,a,-1.5,\n"
 
 
 def test_nothing_can_run_on_a_page(run: Path, tmp_path: Path) -> None:

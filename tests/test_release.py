@@ -202,9 +202,7 @@ def test_a_table_and_a_sentence_tell_it(tmp_path) -> None:
     append_step(tmp_path, replace(step, released=(known, unknown)))
     run = read_run(tmp_path)
     assert run.steps[0].released == (known, unknown), "kept on disk as it was"
-    table = release_table(run)
-    assert table is not None
-    header, first, second = table.splitlines()
+    header, first, second = release_table(run).csv().splitlines()
     assert header == "step,time,tau,tip,x,y,dx,dy,G,uncertainty,radius,reason"
     assert first.split(",")[3:] == ["0", "0.5", "0.4", "0.0", "1.0", "2.0", "0.1", "0.3", ""]
     assert second.endswith(",,,,a face is near")

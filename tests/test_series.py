@@ -113,12 +113,12 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
         append_step(tmp_path, replace(step, reactions={"left": (1.0, -2.0)}, probed=probed))
     run = read_run(tmp_path)
     assert run.manifest.probes == (SPOT, LINE)
-    rows = list(csv.DictReader(StringIO(probes_table(run))))
+    rows = list(csv.DictReader(StringIO(probes_table(run).csv())))
     assert [row["name"] for row in rows] == ["well", "axis", "axis", "axis"] * 2
     assert float(rows[3]["s"]) == pytest.approx(np.hypot(1, 0.6))
     assert [row["T"] for row in rows[:4]] == ["0.0", "1.0", "2.0", "3.0"]
     assert rows[3]["x"] == "1.0" and rows[3]["alpha"] == "0.9"
-    rows = list(csv.DictReader(StringIO(reactions_table(run))))
+    rows = list(csv.DictReader(StringIO(reactions_table(run).csv())))
     assert [(row["step"], row["side"], row["fy"]) for row in rows] == [
         ("1", "left", "-2.0"),
         ("2", "left", "-2.0"),
@@ -128,7 +128,8 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
 def test_without_supports_and_probes_there_are_no_tables(tmp_path: Path) -> None:
     create(tmp_path, "", drawn_manifest((1.0, 0.6)))
     append_step(tmp_path, drawn_step(1, (1.0, 0.6), None))
-    assert reactions_table(read_run(tmp_path)) is None and probes_table(read_run(tmp_path)) is None
+    run = read_run(tmp_path)
+    assert reactions_table(run).rows == () and probes_table(run).rows == ()
 
 
 ON_RANKS = """

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import isclose, sqrt
 
 import numpy as np
@@ -9,20 +10,32 @@ import numpy as np
 from staffa.case.schema.case import Case
 from staffa.display_units import Shown
 from staffa.io.run_directory import Run
+from staffa.io.step_columns import rows_of
 from staffa.plot.labels import has_tau
-from staffa.records.step import Step
 
 # Times and sizes that differ by less are the same: rounding in tau = 2 sqrt(kappa t)/L makes 1e-15.
 SAME = 1e-6
+IF_ANY = ("energy of loads", "work of friction")  # readings that are left out where they vanish
+OF_ANY_BODY = ("spacing", "deepest crack")  # all other readings grow with the body
+ENERGIES = {
+    "elastic energy": "energies_elastic",
+    "surface energy": "energies_surface",
+    "energy of loads": "energies_loads",
+    "work of friction": "energies_friction",
+    "total energy": "energies_total",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """One of the two runs.
+    """One of the two runs, of n steps.
 
-    name: what tells it from the other. length, energy, time: what its lengths (m), energies (J/m,
-    in 3-D J) and times (s) are divided by: the units of the first run, or L and Gc L (in 3-D
-    Gc L^2) where only one of the runs has units.
+    Attributes
+    ----------
+    name : what tells it from the other.
+    run, case : the run and its case.
+    length, energy, time : what its lengths (m), energies (J/m, in 3-D J) and times (s) are over:
+        the units of the first run, or L and Gc L (in 3-D Gc L^2) where only one run has units.
     """
 
     name: str
@@ -33,11 +46,6 @@ class Side:
     time: float = 1.0
 
     @property
-    def dim(self) -> int:
-        """2 or 3."""
-        return len(self.run.manifest.size)
-
-    @property
     def extents(self) -> int:
         """2 where volumes and energies are per thickness, else 3."""
         return 2 if self.run.manifest.plane else 3
@@ -45,7 +53,38 @@ class Side:
     @property
     def kind(self) -> str:
         """The kind of body, in words."""
-        return "of revolution" if self.run.manifest.axial else f"{self.dim}-D"
+        m = self.run.manifest
+        return "of revolution" if m.axial else f"{len(m.size)}-D"
+
+    @property
+    def size(self) -> np.ndarray:
+        """Extent of the body along each axis, shape (2 or 3,)."""
+        return np.array(self.run.manifest.size) / self.length
+
+    @cached_property
+    def readings(self) -> dict[str, np.ndarray]:
+        """Numbers of each step by their names, shape (n,); NaN where a step does not have one."""
+        rows = rows_of(self.run.manifest, self.run.steps)
+
+        def read(column: str, over: float = 1.0) -> np.ndarray:
+            return np.array([row[column] for row in rows]) / over
+
+        crack, area = "crack length", self.length ** (self.extents - 1)
+        crack = crack if self.extents == 2 else "crack area"
+        found = {
+            "cracks": read("cracks"),
+            "spacing": read("spacing", self.length),
+            "deepest crack": read("deepest", self.length),
+            crack: read("measures_length_surface", area),
+            f"{crack}, by geometry": read("measures_length_geometry", area),
+        }
+        return found | {name: read(column, self.energy) for name, column in ENERGIES.items()}
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Sum of the absolute energies, which loads cannot bring near zero, shape (n,)."""
+        parts = [self.readings[name] for name in ENERGIES if name != "total energy"]
+        return np.abs(parts).sum(axis=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,22 +107,14 @@ class Pair:
 
     @property
     def dim(self) -> int | None:
-        """2 or 3, None if one body has two and the other three, or only one is of revolution."""
-        return self.first.dim if self.first.kind == self.second.kind else None
+        """2 or 3; None for bodies of two kinds."""
+        return len(self.first.size) if self.first.kind == self.second.kind else None
 
     @property
     def alike(self) -> bool:
         """True for bodies of one size, so that energies, lengths and numbers can agree."""
-        one, other = (np.array(side.run.manifest.size) / side.length for side in self.sides)
+        one, other = (side.size for side in self.sides)
         return self.dim is not None and np.allclose(one, other, rtol=SAME, atol=0.0)
-
-    @property
-    def clock(self) -> str | None:
-        """The clock of both: the time "t", or "tau" where either is scaled or a tau is not the
-        same time in both; None without either."""
-        if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
-            return "tau"
-        return None if self.mixed else "t"
 
     @property
     def root(self) -> float | None:
@@ -93,6 +124,35 @@ class Pair:
         late = [side.run.steps[-1] for side in self.sides]
         roots = [sqrt(step.time) / step.tau for step in late if step.tau]
         return roots[0] if len(roots) == 2 and isclose(*roots, rel_tol=SAME) else None
+
+    @cached_property
+    def clock(self) -> str | None:
+        """The clock of both: the time "t", or "tau" where either is scaled or a tau is not the
+        same time in both; None without either."""
+        if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
+            return "tau"
+        return None if self.mixed else "t"
+
+    @cached_property
+    def times(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times of the steps of both on that clock, shape (n,) each; NaN without one."""
+        by = {"tau": lambda side, step: step.tau, "t": lambda side, step: step.time / side.time}
+        at = by.get(str(self.clock), lambda side, step: np.nan)
+        one, other = (np.array([at(s, step) for step in s.run.steps]) for s in self.sides)
+        return one, other
+
+    @cached_property
+    def common(self) -> np.ndarray:
+        """Places of the steps that both runs have at the same time, shape (m, 2)."""
+        one, other = self.times
+        near = np.isclose(other, one[:, None], rtol=SAME, atol=0.0)
+        there = np.flatnonzero(near.any(axis=1))
+        return np.column_stack([there, near[there].argmax(axis=1)])
+
+    def both(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return a reading of both at the common times, shape (m,) each."""
+        one, other = (s.readings[name][at] for s, at in zip(self.sides, self.common.T, strict=True))
+        return one, other
 
     @property
     def shown(self) -> Shown:
@@ -104,40 +164,39 @@ class Pair:
         """Unit of lengths: that of the first run, "L", or nothing where both are scaled."""
         return "L" if self.mixed else self.shown.length.name
 
-    @property
-    def energy_unit(self) -> str:
-        """Of energies of bodies of one dimension."""
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """The readings that can be compared, with their units."""
+        length, energy = self.length_unit, self.shown.energy.name
         if self.mixed:
-            return "Gc L" if self.first.extents == 2 else "Gc L²"
-        return self.shown.energy.name
+            energy = "Gc L" if self.first.extents == 2 else "Gc L²"
+        area = length if self.first.extents == 2 or not length else f"{length}²"
+        units = {"cracks": "", **dict.fromkeys(OF_ANY_BODY, length)}
+        for name in self.first.readings if self.dim else ():
+            seen = any(side.readings[name].any() for side in self.sides)
+            if name not in units and (seen or name not in IF_ANY):
+                units[name] = energy if name in ENERGIES else area
+        return units
+
+    def knows(self, name: str) -> bool:
+        """Return whether a reading can be compared, and each run has it at some step."""
+        return name in self.units and all(
+            np.isfinite(side.readings[name]).any() for side in self.sides
+        )
+
+    def named(self, name: str) -> str:
+        """Return a reading's name with its unit."""
+        return f"{name} ({self.units[name]})" if self.units[name] else name
 
     @property
     def time_unit(self) -> str:
         """Unit of the clock, nothing if that is tau."""
         return self.shown.time.name if self.clock == "t" else ""
 
-    def at(self, step: Step) -> float | None:
-        """When a step is, on the clock of both."""
-        if self.clock is None:
-            return None
-        return step.tau if self.clock == "tau" else step.time / self.first.time
-
-    def moment(self, at: float | None) -> str:
-        """A time on that clock in words."""
+    def moment(self, at: float) -> str:
+        """Return a time on that clock in words."""
         unit = f" {self.time_unit}" if self.time_unit else ""
-        return "no common clock" if at is None else f"{self.clock} = {at:.4g}{unit}"
-
-    def common(self) -> list[tuple[Step, Step]]:
-        """The steps that both runs have at the same time, in order."""
-        if self.clock is None:
-            return []
-        there = self.second.run.steps
-        times = np.array([self.at(step) for step in there], dtype=float)
-        found = []
-        for step in self.first.run.steps:
-            near = np.flatnonzero(np.isclose(times, self.at(step) or 0.0, rtol=SAME, atol=0.0))
-            found += [(step, there[i]) for i in near[:1]]
-        return found
+        return f"{self.clock} = {at:.4g}{unit}" if self.clock else "no common clock"
 
 
 def pair_title(pair: Pair) -> str:
@@ -150,7 +209,7 @@ def caveats(pair: Pair) -> Iterator[str]:
     one, other = pair.names
     if pair.mixed:
         bare, dressed = (one, other) if pair.first.run.manifest.scaled else (other, one)
-        told = f", energies over {pair.energy_unit}" if pair.dim else ""
+        told = f", energies over {pair.units['total energy']}" if pair.dim else ""
         yield f"{bare} is scaled and {dressed} has units: lengths are over L{told}, times in tau."
     if pair.dim is None:
         yield (
@@ -159,19 +218,13 @@ def caveats(pair: Pair) -> Iterator[str]:
         )
     elif not pair.alike:
         unit = f" {pair.length_unit}" if pair.length_unit else ""
-        sizes = (
-            " x ".join(f"{x / side.length:g}" for x in side.run.manifest.size) + unit
-            for side in pair.sides
-        )
+        sizes = (" x ".join(f"{x:g}" for x in side.size) + unit for side in pair.sides)
         yield (
             f"The bodies differ in size ({', '.join(sizes)}): energies, lengths and numbers of "
             f"cracks are those of each whole body, and their differences are left out."
         )
     if pair.clock is None:
         yield "A run without tau has no time in common with one in other units."
-        return
-    ends = [pair.at(side.run.steps[-1]) or 0.0 for side in pair.sides]
-    if not isclose(*ends, rel_tol=SAME):
-        yield f"The runs end at different times: {one} at {pair.moment(ends[0])}, {other} at " + (
-            f"{pair.moment(ends[1])}."
-        )
+    elif not isclose(*(ends := [times[-1] for times in pair.times]), rel_tol=SAME):
+        when = f"{one} at {pair.moment(ends[0])}, {other} at {pair.moment(ends[1])}"
+        yield f"The runs end at different times: {when}."
