@@ -239,7 +239,7 @@ def volumes_figure(names: Sequence[str], manifests: Sequence[Manifest], frames: 
         files = [frame.path for frame in mine]
         (views,) = rendered(manifest, files, bottom * manifest.L, (CRACKS,), pixels=PIXELS)
         for axes, view, frame in zip(row, views, mine, strict=True):
-            axes.imshow(view.image)
+            axes.imshow(view)
             axes.set_axis_off()
             axes.set_title(f"{_short(name)}, {moment(manifest, frame.step)}", loc="left")
     add_depths(figure, panels, bottom, "depth over L")

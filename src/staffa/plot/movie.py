@@ -19,7 +19,7 @@ from staffa.plot.frames import read_frames
 from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import RC, WIDTH, new_figure
-from staffa.plot.volume import add_depths, deepest, depth_label, draw_view, rendered
+from staffa.plot.volume import add_depths, deepest, depth_label, rendered
 from staffa.records.step import Step
 
 FEWEST, MOST = 3, 40  # moments that make a movie, and that it shows at most
@@ -89,14 +89,15 @@ def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) ->
         pixels=PIXELS,
         ready=lambda: told(next(count), len(looks) * len(steps)),
     )
-    tallest = max(row[0].image.shape[0] / row[0].image.shape[1] for row in rows)
+    tallest = max(row.shape[1] / row.shape[2] for row in rows)
     figure = new_figure(WIDTH / 2 * tallest + 0.95)
     panels = figure.subplots(1, 2)
     add_depths(figure, panels, manifest.shown.length.of(bottom), depth_label(manifest))
     for step, *views in zip(steps, *rows, strict=True):
         for axes, view in zip(panels, views, strict=True):
             axes.clear()
-            draw_view(axes, manifest, view)
+            axes.imshow(view, interpolation="antialiased")
+            axes.set_axis_off()
         panels[0].set_title(moment(manifest, step), loc="left")
         yield _pixels(figure)
 

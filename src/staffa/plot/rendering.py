@@ -1,7 +1,4 @@
-"""What the child process of `volume` does: renders views of cracks with PyVista, off screen.
-
-A line on its standard output tells of each view that is ready.
-"""
+"""The child process of `volume`: renders views of cracks with PyVista, off screen."""
 
 import json
 import sys
@@ -31,23 +28,26 @@ STONE = LinearSegmentedColormap.from_list(
 BESIDE_THE_MIDDLE = 0.4987
 MATT: Any = {"ambient": 0.36, "diffuse": 0.72, "show_scalar_bar": False}
 OUTWARD = 0.04  # how far outside of the body its sizes are written, over its largest
+ROOM = 0.85  # of the image that the body may take, so that its sizes have room beside it
+LETTERS = 1 / 46  # height of the letters over the edge of the image
 
 
-def render(job: dict[str, Any]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Images of each file, one look after the other, each with the places for the body's sizes.
-
-    An image has shape (pixels, pixels, 3); the places, one for each axis, are in pixels from its
-    upper left corner, shape (3, 2).
+def render(job: dict[str, Any]) -> None:
+    """Write an image of each file in each look, and print a line when one is ready.
 
     Parameters
     ----------
-    job : looks, of `ROCK` and `CRACKS`; files; lower corner and size of the body; face, the side of
+    job : result, the file to write, of shape (looks, files, pixels, pixels, 3); looks, of `ROCK`
+        and `CRACKS`; files; lower corner, size and sizes (as text) of the body; face, the side of
         a box that depth counts from; turned, whether that is up where it is looked at; deepest,
         where the colors end; crack, the damage to draw; colors; pixels, the edge of an image.
     """
-    for look in job["looks"]:
-        for file in job["files"]:
-            yield _view(job, _body(job, file), look)
+    images = np.zeros((len(job["looks"]), len(job["files"]), *[job["pixels"]] * 2, 3), np.uint8)
+    for k, look in enumerate(job["looks"]):
+        for n, file in enumerate(job["files"]):
+            images[k, n] = _view(job, _body(job, file), look)
+            print("ready", flush=True)
+    np.save(job["result"], images)
 
 
 def _body(job: dict[str, Any], file: str) -> Any:
@@ -63,15 +63,20 @@ def _body(job: dict[str, Any], file: str) -> Any:
     return body
 
 
-def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.ndarray]:
+def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
     import pyvista
 
     away, up = _seen_from(job, look)
     plotter = pyvista.Plotter(
-        off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="none"
+        off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="three lights"
     )
     plotter.set_background("white")
-    _add_lights(plotter, away, up)
+    plotter.add_point_labels(
+        np.array(_beside(job, body, away, up)), job["sizes"], show_points=False, shape=None,
+        always_visible=True, bold=False, text_color="#555555",
+        font_size=round(LETTERS * job["pixels"]),
+        justification_horizontal="center", justification_vertical="center",
+    )  # fmt: skip
     plotter.add_mesh(_edges(body), color=LINE, line_width=2)
     if look == ROCK:
         quarter, rest = _quartered(job, body, away)
@@ -85,11 +90,11 @@ def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.nda
     plotter.camera_position = [tuple(middle + away), tuple(middle), tuple(up)]
     plotter.camera.view_angle = LENS
     plotter.reset_camera(bounds=body.bounds)
+    plotter.camera.zoom(ROOM)
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(None, return_img=True))
-    places = [_on_screen(plotter, point) for point in _beside(job, body, away, up)]
     plotter.close()
-    return image, np.array(places)
+    return image
 
 
 def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
@@ -111,17 +116,6 @@ def _add_rock(plotter: Any, parts: list[Any]) -> None:
         skin = part.extract_surface(algorithm="dataset_surface")
         colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
         plotter.add_mesh(skin, **colors, **MATT, interpolate_before_map=True)
-
-
-def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
-    """A strong one from the upper left of who looks, a weaker one from the right."""
-    import pyvista
-
-    right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
-    for position, intensity in ((away + 1.2 * up - 0.9 * right, 0.8), (away + 1.2 * right, 0.5)):
-        light = pyvista.Light(position=tuple(position), light_type="scene light")
-        light.positional, light.intensity = False, intensity
-        plotter.add_light(light)
 
 
 def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
@@ -193,22 +187,5 @@ def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) ->
     return points
 
 
-def _on_screen(plotter: Any, point: np.ndarray) -> list[float]:
-    """Where a point of space is in the image, in pixels from its upper left corner."""
-    from vtkmodules.vtkRenderingCore import vtkCoordinate
-
-    place = vtkCoordinate()
-    place.SetCoordinateSystemToWorld()
-    place.SetValue(*point)
-    x, y = place.GetComputedDoubleDisplayValue(plotter.renderer)
-    return [x, plotter.window_size[1] - y]
-
-
 if __name__ == "__main__":
-    task = json.load(sys.stdin)
-    images, places = [], []
-    for image, beside in render(task):
-        images.append(image)
-        places.append(beside)
-        print("ready", flush=True)
-    np.savez(task["result"], images=images, places=places)
+    render(json.load(sys.stdin))
