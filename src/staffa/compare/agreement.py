@@ -118,9 +118,8 @@ def _as_deep(pair: Pair, at: np.ndarray) -> Iterator[Fact]:
         return
     most = int(np.nanargmax(apart))
     ell = pair.first.run.manifest.ell / pair.first.length
-    unit = f" {pair.length_unit}" if pair.length_unit else ""
-    text = f"at most {apart[most]:.3g}{unit} apart ({apart[most] / ell:.2g} ell)"
-    text += f", {pair.moment(at[most])}"
+    text = f"at most {apart[most]:.3g}{pair.length_unit} apart ({apart[most] / ell:.2g} ell), "
+    text += pair.moment(at[most])
     if apart[most] < ROUND_OFF * ell:
         text = "as deep at all common times"
     yield Fact(name="deepest crack", text=text)

@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -22,7 +21,7 @@ from staffa.plot.cracks import (
     triangulation,
 )
 from staffa.plot.frames import Frame, read_frames, spread
-from staffa.plot.labels import TAU, add_tau, moment, tau_label
+from staffa.plot.labels import TAU, moment, show_clock, tau_label
 from staffa.plot.rendering import CRACKS
 from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, count_axis, legend_above, new_figure
 from staffa.plot.volume import add_depths, deepest, rendered
@@ -90,22 +89,14 @@ def curves_figure(pair: Pair, names: Sequence[str], *, gap: bool = False) -> Fig
             axes.set_ylim(bottom=0)
         if axes.get_ylabel() == "cracks":
             count_axis(axes, ticks=4)
-    _name_clock(pair, rows[-1])
+    manifest = pair.first.run.manifest
+    if pair.clock == "t":
+        show_clock(rows[-1], manifest, pair.first.run.steps if pair.root else ())
+    else:
+        alike = manifest.profile == pair.second.run.manifest.profile
+        rows[-1].set_xlabel(tau_label(manifest) if alike else TAU)
     legend_above(rows[0], 2)
     return figure
-
-
-def _name_clock(pair: Pair, axes: Axes) -> None:
-    """Name the axis of time, with tau below it where it is the same of both."""
-    manifest = pair.first.run.manifest
-    if pair.clock == "tau":
-        alike = {side.run.manifest.profile for side in pair.sides} == {manifest.profile}
-        axes.set_xlabel(tau_label(manifest) if alike else TAU)
-        return
-    axes.set_xlabel(pair.shown.time.label("time"))
-    last = pair.first.run.steps[-1]
-    if pair.root is not None and last.tau:
-        add_tau(axes, pair.shown.time.of(last.time), last.tau, tau_label(manifest))
 
 
 def _fields(pair: Pair) -> tuple[Figures, list[str]]:

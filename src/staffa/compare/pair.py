@@ -161,13 +161,13 @@ class Pair:
 
     @property
     def length_unit(self) -> str:
-        """Unit of lengths: that of the first run, "L", or nothing where both are scaled."""
-        return "L" if self.mixed else self.shown.length.name
+        """Unit of lengths after a blank: that of the first run, L, or nothing where scaled."""
+        return " L" if self.mixed else self.shown.length.behind
 
     @cached_property
     def units(self) -> dict[str, str]:
         """The readings that can be compared, with their units."""
-        length, energy = self.length_unit, self.shown.energy.name
+        length, energy = self.length_unit.strip(), self.shown.energy.name
         if self.mixed:
             energy = "Gc L" if self.first.extents == 2 else "Gc L²"
         area = length if self.first.extents == 2 or not length else f"{length}²"
@@ -190,13 +190,12 @@ class Pair:
 
     @property
     def time_unit(self) -> str:
-        """Unit of the clock, nothing if that is tau."""
-        return self.shown.time.name if self.clock == "t" else ""
+        """Unit of the clock after a blank, nothing if that is tau."""
+        return self.shown.time.behind if self.clock == "t" else ""
 
     def moment(self, at: float) -> str:
         """Return a time on that clock in words."""
-        unit = f" {self.time_unit}" if self.time_unit else ""
-        return f"{self.clock} = {at:.4g}{unit}" if self.clock else "no common clock"
+        return f"{self.clock} = {at:.4g}{self.time_unit}"
 
 
 def pair_title(pair: Pair) -> str:
@@ -217,8 +216,7 @@ def caveats(pair: Pair) -> Iterator[str]:
             f"compared, energies and lengths are not."
         )
     elif not pair.alike:
-        unit = f" {pair.length_unit}" if pair.length_unit else ""
-        sizes = (" x ".join(f"{x:g}" for x in side.size) + unit for side in pair.sides)
+        sizes = (" x ".join(f"{x:g}" for x in side.size) + pair.length_unit for side in pair.sides)
         yield (
             f"The bodies differ in size ({', '.join(sizes)}): energies, lengths and numbers of "
             f"cracks are those of each whole body, and their differences are left out."

@@ -99,8 +99,7 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
 
 def _at_depths(pair: Pair, side: Side) -> Iterator[Number]:
     """Give the cracks at each depth, and of a 3-D body the cells and their spacing."""
-    unit = f" {pair.length_unit}" if pair.length_unit else ""
-    measures = side.run.steps[-1].measures
+    unit, measures = pair.length_unit, side.run.steps[-1].measures
     for section in measures.sections if measures else ():
         yield Number(f"cracks at {section.height / side.length:.6g}{unit}", section.cracks, True)
     for depth, found in by_depth([side.run]).items():
@@ -114,7 +113,7 @@ def _generations(pair: Pair, side: Side) -> Iterator[Number]:
     found = run_arrests(side.run)
     if found is None:
         return
-    unit = f" ({pair.length_unit})" if pair.length_unit else ""
+    unit = _in_brackets(pair.length_unit)
     for k, end in enumerate((found.nucleation, *found.generations)):
         if end is not None:
             name = f"generation {k}" if k else "nucleation"
@@ -128,8 +127,11 @@ def _generations(pair: Pair, side: Side) -> Iterator[Number]:
 
 
 def _clock(pair: Pair) -> str:
-    unit = f" ({pair.time_unit})" if pair.time_unit else ""
-    return f"{pair.clock or 'time'}{unit}"
+    return f"{pair.clock or 'time'}{_in_brackets(pair.time_unit)}"
+
+
+def _in_brackets(unit: str) -> str:
+    return f" ({unit.strip()})" if unit else ""
 
 
 def difference(a: float | None, b: float | None) -> str:
