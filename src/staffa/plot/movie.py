@@ -1,15 +1,14 @@
 """The cracks growing, as an animated picture: in 3-D in perspective, in 2-D the damage."""
 
-import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as imageio
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
 from staffa.errors import StaffaError
 from staffa.io.own_files import write_aside
@@ -46,26 +45,20 @@ def write_movie(
     """
     draw = _flat if len(run.manifest.size) == 2 else _solid
     with rc_context(RC):
-        drawn = [Image.fromarray(picture) for picture in draw(run, steps, told)]
-    if not drawn:
+        pictures = list(draw(run, steps, told))
+    if not pictures:
         raise StaffaError("the fields of its steps cannot be read")
-    # The last has all of the colors; palettes of their own would leave the scale of others few.
-    palette = drawn[-1].quantize(dither=Image.Dither.NONE)
-    pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in drawn]
     while len(movie := _gif(pictures)) > LARGEST and len(pictures) > 1:
         pictures = pictures[::-2][::-1]  # every other one, the last among them
     write_aside(path, movie)
 
 
-def _gif(pictures: Sequence[Image.Image]) -> bytes:
-    first, *others = pictures
-    stay = [*[SECONDS] * len(others), REST]
-    written = io.BytesIO()
-    first.save(
-        written, format="GIF", save_all=True, append_images=others,
-        duration=[round(1000 * seconds) for seconds in stay], loop=0,
+def _gif(pictures: Sequence[np.ndarray]) -> bytes:
+    stay = [*[SECONDS] * (len(pictures) - 1), REST]
+    return imageio.imwrite(
+        "<bytes>", np.stack(pictures), extension=".gif", loop=0,
+        duration=[round(1000 * seconds) for seconds in stay],
     )  # fmt: skip
-    return written.getvalue()
 
 
 def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
