@@ -38,7 +38,7 @@ LONGEST = 18  # characters of a name above a panel
 Figures = dict[str, Callable[[], Figure]]
 Frames = Sequence[tuple[Frame, Frame]]
 DRAWN = ("total energy", "elastic energy", "surface energy", "energy of loads")
-GROWTH = ("crack length", "crack area", "deepest crack", "cracks")
+GROWTH = ("crack size", "deepest crack", "cracks")
 
 
 def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:

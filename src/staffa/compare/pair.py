@@ -15,15 +15,21 @@ from staffa.plot.labels import has_tau
 
 # Times and sizes that differ by less are the same: rounding in tau = 2 sqrt(kappa t)/L makes 1e-15.
 SAME = 1e-6
-IF_ANY = ("energy of loads", "work of friction")  # readings that are left out where they vanish
-OF_ANY_BODY = ("spacing", "deepest crack")  # all other readings grow with the body
-ENERGIES = {
-    "elastic energy": "energies_elastic",
-    "surface energy": "energies_surface",
-    "energy of loads": "energies_loads",
-    "work of friction": "energies_friction",
-    "total energy": "energies_total",
+# Readings of a step: the column of `Run.to_frame`, and the kind of its unit. Those without a unit
+# and lengths are compared of all bodies, the others of two of one kind.
+READINGS = {
+    "cracks": ("cracks", ""),
+    "spacing": ("spacing", "length"),
+    "deepest crack": ("deepest", "length"),
+    "crack size": ("measures_length_surface", "size"),
+    "crack size, by geometry": ("measures_length_geometry", "size"),
+    "elastic energy": ("energies_elastic", "energy"),
+    "surface energy": ("energies_surface", "energy"),
+    "energy of loads": ("energies_loads", "energy"),
+    "work of friction": ("energies_friction", "energy"),
+    "total energy": ("energies_total", "energy"),
 }
+IF_ANY = ("energy of loads", "work of friction")  # left out where they vanish
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,27 +70,19 @@ class Side:
     @cached_property
     def readings(self) -> dict[str, np.ndarray]:
         """Numbers of each step by their names, shape (n,); NaN where a step does not have one."""
+        size = self.length ** (self.extents - 1)
+        over = {"": 1.0, "length": self.length, "size": size, "energy": self.energy}
         rows = rows_of(self.run.manifest, self.run.steps)
-
-        def read(column: str, over: float = 1.0) -> np.ndarray:
-            return np.array([row[column] for row in rows]) / over
-
-        crack, area = "crack length", self.length ** (self.extents - 1)
-        crack = crack if self.extents == 2 else "crack area"
-        found = {
-            "cracks": read("cracks"),
-            "spacing": read("spacing", self.length),
-            "deepest crack": read("deepest", self.length),
-            crack: read("measures_length_surface", area),
-            f"{crack}, by geometry": read("measures_length_geometry", area),
+        return {
+            name: np.array([row[column] for row in rows]) / over[kind]
+            for name, (column, kind) in READINGS.items()
         }
-        return found | {name: read(column, self.energy) for name, column in ENERGIES.items()}
 
     @property
     def sizes(self) -> np.ndarray:
         """Sum of the absolute energies, which loads cannot bring near zero, shape (n,)."""
-        parts = [self.readings[name] for name in ENERGIES if name != "total energy"]
-        return np.abs(parts).sum(axis=0)
+        parts = ("elastic energy", "surface energy", *IF_ANY)
+        return np.abs([self.readings[name] for name in parts]).sum(axis=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,25 +166,28 @@ class Pair:
     def units(self) -> dict[str, str]:
         """The readings that can be compared, with their units."""
         length, energy = self.length_unit.strip(), self.shown.energy.name
+        plane = self.first.extents == 2
         if self.mixed:
-            energy = "Gc L" if self.first.extents == 2 else "Gc L²"
-        area = length if self.first.extents == 2 or not length else f"{length}²"
-        units = {"cracks": "", **dict.fromkeys(OF_ANY_BODY, length)}
-        for name in self.first.readings if self.dim else ():
-            seen = any(side.readings[name].any() for side in self.sides)
-            if name not in units and (seen or name not in IF_ANY):
-                units[name] = energy if name in ENERGIES else area
-        return units
+            energy = "Gc L" if plane else "Gc L²"
+        units = {"": "", "length": length, "energy": energy}
+        units["size"] = length if plane or not length else f"{length}²"
+        return {
+            name: units[kind]
+            for name, (_, kind) in READINGS.items()
+            if self.dim or kind in ("", "length")
+            if name not in IF_ANY or any(side.readings[name].any() for side in self.sides)
+        }
 
     def knows(self, name: str) -> bool:
-        """Return whether a reading can be compared, and each run has it at some step."""
+        """Return True if a reading can be compared, and each run has it at some step."""
         return name in self.units and all(
             np.isfinite(side.readings[name]).any() for side in self.sides
         )
 
     def named(self, name: str) -> str:
-        """Return a reading's name with its unit."""
-        return f"{name} ({self.units[name]})" if self.units[name] else name
+        """Return the name of a reading with its unit."""
+        unit = f" ({self.units[name]})" if self.units[name] else ""
+        return name.replace("size", "length" if self.first.extents == 2 else "area") + unit
 
     @property
     def time_unit(self) -> str:

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from staffa.compare.agreement import ROUND_OFF, gaps, percent
-from staffa.compare.pair import OF_ANY_BODY, Pair, Side, caveats
+from staffa.compare.pair import READINGS, Pair, Side, caveats
 from staffa.results.columns import by_depth
 from staffa.results.slab_table import run_arrests
 from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
 
 MOST = 8  # rows of the table of common times
-TOLD = ("cracks", "spacing", "deepest crack", "crack length", "crack area", "total energy")
+TOLD = ("cracks", "spacing", "deepest crack", "crack size", "total energy")
 APART = (
     " Apart: the difference of the total energies over the larger of them, parts below zero "
     "counted by size."
@@ -94,7 +94,7 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
         last = float(side.readings[name][-1])
         if np.isfinite(last):
             value = int(last) if name == "cracks" else last
-            yield Number(pair.named(name), value, name not in OF_ANY_BODY)
+            yield Number(pair.named(name), value, READINGS[name][1] != "length")
 
 
 def _at_depths(pair: Pair, side: Side) -> Iterator[Number]:

@@ -72,7 +72,7 @@ def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
     )
     plotter.set_background("white")
     plotter.add_point_labels(
-        np.array(_beside(job, body, away, up)), job["sizes"], show_points=False, shape=None,
+        _beside(job, away, up), job["sizes"], show_points=False, shape=None,
         always_visible=True, bold=False, text_color="#555555",
         font_size=round(LETTERS * job["pixels"]),
         justification_horizontal="center", justification_vertical="center",
@@ -165,26 +165,12 @@ def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
     return away / np.linalg.norm(away), np.eye(3)[axis] * end
 
 
-def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
-    """For each axis a point beside what bounds the view along it: the body at the left, below
-    an edge of its box."""
+def _beside(job: dict[str, Any], away: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Return a point beside an edge of the box along each axis, at the left or below, (3, 3)."""
     half = np.array(job["size"]) / 2
-    middle, near = np.array(job["lower"]) + half, np.sign(away)
-    height = int(np.argmax(np.abs(up)))
-    points = []
-    for axis in range(3):
-        aside = near * (np.arange(3) != axis)
-        if axis == height:
-            right = np.cross(up, away)
-            place = np.array(body.points[np.argmin(body.points @ right)])
-            place[height] = middle[height]
-            outward = -1.4 * right / np.linalg.norm(right)
-        else:
-            outward = aside * (np.arange(3) != height) - up * 0.5
-            aside[height] = -up[height]
-            place = middle + half * aside
-        points.append(place + OUTWARD * max(job["size"]) * outward)
-    return points
+    level, left = np.where(up, -up, np.sign(away)), -np.sign(np.cross(up, away))
+    sides = np.array([left if height else level for height in up]) * (1 - np.eye(3))
+    return np.array(job["lower"]) + half + (half + OUTWARD * max(job["size"])) * sides
 
 
 if __name__ == "__main__":
