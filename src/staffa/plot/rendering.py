@@ -2,7 +2,6 @@
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +65,7 @@ def _body(job: dict[str, Any], file: str) -> Any:
 def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
     import pyvista
 
-    away, up = _seen_from(job, look)
+    bounds, (away, up) = body.bounds, _seen_from(job, look)
     plotter = pyvista.Plotter(
         off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="three lights"
     )
@@ -79,17 +78,17 @@ def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
     )  # fmt: skip
     plotter.add_mesh(_edges(body), color=LINE, line_width=2)
     if look == ROCK:
-        quarter, rest = _quartered(job, body, away)
-        for rim in _rims(job, body, away):
+        body, rest, rims = _cut_open(job, body, away)
+        for rim in rims:
             plotter.add_mesh(rim, color=LINE, line_width=2)
-        _add_rock(plotter, rest)
-        _add_cracks(plotter, job, quarter)
-    else:
-        _add_cracks(plotter, job, body)
+        for part in rest:
+            colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
+            plotter.add_mesh(_surface(part), **colors, **MATT, interpolate_before_map=True)
+    _add_cracks(plotter, job, body)
     middle = np.array(job["lower"]) + np.array(job["size"]) / 2
     plotter.camera_position = [tuple(middle + away), tuple(middle), tuple(up)]
     plotter.camera.view_angle = LENS
-    plotter.reset_camera(bounds=body.bounds)
+    plotter.reset_camera(bounds=bounds)
     plotter.camera.zoom(ROOM)
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(None, return_img=True))
@@ -104,52 +103,38 @@ def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
     if walls.n_cells:
         walls = walls.smooth_taubin(n_iter=ROUNDS, pass_band=PASS)  # which leaves its rim in place
         plotter.add_mesh(walls, **colors, **MATT, smooth_shading=True)
-    skin = body.extract_surface(algorithm="dataset_surface")
-    ends = skin.clip_scalar(scalars="alpha", value=job["crack"], invert=False)
+    ends = _surface(body).clip_scalar(scalars="alpha", value=job["crack"], invert=False)
     if ends.n_cells:
         plotter.add_mesh(ends, **colors, **MATT)
 
 
-def _add_rock(plotter: Any, parts: list[Any]) -> None:
-    """Its surface, dark where it is broken."""
-    for part in parts:
-        skin = part.extract_surface(algorithm="dataset_surface")
-        colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
-        plotter.add_mesh(skin, **colors, **MATT, interpolate_before_map=True)
+def _cut_open(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any], list[Any]]:
+    """Return the quarter nearest to who looks, all through from the cooled face, rest and rims.
 
-
-def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
-    """The quarter nearest to who looks, all through from the cooled face, and the parts left."""
-    quarter, parts = body, []
-    for axis, plane in _cuts(job):
-        parts.append(quarter.clip(**plane, invert=bool(away[axis] > 0)))
-        quarter = quarter.clip(**plane, invert=bool(away[axis] < 0))
-    return quarter, parts
-
-
-def _cuts(job: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
-    """The two planes that cut out the quarter, each after the axis across it."""
+    Rims, where a cut meets the surface of the body, are not the edges of what was cut: between
+    cells in all directions a cut leaves slivers with bends.
+    """
     middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
     level = sorted({0, 1, 2} - {SIDES[3][job["face"]][0]})
-    return [(axis, {"normal": np.eye(3)[axis], "origin": middle}) for axis in level]
+    one, other = ({"normal": np.eye(3)[axis], "origin": middle} for axis in level)
+    near, close = (bool(away[axis] < 0) for axis in level)
+    half, surface = body.clip(**one, invert=near), _surface(body)
+    rest = [body.clip(**one, invert=not near), half.clip(**other, invert=not close)]
+    rims = [
+        surface.slice(**one).clip(**other, invert=close),
+        surface.slice(**other).clip(**one, invert=near),
+    ]
+    return half.clip(**other, invert=close), rest, rims
 
 
-def _rims(job: dict[str, Any], body: Any, away: np.ndarray) -> Iterator[Any]:
-    """Where each cut meets the surface of the body, beside the quarter.
-
-    Not the edges of what was cut: between cells in all directions a cut leaves slivers with bends.
-    """
-    surface = body.extract_surface(algorithm="dataset_surface")
-    one, other = _cuts(job)
-    for (_, plane), (axis, across) in ((one, other), (other, one)):
-        yield surface.slice(**plane).clip(**across, invert=bool(away[axis] < 0))
+def _surface(body: Any) -> Any:
+    return body.extract_surface(algorithm="dataset_surface")
 
 
 def _edges(body: Any) -> Any:
     """Where the surface of the body has a bend: of a box its edges, of a bore its rims."""
-    surface = body.extract_surface(algorithm="dataset_surface")
     bends = {"boundary_edges": False, "non_manifold_edges": False, "manifold_edges": False}
-    return surface.extract_feature_edges(feature_angle=BEND, **bends)
+    return _surface(body).extract_feature_edges(feature_angle=BEND, **bends)
 
 
 def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
