@@ -44,6 +44,11 @@ def test_a_frame_has_a_row_for_each_step_that_was_kept(run_folder: Path) -> None
     assert (frame["energies_elastic"] + frame["energies_surface"]).tolist() == totals
 
 
+def test_a_run_without_steps_has_a_frame_without_rows(run_folder: Path) -> None:
+    frame = replace(staffa.open_run(run_folder), steps=()).to_frame()
+    assert len(frame) == 0 and {"step", "time", "energies_elastic"} <= set(frame)
+
+
 def test_what_a_step_lacks_is_not_a_number(run_folder: Path) -> None:
     frame = staffa.open_run(run_folder).to_frame()
     assert frame["heat_stored"].isna().tolist() == [True] * 24 + [False]

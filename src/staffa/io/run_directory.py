@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
-from staffa.io.step_columns import rows_of
+from staffa.io.step_columns import fields_of, rows_of
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Step, kept, made
 
@@ -73,6 +73,8 @@ class Run:
                 f"Run.to_frame needs pandas, which does not load ({error}); `pip install "
                 f"'staffa[frames]'`"
             ) from None
+        if not self.steps:
+            return DataFrame(columns=[field.name for field in fields_of()])
         return DataFrame(rows_of(self.manifest, self.steps))
 
     def wants(self, step: Step) -> bool:
