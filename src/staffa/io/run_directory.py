@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
-from staffa.io.step_columns import fields_of, rows_of
+from staffa.io.step_columns import frame_of
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Step, kept, made
 
@@ -59,23 +59,8 @@ class Run:
         return last.time == self.manifest.times[-1] and last.status == "converged"
 
     def to_frame(self) -> "DataFrame":
-        """Return the steps as a pandas frame, a row a step that was kept; see docs/results.md.
-
-        Raises
-        ------
-        InputError
-            pandas is not installed.
-        """
-        try:
-            from pandas import DataFrame
-        except ImportError as error:
-            raise InputError(
-                f"Run.to_frame needs pandas, which does not load ({error}); `pip install "
-                f"'staffa[frames]'`"
-            ) from None
-        if not self.steps:
-            return DataFrame(columns=[field.name for field in fields_of()])
-        return DataFrame(rows_of(self.manifest, self.steps))
+        """Return the steps as a pandas frame, see `frame_of`."""
+        return frame_of(self.manifest, self.steps)
 
     def wants(self, step: Step) -> bool:
         """Whether the time of a step was asked for as an output."""

@@ -5,11 +5,15 @@ from dataclasses import is_dataclass
 from functools import cache
 from math import nan
 from types import UnionType
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
+from staffa.errors import InputError
 from staffa.geometry.block import face_axis
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SCALARS = (int, float, bool, str)
 RENAMED = {"index": "step"}  # a frame has an `index` already
@@ -51,6 +55,31 @@ def _fields(record: Any) -> Iterator[Field]:
                 yield Field(f"{name}_{field.name}", (name, *field.path), field.kind)
         elif scalar is not None:
             yield Field(RENAMED.get(name, name), (name,), scalar)
+
+
+def frame_of(manifest: Manifest, steps: Sequence[Step]) -> "DataFrame":
+    """Return a pandas frame with a row for each step.
+
+    Parameters
+    ----------
+    manifest : of the run.
+    steps : of the run.
+
+    Raises
+    ------
+    InputError
+        pandas is not installed.
+    """
+    try:
+        from pandas import DataFrame
+    except ImportError as error:
+        raise InputError(
+            f"Run.to_frame needs pandas, which does not load ({error}); `pip install "
+            f"'staffa[frames]'`"
+        ) from None
+    if not steps:
+        return DataFrame(columns=[field.name for field in fields_of()])
+    return DataFrame(rows_of(manifest, steps))
 
 
 def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
