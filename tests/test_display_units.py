@@ -344,7 +344,7 @@ def test_the_page_of_a_heated_plate_calls_nothing_cooled(
 ) -> None:
     monkeypatch.setattr("staffa.plot.style.DPI", 40)  # nobody looks at its pictures
     text = draw(heated(tmp_path)).page.read_text(encoding="utf-8")
-    assert "depth of each tip below the face &#x27;bottom&#x27;" in text
+    assert "depth of each tip below the face &#39;bottom&#39;" in text
     assert TITLE in text and "depth (mm)" in text and "spacing (mm)" in text
     assert "cooled face" not in text
 
