@@ -7,7 +7,7 @@ import pytest
 
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
@@ -113,7 +113,7 @@ def test_a_plate_between_rollers_cracks_through_and_both_say_so(
     noted = [n for n in preview(case).notes if "supports of left, right: the body is held" in n]
     assert bool(noted) == through
     run_case(case, tmp_path / "run")
-    run = read_run(tmp_path / "run")
+    run = open_run(tmp_path / "run")
     assert (told(run) is not None) == through
     measures = run.steps[-1].measures
     assert measures is not None

@@ -20,7 +20,7 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.display_units import Shown
 from staffa.errors import AloneError, AuditError, StaffaError, printable
-from staffa.io.run_directory import Run, append_log, read_run
+from staffa.io.run_directory import Run, append_log, open_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
 from staffa.records.step import REJECTED, Moment, Step
@@ -77,8 +77,8 @@ def following(
     )
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
-    on_root(comm, lambda: _leave_results(read_run(directory), quiet=quiet))
-    on_root(comm, lambda: require_sound([read_run(directory)]))
+    on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
+    on_root(comm, lambda: require_sound([open_run(directory)]))
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
