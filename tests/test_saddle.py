@@ -10,7 +10,7 @@ from bodies import RANKS, printed_on, run
 from staffa.case.reading.read import parse_case
 from staffa.errors import SolveError
 from staffa.evolution import saddle
-from staffa.evolution.advance import Advance
+from staffa.evolution.advance import Advance, Origin
 from staffa.evolution.audit import _second_order
 from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import march
@@ -130,7 +130,10 @@ def reached(system: System) -> Advance:
         converged=True, reason="", sweeps=1, change=0.0, residual=0.0, largest_rise=0.0, before=0.0,
         energies=system.energy.energies(),
     )  # fmt: skip
-    return Advance(outcome=outcome, healing=0.0, work=0.0, released=0.0, imbalance=0.0)
+    origin = Origin(time=0.0, thermal=system.thermal.read())
+    return Advance(
+        outcome=outcome, healing=0.0, work=0.0, released=0.0, imbalance=0.0, origin=origin
+    )
 
 
 def test_a_direction_that_needs_damage_to_heal_is_a_bifurcation() -> None:

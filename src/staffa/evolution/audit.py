@@ -9,10 +9,10 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
 from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, difference
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import irreversible
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.heat.transient import HeatEquation
 from staffa.minimize.bounded import unbalanced
 from staffa.model.fields import State, owned, read_vector
 from staffa.physics.split import NO_SPLIT
@@ -30,12 +30,12 @@ GAP_ALLOWED = 1e-8
 class Before:
     """The state at the end of the step before, as it is on record.
 
-    alpha, T: damage and temperature change (K) at the vertices, ghosts included, shape (n_local,).
+    alpha: damage at the vertices, ghosts included, shape (n_local,). thermal: the temperature.
     total: its energy; None where a checkpoint of an older version does not know it.
     """
 
     alpha: np.ndarray
-    T: np.ndarray
+    thermal: ThermalState
     total: float | None
 
 
@@ -114,10 +114,10 @@ def _broken(
 
 def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
     """A sentence on a temperature that heat did not make, or on heat that came from nowhere."""
-    heat, equation = advance.all_heat, system.cooling
-    if heat is None or not isinstance(equation, HeatEquation):
+    heat = advance.all_heat
+    if heat is None:
         return ()
-    amiss = equation.unaccounted(before.T, system.state.T.x.array, heat)
+    amiss = system.coupling.unaccounted(before.thermal, system.thermal.read(), heat)
     lost = max(heat.imbalance, amiss)
     if lost <= HEAT_ALLOWED:
         return ()

@@ -11,7 +11,7 @@ import numpy as np
 from staffa.arguments import require
 from staffa.backend.parallel import require_together
 from staffa.errors import PartedError, SolveError, StoppedError
-from staffa.evolution.advance import Advance, advance_to, restore, snapshot
+from staffa.evolution.advance import Advance, advance_to
 from staffa.evolution.audit import audit
 from staffa.evolution.backtrack import Better, History, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
@@ -22,6 +22,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.restart_state import Loop, Standing
 from staffa.evolution.schedule import Walk
 from staffa.evolution.second_order import examine
+from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
 from staffa.measure.growth import crack_advance
 from staffa.measure.reactions import reactions
@@ -97,7 +98,7 @@ def march(
     observers = replace(observers, measure=observers.measure or measuring(problem, system))
     if standing is None:
         come_to_rest(problem, system, lambda sweep: observers.pause())
-        history = History(system.state) if problem.backtracking else None
+        history = History(system) if problem.backtracking else None
         rest = system.energy.total()
         loop = Loop(walk=Walk(problem.schedule), history=history, total=rest)
     else:
@@ -179,7 +180,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         loop.total = outcome.energies.total
         if history:
             history.drop(index)
-            history.keep(end, advance, system.state)
+            history.keep(end, advance, system)
             loop.due = True
 
 
@@ -223,7 +224,7 @@ def _try(
     return advance, stability, ran, rejected
 
 
-def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> None:
+def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
     """The same as `require_whole`, after which the state is the one before."""
     try:
         require_whole(problem, system)
@@ -232,9 +233,9 @@ def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, .
         raise
 
 
-def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
+def _ran(problem: Problem, system: System, before: Snapshot) -> float:
     """How far cracks ran since `snapshot` (m). Collective."""
-    return crack_advance(system.state, before[1], threshold=problem.measuring.threshold)
+    return crack_advance(system.state, before.alpha, threshold=problem.measuring.threshold)
 
 
 def _look_back(

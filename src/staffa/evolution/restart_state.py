@@ -13,21 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from staffa.evolution.advance import restore, snapshot
 from staffa.evolution.audit import Before
 from staffa.evolution.backtrack import Better, History, Past
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Walk
+from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
 from staffa.records.step import Energies, Heat, made
 
-# The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
-# for each cell, and is there where faces of cracks touch.
-FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
-# Those of a state of `History`.
-PAST_FIELDS = ("alpha", "T")
+# Kept numbers of the faces of cracks, for each cell, where faces touch; and those of the source of
+# temperatures, which belong to no place, where it has some.
+FACES, MEMORY = "faces", "memory"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +43,7 @@ class Standing:
     index: int
     start: float | None
     length: float
-    kept: tuple[np.ndarray, ...]
+    kept: Snapshot
     components: int
     rest: Energies
     total: float | None
@@ -62,7 +61,7 @@ class Standing:
             "index": self.index,
             "start": self.start,
             "length": self.length,
-            "loads": self.kept[-1].tolist(),
+            "loads": self.kept.loads.tolist(),
             "rest": asdict(self.rest),
             "total": self.total,
             "better": None if self.better is None else asdict(self.better),
@@ -74,17 +73,23 @@ class Standing:
 
     def fields(self) -> dict[str, np.ndarray]:
         """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
-        fields = dict(zip(FIELDS, self.kept, strict=False))
-        return fields | {"u": fields["u"].reshape(-1, self.components)}
+        kept = self.kept
+        return {
+            "u": kept.u.reshape(-1, self.components),
+            "alpha": kept.alpha,
+            "T": kept.thermal.T,
+            "lower": kept.lower,
+        }
 
     def faces(self) -> np.ndarray | None:
         """Kept numbers of the faces of cracks, cell by cell, ghosts included; None for nothing."""
-        return self.kept[len(FIELDS)] if len(self.kept) > len(FIELDS) + 1 else None
+        return self.kept.frozen[0] if self.kept.frozen else None
 
-    def past_fields(self, number: int) -> dict[str, np.ndarray]:
-        """Those of one of the `states`, ghosts included."""
+    def past_fields(self, number: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Those of one of the `states`, ghosts included, and the memory of the coupling then."""
         assert self.history is not None
-        return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
+        alpha, thermal = self.history.state(number)
+        return {"alpha": alpha, "T": thermal.T}, thermal.memory
 
     def anew(self) -> "Standing":
         """The same, for solvers that may do what others could not: returns that failed are tried
@@ -99,7 +104,7 @@ class Standing:
         system.energy.rest = self.rest
         history = None
         if problem.backtracking:  # before the first step it may be new
-            history = self.history or History(system.state)
+            history = self.history or History(system)
         return Loop(
             walk=Walk(problem.schedule, self.start, self.length),
             history=history,
@@ -119,7 +124,7 @@ def standing(
     """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
 
     fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
-    has FACES too, where faces of cracks touch.
+    has FACES too, where faces of cracks touch, and both have MEMORY, where the coupling has one.
     """
     past = tuple(_past(record, system) for record in numbers["past"])
     returns = Counter({int(index): times for index, times in numbers["returns"].items()})
@@ -129,14 +134,18 @@ def standing(
         history.steps, history.returns = list(past), returns
         history.failed = set(numbers.get("failed", ()))
         for state in past_fields:
-            history.remember(state["alpha"], state["T"])
+            history.remember(state["alpha"], _thermal(state))
     return Standing(
         index=numbers["index"],
         start=numbers["start"],
         length=numbers["length"],
-        kept=(
-            *(fields[name].ravel() for name in (*FIELDS, FACES) if name in fields),
-            np.array(numbers["loads"]),
+        kept=Snapshot(
+            u=fields["u"].ravel(),
+            alpha=fields["alpha"],
+            lower=fields["lower"],
+            thermal=_thermal(fields),
+            frozen=(fields[FACES].ravel(),) if FACES in fields else (),
+            loads=np.array(numbers["loads"]),
         ),
         components=system.spaces.u.dofmap.index_map_bs,
         rest=made(Energies, numbers["rest"]),
@@ -149,6 +158,11 @@ def standing(
         states=tuple(history.states) if history else (),
         history=history,
     )
+
+
+def _thermal(fields: Mapping[str, np.ndarray]) -> ThermalState:
+    """What a coupling goes on from; checkpoints of older versions tell of no memory."""
+    return ThermalState(T=fields["T"], memory=fields.get(MEMORY, np.zeros(0)))
 
 
 def _numbers_of(past: Past) -> dict[str, Any]:
@@ -198,13 +212,12 @@ class Loop:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
 
-    def before(self, kept: tuple[np.ndarray, ...]) -> Before:
+    def before(self, kept: Snapshot) -> Before:
         """The state that the step now follows on, as it is on record; kept: `snapshot`."""
         if self.better and self.history:
             damage, origin = self.history.before(self.better.index)
-            return Before(alpha=damage, T=origin.T, total=None)
-        _, alpha, T, *_ = kept
-        return Before(alpha=alpha, T=T, total=self.total)
+            return Before(alpha=damage, thermal=origin.thermal, total=None)
+        return Before(alpha=kept.alpha, thermal=kept.thermal, total=self.total)
 
     def standing(self, system: System) -> Standing:
         """What of it is to be kept."""

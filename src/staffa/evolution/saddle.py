@@ -8,9 +8,10 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree, copied, restore, snapshot
+from staffa.evolution.advance import Advance, agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.snapshot import copied, restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.bounded import AT_BOUND

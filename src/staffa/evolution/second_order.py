@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree, restore, snapshot
+from staffa.evolution.advance import Advance, agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.saddle import MOST, go_along, tested
+from staffa.evolution.snapshot import restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.stability import Mode, SecondVariation

@@ -19,7 +19,7 @@ from staffa.backend.parallel import on_root
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.runs.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
-from staffa.evolution.restart_state import FACES, Standing, standing
+from staffa.evolution.restart_state import FACES, MEMORY, Standing, standing
 from staffa.evolution.system import System
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
@@ -116,7 +116,7 @@ class Keeper:
         if self._mesh is None:
             self._mesh = self._write({"points": self._numbering.points})
         numbers = stands.numbers()
-        whole = {k: self._of(k).whole(v) for k, v in stands.fields().items()}
+        whole = self._whole(stands.fields(), stands.kept.thermal.memory)
         faces = stands.faces()
         for numbering, field in zip(self._of_cells, self._system.energy.frozen, strict=True):
             assert faces is not None
@@ -125,9 +125,7 @@ class Keeper:
         state = self._write(whole)
         known = {number: self._names.get(number) for number in stands.states}
         for number, name in known.items():
-            known[number] = name or self._write(
-                {k: self._of(k).whole(v) for k, v in stands.past_fields(number).items()}
-            )
+            known[number] = name or self._write(self._whole(*stands.past_fields(number)))
         self._names = {number: str(name) for number, name in known.items()}
         past = list(self._names.values())
         page = {
@@ -141,6 +139,13 @@ class Keeper:
                 self.comm,
                 lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
             )
+
+    def _whole(
+        self, fields: Mapping[str, np.ndarray], memory: np.ndarray
+    ) -> dict[str, np.ndarray | None]:
+        """Fields of all ranks on rank 0, None elsewhere; and the memory, where there is one."""
+        whole = {name: self._of(name).whole(values) for name, values in fields.items()}
+        return whole | ({MEMORY: memory} if memory.size else {})
 
     def _is_due(self, now: bool) -> bool:
         """On rank 0, which alone knows of lines and of time."""
@@ -206,8 +211,10 @@ class Keeper:
         shared = {
             field: self._with_ghosts(self._of(field).share(arrays.get(field)))
             for field in names
-            if field != FACES
+            if field not in (FACES, MEMORY)
         }
+        if MEMORY in arrays:  # on rank 0
+            shared[MEMORY] = arrays[MEMORY]
         for numbering, frozen in zip(self._of_cells, self._system.energy.frozen, strict=True):
             if FACES in names:
                 own = numbering.share(arrays.get(FACES))
