@@ -10,6 +10,7 @@ import numpy as np
 
 from staffa.arguments import require
 from staffa.backend.parallel import require_together
+from staffa.backend.vectors import readable
 from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advance import Advance, advance_to
 from staffa.evolution.audit import audit
@@ -297,7 +298,7 @@ def _reactions(system: System) -> dict[str, tuple[float, ...]]:
     forces = system.alternation.u.duplicate()
     system.energy.residual(forces)
     mesh = system.state.u.function_space.mesh
-    found = reactions(mesh.comm, system.supports, forces.array_r, dim=mesh.geometry.dim)
+    found = reactions(mesh.comm, system.supports, readable(forces), dim=mesh.geometry.dim)
     forces.destroy()
     return found
 

@@ -7,6 +7,7 @@ from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.minimize import convex
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, unbalanced
@@ -167,7 +168,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
         for number in range(2 * CORRECTIONS):
             problem.forces(forces)
             total = forces.norm()
-            forces.array_w[elastic.held] = 0.0
+            writable(forces)[elastic.held] = 0.0
             left = forces.norm()
             carried = max(total**2 - left**2, 0.0) ** 0.5
             if left <= max(most * max(applied, carried), elastic.linear.round_off(problem.u)):
@@ -189,7 +190,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
 def reactions(problem: Alternation) -> np.ndarray:
     """Forces of the supports on the entries prescribed, in their order. Collective."""
     problem.forces(problem.elastic.rhs)
-    return problem.elastic.rhs.array_r[problem.elastic.fixed].copy()
+    return readable(problem.elastic.rhs)[problem.elastic.fixed].copy()
 
 
 @dataclass(kw_only=True)

@@ -9,6 +9,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import apply, petsc_errors
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 
 
@@ -116,8 +117,8 @@ def held_by_bounds(
     force : the derivative. x, lower, upper : the point and its bounds.
     slack : a derivative of this size or less does not press against a bound, shape (n_owned,).
     """
-    derivative, at = force.array_r, x.array_r
-    at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
+    derivative, at = readable(force), readable(x)
+    at_lower, at_upper = at <= readable(lower) + AT_BOUND, at >= readable(upper) - AT_BOUND
     return ((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper)
 
 
@@ -131,7 +132,7 @@ def unbalanced(
     energy.move_to(x)
     energy.gradient(work)
     held = held_by_bounds(work, x, lower, upper)
-    work.array_w[:] = np.where(held, 0.0, np.abs(work.array_r)) / energy.unit.array_r
+    writable(work)[:] = np.where(held, 0.0, np.abs(readable(work))) / readable(energy.unit)
     return work.norm(PETSc.NormType.NORM_INFINITY)
 
 
@@ -249,4 +250,4 @@ def _require(converged: bool, how: str, x: PETSc.Vec, gradient: PETSc.Vec) -> No
 
 def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
     """Remove what round-off left outside."""
-    np.clip(x.array_r, lower.array_r, upper.array_r, out=x.array_w)
+    np.clip(readable(x), readable(lower), readable(upper), out=writable(x))
