@@ -225,7 +225,7 @@ def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     if len(one) != len(other):
         return False
     a, b = np.array(one), np.array(other)
-    return bool(np.all(np.abs(a - b) <= SAME * max(1e-300, *np.abs(a), *np.abs(b))))
+    return bool(np.all(np.abs(a - b) <= SAME * max([1e-300, *np.abs(a), *np.abs(b)])))
 
 
 def identity(thing: Any) -> str:
