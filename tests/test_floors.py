@@ -36,7 +36,7 @@ WITHIN = {
     "arguments": ["errors"],
     "units": ["display_units", "errors"],
     "records": ["display_units"],
-    "backend": ["errors"],
+    "backend": ["errors", "records"],
     "geometry": ["errors"],
 }
 LIGHT = [
@@ -47,6 +47,7 @@ LIGHT = [
     "staffa.backend.guarded_reading",
     "staffa.units",
     "staffa.display_units",
+    "staffa.records.status",
     "staffa.records.step",
     "staffa.records.json_form",
     "staffa.records.tip_release",

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields, is_dataclass
+from enum import Enum
 from itertools import count
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -39,6 +40,8 @@ def _value(hint: Any, of: Field[Any] | None, numbers: Iterator[int]) -> Any:
         return {f"name {next(numbers)}": _value(parts[1], None, numbers) for _ in range(2)}
     if is_dataclass(hint):
         return filled(hint, numbers)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return list(hint)[-1]
     if hint is bool:
         return not (of and of.default is True)
     known = {float: lambda: next(numbers) + 1 / 3, int: lambda: next(numbers), str: lambda: "µ"}

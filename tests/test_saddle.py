@@ -18,6 +18,7 @@ from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
+from staffa.records.status import Status
 from staffa.records.step import Curvature, Energies, Outcome, Step
 from staffa.results.summary import _curvature
 from test_stability import ELL, perfect_bar, uniform
@@ -127,8 +128,8 @@ def test_what_was_not_tested_says_so() -> None:
 def reached(system: System) -> Advance:
     """A step that ended in this state."""
     outcome = Outcome(
-        converged=True, reason="", sweeps=1, change=0.0, residual=0.0, largest_rise=0.0, before=0.0,
-        energies=system.energy.energies(),
+        status=Status.CONVERGED, reason="", sweeps=1, change=0.0, residual=0.0, largest_rise=0.0,
+        before=0.0, energies=system.energy.energies(),
     )  # fmt: skip
     origin = Origin(time=0.0, thermal=system.thermal.read())
     return Advance(

@@ -16,6 +16,7 @@ from staffa.evolution.system import System
 from staffa.minimize.bounded import unbalanced
 from staffa.model.fields import State, owned, read_vector
 from staffa.physics.split import NO_SPLIT
+from staffa.records.status import Verdict
 from staffa.records.step import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
@@ -133,8 +134,8 @@ def _pressed(problem: Problem, system: System, before: Before) -> tuple[str, ...
 
 def _second_order(curvature: Curvature | None, stability: Stability | None) -> Iterator[str]:
     """A sentence on a saddle that was not left, and on a second order that was not found."""
-    kept = curvature and curvature.reason and not curvature.bifurcation
-    if kept and curvature and curvature.smallest is not None:
-        yield f"it is a saddle (curvature {curvature.smallest:.1e}): {curvature.reason}"
+    if curvature and curvature.verdict is Verdict.SADDLE:
+        said = curvature.verdict.sentence
+        yield f"{said} (curvature {curvature.smallest:.1e}): {curvature.reason}"
     if stability and stability.failure:
         yield f"its second order was not found: {stability.failure}"

@@ -28,8 +28,8 @@ from staffa.evolution.system import System
 from staffa.measure.growth import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep, Watch
+from staffa.records.status import Status
 from staffa.records.step import (
-    REJECTED,
     Audit,
     Effort,
     Measures,
@@ -276,7 +276,7 @@ def _accepted(
         **vars(moment),
         energies=outcome.energies,
         sweeps=outcome.sweeps,
-        status="converged" if outcome.converged else "not converged",
+        status=outcome.status,
         reason=outcome.reason,
         audit=audited,
         measures=observers.measure() if observers.measure else None,
@@ -315,7 +315,7 @@ def _rejected(
         **vars(moment),
         energies=outcome.energies,
         sweeps=outcome.sweeps,
-        status=REJECTED,
+        status=Status.REJECTED,
         reason=reason if outcome.converged else f"{outcome.reason}; {reason}",
         effort=outcome.effort,
         seconds=seconds,
@@ -341,7 +341,7 @@ def _not_returned(
         energies=system.energy.energies(),
         sweeps=spent.sweeps if spent else 0,
         effort=spent.effort if spent else Effort(),
-        status=REJECTED,
+        status=Status.REJECTED,
         reason=f"the return to it failed ({error}), and step {last} stands",
         seconds=seconds,
         returned=Return(
@@ -359,7 +359,7 @@ def _failed(system: System, moment: Moment, observers: Observers, reason: str) -
         **vars(moment),
         energies=system.energy.energies(),
         sweeps=0,
-        status="failed",
+        status=Status.FAILED,
         reason=reason,
         fields=observers.save(moment, False),
     )

@@ -18,6 +18,7 @@ from dolfinx.fem import petsc as fem_petsc
 from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
+from staffa.backend.petsc_status import ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import LoadError, SolveError
 from staffa.heat.operators import Exchange, HeatOperators
@@ -230,8 +231,11 @@ class NonlinearSteps:
         writable(self._rhs)[:] = heat * self._free
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        if self._ksp.getConvergedReason() <= 0:
-            raise SolveError("the heat equation was not solved: its linear solver failed")
+        end = ended(self._ksp)
+        if not end.converged:
+            raise SolveError(
+                f"the heat equation was not solved by its linear solver: {end.sentence}"
+            )
         return readable(self._solution).copy()
 
     def destroy(self) -> None:

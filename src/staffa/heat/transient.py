@@ -20,6 +20,7 @@ from dolfinx import fem
 
 from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import HEAT, apply, petsc_errors
+from staffa.backend.petsc_status import ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.heat.nonlinear import NonlinearSteps
@@ -223,11 +224,11 @@ class HeatEquation:
         self._rhs.scale(1 / size)
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        reason = self._ksp.getConvergedReason()
-        if reason <= 0:
+        end = ended(self._ksp)
+        if not end.converged:
             raise SolveError(
-                f"the heat equation was not solved: its linear solver ended with reason {reason} "
-                f"of PETSc's KSPConvergedReason; take shorter time steps"
+                f"the heat equation was not solved by its linear solver: {end.sentence}; take "
+                f"shorter time steps"
             )
         return size * readable(self._solution)
 

@@ -16,7 +16,8 @@ from staffa.arguments import path_of
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
 from staffa.records.manifest import Manifest
-from staffa.records.step import REJECTED, Step, kept, made
+from staffa.records.status import Status
+from staffa.records.step import Step, kept, made
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -52,7 +53,7 @@ class Run:
         if not self.steps:
             return False
         last = self.steps[-1]
-        return last.time == self.manifest.times[-1] and last.status == "converged"
+        return last.time == self.manifest.times[-1] and last.status == Status.CONVERGED
 
     def wants(self, step: Step) -> bool:
         """Whether the time of a step was asked for as an output."""
@@ -229,7 +230,7 @@ def read_run(path: str | Path) -> Run:
     manifest = read_manifest(path)
     steps = _read_steps(path)
     standing = kept(steps)
-    rejected = tuple(step for step in steps if step.status == REJECTED)
+    rejected = tuple(step for step in steps if step.status == Status.REJECTED)
     known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,

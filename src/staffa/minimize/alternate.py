@@ -16,6 +16,7 @@ from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
+from staffa.records.status import Status
 from staffa.records.step import CANCELED, Effort, Energies, Outcome, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
@@ -127,9 +128,10 @@ def alternate(
         equilibrium(problem, values)
         tally.balance(problem.energies())
         residual = unbalanced(problem.damage, problem.alpha, lower, upper, problem.work)
+    status = Status.CONVERGED if converged else Status.NOT_CONVERGED
     return Outcome(
-        converged=converged,
-        reason=_reason(converged, number, change, residual, stop),
+        status=status,
+        reason=_reason(status, number, change, residual, stop),
         sweeps=number,
         change=float(change),
         residual=float(residual),
@@ -307,12 +309,13 @@ def _minimize_damage(
     return problem.before.norm(PETSc.NormType.NORM_INFINITY)
 
 
-def _reason(converged: bool, sweeps: int, change: float, residual: float, stop: Stop) -> str:
+def _reason(status: Status, sweeps: int, change: float, residual: float, stop: Stop) -> str:
     figures = f"damage changed by {change:.1e} in the last sweep, unbalanced force {residual:.1e}"
-    if converged:
-        return f"converged in {sweeps} sweeps: {figures}"
+    said = f"{status} in {sweeps} sweeps: {figures}"
+    if status is Status.CONVERGED:
+        return said
     return (
-        f"not converged in {sweeps} sweeps: {figures}, against {stop.change:.0e} and "
+        f"{said}, against {stop.change:.0e} and "
         f"{stop.residual:.0e} asked for; try shorter time steps, a larger solver.sweeps, or "
         f"looser solver.change and solver.residual"
     )

@@ -9,6 +9,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import apply, petsc_errors
+from staffa.backend.petsc_status import Ended, ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 
@@ -175,8 +176,7 @@ class TaoSolver:
         with petsc_errors("the damage was not minimized", self.tao.comm):
             self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
-        reason = self.tao.getConvergedReason()
-        _require(reason > 0, f"TAO ended with reason {reason}", x, self.gradient)
+        _require("TAO", ended(self.tao), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -226,8 +226,7 @@ class SnesSolver:
         with petsc_errors("the damage was not minimized", self.snes.comm):
             self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
-        reason = self.snes.getConvergedReason()
-        _require(reason > 0, f"SNES ended with reason {reason}", x, self.gradient)
+        _require("SNES", ended(self.snes), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -241,11 +240,13 @@ class SnesSolver:
 SOLVERS: dict[str, type[TaoSolver] | type[SnesSolver]] = {"tao": TaoSolver, "snes": SnesSolver}
 
 
-def _require(converged: bool, how: str, x: PETSc.Vec, gradient: PETSc.Vec) -> None:
-    finite = np.isfinite(x.norm()) and np.isfinite(gradient.norm())
-    if not (converged and finite):
-        what = how if finite else "the result, or the force on it, is not finite"
-        raise SolveError(f"the damage was not minimized: {what}")
+def _require(solver: str, end: Ended, x: PETSc.Vec, gradient: PETSc.Vec) -> None:
+    if not (np.isfinite(x.norm()) and np.isfinite(gradient.norm())):
+        raise SolveError(
+            "the damage was not minimized: the result, or the force on it, is not finite"
+        )
+    if not end.converged:
+        raise SolveError(f"the damage was not minimized by {solver}: {end.sentence}")
 
 
 def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import INERTIA, ON_THE_CONE, apply, petsc_errors
+from staffa.backend.petsc_status import ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, SnesSolver
@@ -206,8 +207,11 @@ class _Factored:
         self.load.set(0.0)
         writable(self.load)[self.variation.n_v :] = self.root * readable(y)
         self.ksp.solve(self.load, self.z)
-        if self.ksp.getConvergedReason() < 0:
-            raise SolveError("the second derivative of the energy could not be solved with")
+        end = ended(self.ksp)
+        if not end.converged:
+            raise SolveError(
+                f"the second derivative of the energy was not inverted: {end.sentence}"
+            )
 
     def nearest(self) -> tuple[float, PETSc.Vec]:
         """The smallest value, if none lies below the shift, and where it is taken."""
@@ -228,8 +232,7 @@ class _Factored:
         try:
             if eps.getConverged() < 1:
                 raise SolveError(
-                    f"the smallest eigenvalue was not found: SLEPc ended with "
-                    f"{eps.getConvergedReason()}"
+                    f"the smallest eigenvalue was not found by SLEPc: {ended(eps).sentence}"
                 )
             value = self.shift + 1 / float(eps.getEigenpair(0, y).real)
             self._solve(y)

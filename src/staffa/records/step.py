@@ -7,6 +7,7 @@ from typing import Any, Self
 from staffa.records.cut_cells import CellSection as CellSection
 from staffa.records.cut_cells import Coarse as Coarse
 from staffa.records.json_form import made as made
+from staffa.records.status import Status, Verdict
 from staffa.records.tip_release import Release
 
 # What is left of a large number taken from another, over it, is no size to judge by.
@@ -89,13 +90,13 @@ class Effort:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """The end of a minimization: its reason is the sentence that a user reads.
+    """The end of a minimization: its status, and the reason, the sentence that a user reads.
 
     before: the total energy of the state that it began with. spread: the size of the terms that its
     energy is the difference of, see `ElasticSolver.spread`.
     """
 
-    converged: bool
+    status: Status
     reason: str
     sweeps: int
     change: float
@@ -105,6 +106,11 @@ class Outcome:
     before: float
     effort: Effort = Effort()
     spread: float = 0.0
+
+    @property
+    def converged(self) -> bool:
+        """True if it reached what `Stop` asks for."""
+        return self.status == Status.CONVERGED
 
     @property
     def scale(self) -> float:
@@ -247,6 +253,15 @@ class Curvature:
     bifurcation: bool = False
     reason: str | None = None
 
+    @property
+    def verdict(self) -> Verdict:
+        """The result, of these figures; files do not hold it."""
+        if self.smallest is None and self.reason is not None:
+            return Verdict.NOT_TESTED
+        if self.bifurcation:
+            return Verdict.BIFURCATION
+        return Verdict.MINIMUM if self.reason is None else Verdict.SADDLE
+
 
 @dataclass(frozen=True, kw_only=True)
 class Heat:
@@ -311,9 +326,6 @@ class Moment:
     tau: float | None
 
 
-REJECTED = "rejected"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Step:
     """One load state, as recorded in `steps.jsonl`.
@@ -321,10 +333,10 @@ class Step:
     returned: how backtracking came to this step again, which supersedes all recorded before it that
     have its index or a later one (see `kept`); of a rejected one, how it would have.
 
-    status: "converged", "not converged" (out of sweeps), "failed" (a solver failed; the state is
-    the last one before that, without audit and measures), or "rejected" (the step was too long, and
-    is taken again, or a return to it failed: it stands for no state of the run). fields: the file
-    of its fields, if kept.
+    status: converged; not converged, out of sweeps; failed, where the state is the one before,
+    without audit and measures; or rejected, where the step was too long and is taken again, or a
+    return to it failed. reason: the sentence that a user reads. fields: the file of its fields, if
+    kept.
     reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
     (m), alpha at the manifest's probes in turn. hoop: see `measure.hoop`. released: at the tips,
     where fields are kept.
@@ -335,7 +347,7 @@ class Step:
     tau: float | None
     energies: Energies
     sweeps: int
-    status: str
+    status: Status
     reason: str
     audit: Audit | None = None
     measures: Measures | None = None
@@ -367,7 +379,7 @@ class Step:
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
     """The steps that were not rejected, nor superseded by backtracking, in order of time."""
     found: list[Step] = []
-    for step in (step for step in steps if step.status != REJECTED):
+    for step in (step for step in steps if step.status != Status.REJECTED):
         while found and found[-1].index >= step.index:
             found.pop()
         found.append(step)

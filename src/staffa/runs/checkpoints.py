@@ -25,7 +25,8 @@ from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
 from staffa.model.fields import owned
-from staffa.records.step import REJECTED, Step
+from staffa.records.status import Status
+from staffa.records.step import Step
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
 SAME_PLACE = 1e-6
@@ -101,7 +102,7 @@ class Keeper:
         """Write a step's record."""
         with on_disk(self.directory):
             on_root(self.comm, lambda: self.journal.append(step))
-        self._steps += step.status != REJECTED
+        self._steps += step.status != Status.REJECTED
 
     def keep(self, stands: Standing, now: bool) -> None:
         """Write where the loop stands, if it is due or must be now."""
