@@ -1,6 +1,7 @@
 """A source of temperatures from outside: added as a class and a line, and the loop as it is."""
 
 import ast
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from bodies import body, quench, rock, run
-from restarting import After, assert_steps, small, stopped
+from restarting import After, assert_same, assert_steps, launch, small, stopped
 from staffa import evolution
 from staffa.backend.parallel import sum_over_ranks
 from staffa.errors import LoadError, SolveError
@@ -95,7 +96,7 @@ class Bathed:
     def _state(self, fallen: float) -> ThermalState:
         depth = self._x[1] - self._x[1].min()
         memory = np.array([fallen]) if self._comm.rank == 0 else np.zeros(0)
-        return ThermalState(T=-fallen * np.exp(-depth / 0.2), memory=memory)
+        return ThermalState(T=-fallen * np.exp(-depth / 0.1), memory=memory)
 
     def fallen(self, thermal: ThermalState) -> float:
         return float(sum_over_ranks(self._comm, float(thermal.memory.sum())))
@@ -145,7 +146,7 @@ def test_a_table_is_asked_for_no_other_time_than_it_has() -> None:
 
 
 def test_a_source_that_feels_cracks_agrees_with_them_at_the_end_of_each_step() -> None:
-    problem = plate(Bath(rate=2000.0, felt=1.0))
+    problem = plate(Bath(rate=5000.0, felt=1.0))
     system = build(problem)
     before, start, passes = system.thermal.read(), 0.0, 0
     for step in march(problem, system):
@@ -156,25 +157,25 @@ def test_a_source_that_feels_cracks_agrees_with_them_at_the_end_of_each_step() -
         assert gap <= 1e-6 and step.heat.gap == pytest.approx(gap, abs=1e-12)
         assert np.array_equal(owned(system.state.T), before.T[: len(owned(system.state.T))])
         assert not step.audit.violations
-    assert passes > 0 and fallen > 2000.0 * start
+    assert passes > 0 and fallen > 5000.0 * start
     system.destroy()
 
 
 def test_a_source_that_cannot_agree_names_its_own_key() -> None:
     with pytest.raises(SolveError, match=r"or a larger bath\.agreement"):
-        run(plate(Bath(rate=2000.0, felt=50.0, passes=1), times=(0.004,)))
+        run(plate(Bath(rate=5000.0, felt=50.0, passes=1), times=(0.004,)))
 
 
 @pytest.mark.slow
 def test_what_a_source_remembers_is_put_back_where_a_step_is_taken_again() -> None:
     """The bath falls at an even rate, so that what it remembers tells the time that it lived."""
     problem = adaptive_plate()
-    problem = Problem(**{**vars(problem), "load": Bath(rate=40.0)})
+    problem = Problem(**{**vars(problem), "load": Bath(rate=100.0)})
     system, steps = build(problem), []
     for step in march(problem, system):
         steps.append(step)
         time = steps[-1].time if step.status == "converged" else kept(steps)[-1].time
-        assert system.coupling.fallen(system.thermal.read()) == pytest.approx(40.0 * time)
+        assert system.coupling.fallen(system.thermal.read()) == pytest.approx(100.0 * time)
     assert any(step.status == "rejected" for step in steps), "the test sees nothing"
     system.destroy()
 
@@ -183,7 +184,7 @@ def test_what_a_source_remembers_is_put_back_where_a_step_is_taken_again() -> No
 @pytest.mark.parametrize("backtracking", ["false", "true"])
 def test_a_run_goes_on_from_what_its_source_remembers(tmp_path: Path, backtracking: str) -> None:
     """Cut after each few looks, to the last bit as without a cut."""
-    case, bath = small(f"solver.backtracking={backtracking}"), Bath(rate=30.0, felt=0.5)
+    case, bath = small(f"solver.backtracking={backtracking}"), Bath(rate=800.0, felt=0.5)
     run_case(case, tmp_path / "whole", temperature=bath)
     expected = read_run(tmp_path / "whole")
     assert expected.steps[-1].energies.surface > 0
@@ -223,3 +224,24 @@ def test_no_file_of_the_loop_names_a_source_of_temperatures() -> None:
             for alias in node.names
         }
         assert not names & sources, f"{path.name} tells couplings apart"
+
+
+RANKS = """
+from test_coupling import *
+
+directory, bath = Path({directory!r}), Bath(rate=800.0, felt=0.5)
+watcher = Watcher(stop=After(20))
+stopped(lambda: run_case(small(), directory, temperature=bath, watcher=watcher))
+resume(directory, temperature=bath)
+"""
+
+
+@pytest.mark.mpi
+def test_on_two_ranks_a_source_remembers_on_the_first_alone(tmp_path: Path) -> None:
+    """Begun, stopped and finished there, against one rank without a cut."""
+    run_case(small(), tmp_path / "whole", temperature=Bath(rate=800.0, felt=0.5))
+    code = f"import sys\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+    code += RANKS.format(directory=str(tmp_path / "cut"))
+    done = launch(Path(sys.executable).name, "-c", code, ranks=2)
+    assert done.returncode == 0, done.stderr
+    assert_same(read_run(tmp_path / "cut"), read_run(tmp_path / "whole"), rel=1e-6)
