@@ -16,6 +16,7 @@ from staffa.loads.closed_form import Face
 from staffa.measure.column_planes import Planes
 from staffa.model.domain import Domain, block, body
 from staffa.model.fields import State, linear_spaces, vertices, zero_state
+from staffa.records.status import Status
 from staffa.records.step import CellSection, Energies, Measures, Step
 from support.bodies import needs_gmsh
 
@@ -111,7 +112,7 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
     )
     step = Step(
         index=1, time=1.0, tau=None, energies=Energies(elastic=1.0, surface=0.0), sweeps=1,
-        status="converged", reason="", measures=measures,
+        status=Status.CONVERGED, reason="", measures=measures,
     )  # fmt: skip
     record = step.to_record()
     assert Step.from_record(record) == step

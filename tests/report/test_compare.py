@@ -37,6 +37,7 @@ from staffa.io.own_files import GENERATOR, write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh
 from staffa.plot.frames import Frame, read_frames
+from staffa.records.status import Status
 from staffa.records.step import Energies, Step
 from staffa.report.drawing import draw_pair
 from staffa.results.tables import ABSENT, Table
@@ -555,7 +556,7 @@ def test_a_run_that_is_not_finished_is_refused(pair) -> None:
     rewritten(run, list(run.steps[:7]))
     said = refused(pair.first.run.path, run.path)
     check_sentence(said, "b is not finished (7 of 25 steps; still going on", "let it end")
-    bad = replace(run.steps[-1], status="not converged", reason="out of sweeps")
+    bad = replace(run.steps[-1], status=Status.NOT_CONVERGED, reason="out of sweeps")
     rewritten(run, [*run.steps[:-1], bad])
     said = refused(run.path, pair.first.run.path)
     check_sentence(said, "is not finished (not converged at step 24", "out of sweeps")

@@ -9,6 +9,7 @@ from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
 from staffa.io.run_directory import Run, open_run
 from staffa.records.manifest import Manifest
+from staffa.records.status import Status
 from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
 from staffa.results.summary import summary
@@ -42,7 +43,7 @@ def step(index: int, depth: float) -> Step:
     time = 0.1 * (index + 1)
     return Step(
         index=index, time=time, tau=time, energies=Energies(elastic=1.0, surface=depth), sweeps=3,
-        status="converged", reason="converged", measures=measures,
+        status=Status.CONVERGED, reason="converged", measures=measures,
     )  # fmt: skip
 
 

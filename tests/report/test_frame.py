@@ -11,6 +11,7 @@ import staffa
 from report.test_report import HEIGHTS, SLAB, TAUS, N, drawn_run, rewritten
 from staffa.errors import InputError
 from staffa.io.step_columns import fields_of
+from staffa.records.status import Status
 from staffa.records.step import Fluid, Heat, Step
 from support.paths import ROOT
 
@@ -30,7 +31,7 @@ def run_folder(tmp_path: Path) -> Path:
         heat=Heat(stored=-3.0, entered={"bottom": -3.0}),
         reactions={"left": (5.0, -7.0)},
     )
-    rewritten(run, [*run.steps[:-1], replace(last, status="rejected"), whole])
+    rewritten(run, [*run.steps[:-1], replace(last, status=Status.REJECTED), whole])
     return run.path
 
 

@@ -30,6 +30,7 @@ from staffa.plot.network_openings import network_figure
 from staffa.plot.style import DPI
 from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Manifest
+from staffa.records.status import Status
 from staffa.records.step import (
     Audit,
     CellSection,
@@ -88,7 +89,7 @@ def drawn_step(index: int, size: tuple[float, ...], fields: str | None) -> Step:
     ]
     return Step(
         index=index, time=tau**2 / 4, tau=tau, energies=Energies(elastic=1 + tau, surface=total),
-        sweeps=10 + index, status="converged", reason="converged", seconds=1.5, fields=fields,
+        sweeps=10 + index, status=Status.CONVERGED, reason="converged", seconds=1.5, fields=fields,
         audit=Audit(
             largest_rise=1e-12, healing=0.0, optimality=0.05, balance=2e-13, work=0.1, released=0.0
         ),
@@ -434,7 +435,7 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
     run = drawn_run(tmp_path / "run")
     bad = replace(
         run.steps[7],
-        status="not converged",
+        status=Status.NOT_CONVERGED,
         reason="did not converge in 5000 sweeps",
         audit=replace(run.steps[7].audit, violations=("damage healed by 1e-3",)),
     )
@@ -566,7 +567,7 @@ def test_tips_are_written_crack_by_crack_and_step_by_step(tmp_path, coarse):
 def test_rejected_steps_are_counted_and_stand_for_nothing(tmp_path, coarse):
     run = drawn_run(tmp_path / "run", adaptive=True)
     steps = list(run.steps)
-    tried = replace(steps[5], status="rejected", reason="cracks ran 4 ell", fields=None)
+    tried = replace(steps[5], status=Status.REJECTED, reason="cracks ran 4 ell", fields=None)
     again = rewritten(run, [*steps[:5], tried, tried, *steps[5:]])
     assert again.steps == run.steps and again.superseded == () and again.finished
     assert again.rejected == (tried, tried)

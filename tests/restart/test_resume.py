@@ -16,6 +16,7 @@ from staffa.errors import InputError, SolveError
 from staffa.evolution import march as loop
 from staffa.evolution.advance import Advance
 from staffa.io.run_directory import open_run
+from staffa.records.status import Status
 from staffa.runs.resume import resume, take
 from staffa.runs.run import Watcher, run
 from support.restarting import (
@@ -171,7 +172,8 @@ def test_backtracking_that_fails_costs_no_step_and_is_the_same_when_resumed(
 
         def runs_out(*arguments) -> Advance:
             found = real(*arguments)
-            return replace(found, outcome=replace(found.outcome, converged=False, reason="is out"))
+            outcome = replace(found.outcome, status=Status.NOT_CONVERGED, reason="is out")
+            return replace(found, outcome=outcome)
 
         monkeypatch.setattr(loop, "go_back", runs_out)
         run(case, tmp_path / "run")

@@ -23,6 +23,7 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import CASE, open_run
 from staffa.measure.averages import Average, average, mean_over_time
 from staffa.measure.generations import arrests
+from staffa.records.status import Status
 from staffa.report.drawing import draw_ensemble
 from staffa.results.ensemble_means import facts, sheets
 from staffa.results.tables import Table
@@ -211,7 +212,7 @@ def test_without_a_cooled_face_there_is_the_length_alone(tmp_path) -> None:
 @pytest.mark.usefixtures("coarse")
 def test_a_member_that_is_not_finished_is_listed_and_counts_in_no_mean(tmp_path) -> None:
     run = drawn_ensemble(tmp_path).runs[1]
-    bad = replace(run.steps[7], status="not converged", reason="out of sweeps")
+    bad = replace(run.steps[7], status=Status.NOT_CONVERGED, reason="out of sweeps")
     rewritten(run, [*run.steps[:7], bad])
     ensemble = read_ensemble(tmp_path)
     for sheet in sheets(ensemble):

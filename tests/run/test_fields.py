@@ -25,6 +25,7 @@ from staffa.io.run_directory import (
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, owned, vertices, zero_state
+from staffa.records.status import Status
 
 BLOCKS = {
     "quadrilateral": (0.6, 0.4),
@@ -113,7 +114,7 @@ def test_a_run_is_finished_when_its_last_step_is_there_and_converged(run: Path) 
     for index in range(5, len(manifest.times)):
         assert not open_run(run).finished
         last = drawn_step(index, SLAB, None)
-        append_step(run, replace(last, status="not converged") if index == 24 else last)
+        append_step(run, replace(last, status=Status.NOT_CONVERGED) if index == 24 else last)
     assert not open_run(run).finished, "its last step did not converge"
     lines = (run / STEPS).read_text().splitlines()
     (run / STEPS).write_text("\n".join([*lines[:-1], json.dumps(last.to_record())]) + "\n")

@@ -23,7 +23,8 @@ from staffa.errors import AloneError, AuditError, StaffaError, printable
 from staffa.io.run_directory import Run, append_log, open_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
-from staffa.records.step import REJECTED, Moment, Step
+from staffa.records.status import Status
+from staffa.records.step import Moment, Step
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
 from staffa.results.radial import radial
@@ -226,7 +227,7 @@ class Follower:
 
     def stepped(self, step: Step) -> None:
         """One line a step, in the log and where it is printed; violations aloud."""
-        if step.status == REJECTED:
+        if step.status == Status.REJECTED:
             self._say(f"  step {step.index} to {self._clock(step)} rejected: {step.reason}")
             return
         self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
@@ -243,7 +244,7 @@ class Follower:
         notes = step.audit.notes if step.audit else ()
         for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
-        if self.speaks and self.quiet and step.audit and step.status == "converged":
+        if self.speaks and self.quiet and step.audit and step.status == Status.CONVERGED:
             for sentence in step.audit.violations:
                 print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)
 

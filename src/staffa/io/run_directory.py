@@ -19,7 +19,8 @@ from staffa.io.own_files import make_folder, to_append, write_aside
 from staffa.io.step_columns import frame_of
 from staffa.records.json_form import json_form
 from staffa.records.manifest import Manifest
-from staffa.records.step import REJECTED, Step, kept, made
+from staffa.records.status import Status
+from staffa.records.step import Step, kept, made
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -58,7 +59,7 @@ class Run:
         if not self.steps:
             return False
         last = self.steps[-1]
-        return last.time == self.manifest.times[-1] and last.status == "converged"
+        return last.time == self.manifest.times[-1] and last.status == Status.CONVERGED
 
     def to_frame(self) -> "DataFrame":
         """Return the steps as a pandas frame, see `frame_of`."""
@@ -242,7 +243,7 @@ def open_run(path: str | Path) -> Run:
     manifest = read_manifest(path)
     steps = _read_steps(path)
     standing = kept(steps)
-    rejected = tuple(step for step in steps if step.status == REJECTED)
+    rejected = tuple(step for step in steps if step.status == Status.REJECTED)
     known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,
