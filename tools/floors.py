@@ -32,7 +32,7 @@ WITHIN = {
     "arguments": ["errors"],
     "units": ["display_units", "errors"],
     "records": ["display_units"],
-    "backend": ["errors"],
+    "backend": ["errors", "records"],
 }
 LIGHT = [
     "staffa",
@@ -42,6 +42,7 @@ LIGHT = [
     "staffa.backend.guarded_reading",
     "staffa.units",
     "staffa.display_units",
+    "staffa.records.status",
     "staffa.records.step",
     "staffa.records.json_form",
     "staffa.records.tip_release",

@@ -113,9 +113,9 @@ def launch(columns: int, cells: str, ranks: int) -> dict:
 def medium(folder: Path) -> dict:
     """Sweeps and seconds of a finished run of a brick, rejected steps included."""
     from staffa.case.reading.read import parse_case
-    from staffa.io.run_directory import read_run
+    from staffa.io.run_directory import open_run
 
-    run = read_run(folder)
+    run = open_run(folder)
     if not run.finished or len(run.manifest.size) != 3:
         raise SystemExit(f"--medium {folder} is not a finished run in 3-D; name one that is")
     every = [*run.steps, *run.superseded, *run.rejected]

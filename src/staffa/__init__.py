@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from staffa.case.schema.case import Case as Case
     from staffa.evolution.march import march as march
     from staffa.evolution.system import build as build
-    from staffa.io.run_directory import read_run as read_run
+    from staffa.io.run_directory import open_run as open_run
     from staffa.runs.resume import resume as resume
     from staffa.runs.run import run as run
     from staffa.setup.build import problem as problem
@@ -21,10 +21,10 @@ else:
         "Case": "staffa.case.schema.case",
         "build": "staffa.evolution.system",
         "march": "staffa.evolution.march",
+        "open_run": "staffa.io.run_directory",
         "parse_case": "staffa.case.reading.read",
         "problem": "staffa.setup.build",
         "read_case": "staffa.case.reading.read",
-        "read_run": "staffa.io.run_directory",
         "ready_case": "staffa.case.reading.ready_cases",
         "resume": "staffa.runs.resume",
         "run": "staffa.runs.run",

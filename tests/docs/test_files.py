@@ -11,7 +11,7 @@ from typing import Any, get_args, get_type_hints
 import h5py
 import pytest
 
-from staffa.io.run_directory import STEPS, read_run
+from staffa.io.run_directory import STEPS, open_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 from staffa.report.drawing import draw
@@ -79,7 +79,7 @@ def place(tmp_path_factory) -> Path:
     many = folder / "all"
     ran("ensemble", folder / "my.toml", "--seeds", "2", "--out", many, *SHORT)
     ran("compare", many / "seed-3", many / "seed-4", "--out", folder / "pair")
-    (folder / "shown.txt").write_text(repr(summary(read_run(many / "seed-3"))))
+    (folder / "shown.txt").write_text(repr(summary(open_run(many / "seed-3"))))
     (folder / "elsewhere").mkdir()
     shutil.move(many / "seed-3", folder / "elsewhere")
     ran("report", folder / "elsewhere" / "seed-3", "--no-movie")
@@ -131,7 +131,7 @@ def test_what_is_in_the_files_is_told(place: Path) -> None:
 @pytest.mark.slow
 def test_a_run_elsewhere_is_shown_and_reported_as_the_original_was(place: Path) -> None:
     directory = place / "elsewhere" / "seed-3"
-    assert repr(summary(read_run(directory))) == (place / "shown.txt").read_text()
+    assert repr(summary(open_run(directory))) == (place / "shown.txt").read_text()
     texts = [file.read_text() for file in directory.glob("*.*") if file.suffix != ".log"]
     assert len(texts) >= 6 and not any(str(place / "all") in text for text in texts)
 
@@ -144,14 +144,14 @@ def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
     def look(step: Step) -> None:
         if step.index == 1:
             before = own_files(tmp_path / "run")
-            found = read_run(tmp_path / "run")
+            found = open_run(tmp_path / "run")
             said.extend(fact.text for fact in summary(found))
             draw(found)
             assert own_files(tmp_path / "run") == before
 
     run(small("output.fields=all"), tmp_path / "run", watcher=Watcher(stepped=look))
     assert "2 of 6 steps; still going on, or stopped" in said, said
-    assert (tmp_path / "run" / "report.html").exists() and read_run(tmp_path / "run").finished
+    assert (tmp_path / "run" / "report.html").exists() and open_run(tmp_path / "run").finished
 
 
 def own_files(directory: Path) -> dict[str, bytes]:

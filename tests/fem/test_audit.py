@@ -181,8 +181,8 @@ def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
         return list(march(problem, system, standing=standing))
 
     assert [step.audit.violations for step in goes_on(middle)] == [()]
-    u, alpha, T, *rest = middle.kept
-    spoiled = replace(middle, kept=(u, alpha, 0.999 * T, *rest))
+    thermal = replace(middle.kept.thermal, T=0.999 * middle.kept.thermal.T)
+    spoiled = replace(middle, kept=replace(middle.kept, thermal=thermal))
     assert said(goes_on(spoiled), "a state is not the one on record") == [1]
     assert "total" in middle.numbers() and middle.total is not None
     system.destroy()

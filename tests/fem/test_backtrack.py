@@ -117,8 +117,8 @@ def test_the_energies_compared_are_those_of_the_frozen_damage_then(make) -> None
     for _ in range(back.index + 1):
         next(marching)
     loads = Loads(time=steps[number].time, values=system.supports.values(steps[number].time))
-    T, alpha = system.state.T.x.array, system.state.alpha.x.array
-    T[:], _ = system.cooling.advance(T, alpha, 0.0, loads.time)
+    thermal, _ = system.coupling.advance(system.thermal.read(), system.cracks, 0.0, loads.time)
+    system.thermal.put(thermal)
     equilibrium(system.alternation, loads.values)
     assert back.found == pytest.approx(system.energy.total(), rel=1e-9)
     system.destroy()
@@ -128,11 +128,11 @@ def test_looking_back_factorizes_once_and_leaves_the_state() -> None:
     problem = bar((0.5, 0.7, 0.9, 2.0, 2.9))
     system = build(problem)
     state, elastic = system.state, system.alternation.elastic
-    history = StepHistory(state)
+    history = StepHistory(system)
     start = Loads(time=0.0, values=system.supports.values(0.0))
     for time in problem.schedule.times:
         end = Loads(time=time, values=system.supports.values(time))
-        history.keep(end, advance_to(problem, system, start, end), state)
+        history.keep(end, advance_to(problem, system, start, end), system)
         start = end
     before = [f.x.array.copy() for f in (state.u, state.alpha, state.T)]
     for tolerance, expected in ((1e-4, 3), (0.9, None)):

@@ -12,7 +12,7 @@ from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.model.contact import normals_of
 from staffa.model.fields import vertices
 from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
@@ -285,7 +285,7 @@ def test_a_run_that_was_cut_goes_on_to_the_last_bit(tmp_path: Path) -> None:
     looks = 2 + max(step.sweeps for step in expected.steps)
     cut_run(case, tmp_path / "cut", looks)
     assert finish(tmp_path / "cut", looks) >= 2
-    assert_same(read_run(tmp_path / "cut"), expected)
+    assert_same(open_run(tmp_path / "cut"), expected)
 
 
 def test_check_says_where_closed_cracks_do_not_slide() -> None:

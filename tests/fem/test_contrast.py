@@ -9,7 +9,7 @@ from staffa.case.reading.read import parse_case
 from staffa.evolution import audit
 from staffa.evolution.march import march
 from staffa.evolution.system import build
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.loads.forces import Forces
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
@@ -137,7 +137,7 @@ def test_a_violated_audit_has_an_exit_code_of_its_own(tmp_path: Path, command: s
     assert "staffa: step 0, audit: damage healed by" in done.stderr
     assert "is finished, but its audit is violated: step 0: " in done.stderr
     place = out if command == "run" else out / "seed-0"
-    facts = {fact.name: fact for fact in summary(read_run(place))}
+    facts = {fact.name: fact for fact in summary(open_run(place))}
     assert facts["status"].alarm and facts["violation"].alarm
     assert "but the audit is violated" in facts["status"].text
     assert audit.GAP_ALLOWED > 0

@@ -9,10 +9,11 @@ from fem.test_backtrack import front
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
 from staffa.evolution import march as loop
-from staffa.evolution.advance import advance_to, agree, restore, snapshot
+from staffa.evolution.advance import advance_to, agree
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
+from staffa.evolution.snapshot import restore, snapshot
 from staffa.evolution.system import build
 from staffa.heat.thermal_body import Conduction, Dirichlet, FluidFilledCrack, Insulating
 from staffa.heat.transient import HeatEquation
@@ -87,15 +88,15 @@ def test_temperature_and_cracks_agree_at_the_end_of_a_step(name: str) -> None:
     """The step has the temperature that the heat equation gives with the cracks of the step."""
     problem = plate(quenched(9.0, side="bottom", cracks=FEELING[name], agreement=1e-4))
     system = build(problem)
-    before, start, passes = system.state.T.x.array.copy(), 0.0, 0
+    before, start, passes = system.thermal.read(), 0.0, 0
     for step in march(problem, system):
         state = system.state
-        T, heat = system.cooling.advance(before, state.alpha.x.array, start, step.time)
-        gap = np.abs(T - state.T.x.array).max() / 9.0
+        found, heat = system.coupling.advance(before, system.cracks, start, step.time)
+        gap = np.abs(found.T - state.T.x.array).max() / 9.0
         assert gap <= 1e-4 and step.heat.gap == pytest.approx(gap, abs=1e-12)
         assert step.heat.stored == pytest.approx(heat.stored, rel=1e-3)
         assert step.audit.violations == ()
-        before, start, passes = state.T.x.array.copy(), step.time, passes + step.heat.passes
+        before, start, passes = system.thermal.read(), step.time, passes + step.heat.passes
     assert passes > 0
     system.destroy()
 
@@ -143,14 +144,14 @@ def test_earlier_energies_are_compared_at_the_temperatures_that_the_cracks_would
     marching_on = replace(problem, backtracking=None)
     system = build(marching_on)
     marching = march(marching_on, system)
-    start, before = 0.0, system.state.T.x.array.copy()
+    start, before = 0.0, system.thermal.read()
     for index in range(back.index + 1):
         if index == at.index:
-            before = system.state.T.x.array.copy()
+            before = system.thermal.read()
             start = problem.schedule.times[index - 1] if index else 0.0
         next(marching)
-    T, _ = system.cooling.advance(before, system.state.alpha.x.array, start, at.time)
-    system.state.T.x.array[:] = T
+    found, _ = system.coupling.advance(before, system.cracks, start, at.time)
+    system.thermal.put(found)
     equilibrium(system.alternation, system.supports.values(at.time))
     assert back.found == pytest.approx(system.energy.total(), rel=1e-9)
     assert at.heat.imbalance < 1e-8
@@ -197,17 +198,17 @@ def test_the_history_gives_back_what_it_was_given() -> None:
     """Damage and temperature of each step, and where its heat began, to the last bit."""
     problem = plate(quenched(9.0, side="bottom", cracks=FEELING["insulating"]))
     system = build(problem)
-    history, state = backtrack.StepHistory(system.state), system.state
+    history, state = backtrack.StepHistory(system), system.state
     start, given = Loads(time=0.0, values=system.supports.values(0.0)), []
     for time in problem.schedule.times[:3]:
         given.append((state.alpha.x.array.copy(), state.T.x.array.copy(), start.time))
         end = Loads(time=time, values=system.supports.values(time))
-        history.keep(end, advance_to(problem, system, start, end), state)
+        history.keep(end, advance_to(problem, system, start, end), system)
         start = end
-        assert np.array_equal(history.temperature(len(given) - 1), state.T.x.array)
+        assert np.array_equal(history.thermal(len(given) - 1).T, state.T.x.array)
     for index, (alpha, T, time) in enumerate(given):
         damage, origin = history.before(index)
-        assert np.array_equal(damage, alpha) and np.array_equal(origin.T, T)
+        assert np.array_equal(damage, alpha) and np.array_equal(origin.thermal.T, T)
         assert origin.time == time
     history.close()
     system.destroy()

@@ -10,7 +10,7 @@ from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.geometry.msh import read_msh
 from staffa.geometry.simplices import mesh_outline
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.measure.coarse import local
 from staffa.runs.run import run
 from staffa.setup.build import problem
@@ -160,7 +160,7 @@ def test_a_length_counts_the_cells_that_it_is_in_not_the_mean_of_the_mesh(tmp_pa
     here = folder(tmp_path, FINE_AT_FAULT)
     case = parse_case(PULLED, folder=here)
     (step,) = run(case, tmp_path / "run")
-    factor = read_run(tmp_path / "run").manifest.toughness_factor
+    factor = open_run(tmp_path / "run").manifest.toughness_factor
     made = problem(case)
     cells = local(made.domain, factor)
     assert cells is not None and case.outline.h > 0.035

@@ -24,7 +24,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
 from staffa.io.numbering import Numbering
-from staffa.io.run_directory import read_manifest, read_run
+from staffa.io.run_directory import open_run, read_manifest
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.minimize.alternate import equilibrium
 from staffa.model.fields import at_vertices, linear_spaces, spaces_on, vertices
@@ -346,7 +346,7 @@ def test_a_run_that_is_cut_and_resumed_has_the_same_bits(cells: str, tmp_path: P
     expected = whole_run(plate(cells), tmp_path / "whole")
     cut_run(plate(cells), tmp_path / "cut", 8)
     finish(tmp_path / "cut", 12)
-    assert_same(read_run(tmp_path / "cut"), expected)
+    assert_same(open_run(tmp_path / "cut"), expected)
     assert expected.steps[-1].energies.surface > 0.1
 
 

@@ -16,7 +16,7 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
-from staffa.io.run_directory import append_step, create, fields_name, read_run
+from staffa.io.run_directory import append_step, create, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, polylines
@@ -315,9 +315,9 @@ def written(folder: Path, grid: VtkMesh, alpha: np.ndarray, u: np.ndarray, size)
     )
     write_vtkhdf(folder / fields_name(1), grid, fields, strains)
     append_step(folder, drawn_step(1, size, fields_name(1)))
-    found, reasons = networks(read_run(folder))
+    found, reasons = networks(open_run(folder))
     assert reasons == []
-    return write_networks(read_run(folder), found)
+    return write_networks(open_run(folder), found)
 
 
 def test_files_hold_the_whole_network(square: VtkMesh, tmp_path: Path) -> None:
@@ -351,7 +351,7 @@ def test_damaged_fields_are_told_and_those_that_are_gone_are_not(
     alpha = np.zeros(len(square.points))
     written(tmp_path, square, alpha, np.zeros((len(alpha), 3)), (1.0, 1.0))
     (tmp_path / fields_name(1)).write_bytes(b"no HDF5")
-    found, reasons = networks(read_run(tmp_path))
+    found, reasons = networks(open_run(tmp_path))
     assert found == [] and f"{fields_name(1)} is left out" in reasons[0]
     (tmp_path / fields_name(1)).unlink()
-    assert networks(read_run(tmp_path)) == ([], [])
+    assert networks(open_run(tmp_path)) == ([], [])

@@ -235,7 +235,7 @@ def test_a_case_that_a_load_completes_is_run(missing, tmp_path: Path) -> None:
     case = slab(*missing)
     assert "loads nothing" in (said := refusal(lambda: staffa.problem(case))) or "given" in said
     steps = staffa.run(case, tmp_path / "run", temperature=Cold(1.0))
-    assert steps[-1].status == "converged" and staffa.read_run(tmp_path / "run").finished
+    assert steps[-1].status == "converged" and staffa.open_run(tmp_path / "run").finished
     assert refusal(lambda: staffa.run(case, tmp_path / "other")) == said
 
 
@@ -334,7 +334,7 @@ def test_the_manifest_shows_nothing_that_does_not_hold_for_a_load_of_its_own(
     """As in the faults: a severity of 54 and the paper's table for a body at rest."""
     staffa.run(slab(), tmp_path / "own", temperature=Zero(), damage=Law())
     staffa.run(slab(), tmp_path / "cooled")
-    own, cooled = (staffa.read_run(tmp_path / name) for name in ("own", "cooled"))
+    own, cooled = (staffa.open_run(tmp_path / name) for name in ("own", "cooled"))
     assert cooled.manifest.scales["severity"] == pytest.approx(54) and table(cooled) is not None
     assert own.manifest.scales == {} and own.manifest.law == "mine" and table(own) is None
     assert own.manifest.own_load is not None and own.manifest.own_load.identity == "Zero()"
@@ -348,9 +348,9 @@ def test_scales_of_a_law_of_its_own_are_that_laws(tmp_path: Path) -> None:
     """Its strength, not that of the law which the case names."""
     case = slab("damage.law=AT2")
     staffa.run(case, tmp_path / "run", damage=Law())
-    found = staffa.read_run(tmp_path / "run").manifest.scales
+    found = staffa.open_run(tmp_path / "run").manifest.scales
     staffa.run(slab(), tmp_path / "at1")
-    assert found == staffa.read_run(tmp_path / "at1").manifest.scales
+    assert found == staffa.open_run(tmp_path / "at1").manifest.scales
 
 
 # --- steps, paths and wrong types ---
@@ -374,7 +374,7 @@ def test_paths_are_texts_or_paths(tmp_path: Path) -> None:
     assert staffa.read_case(path, SLAB) == staffa.read_case(Path(path), SLAB)
     run = str(tmp_path / "run")
     staffa.run(staffa.read_case(path, SLAB), run, temperature=Zero())
-    assert staffa.read_run(run).finished and len(staffa.resume(run, temperature=Zero())) == 2
+    assert staffa.open_run(run).finished and len(staffa.resume(run, temperature=Zero())) == 2
 
 
 PROBLEM = "give a Problem, as staffa.problem(case) makes one"
@@ -393,7 +393,7 @@ WRONG = {
     "resume(None)": "directory = None is a NoneType; give a path",
     "build(staffa.ready_case('slab'))": PROBLEM,
     "march(staffa.ready_case('slab'), None)": PROBLEM,
-    "read_run(3)": "path = 3 is an int; give a path",
+    "open_run(3)": "path = 3 is an int; give a path",
 }
 
 

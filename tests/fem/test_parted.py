@@ -11,7 +11,7 @@ from staffa.evolution.loose_parts import loose_part, number_parts
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.loads.forces import Forces, Traction
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
@@ -61,7 +61,7 @@ def test_a_dead_load_beyond_the_strength_ends_the_run(tmp_path: Path, setting: s
     with pytest.raises(PartedError, match=r"step 2 .*cannot be carried any more.*'right'") as ended:
         run(parse_case(BAR, settings), tmp_path / "run")
     assert ended.value.exit_code == 4
-    steps = read_run(tmp_path / "run").steps
+    steps = open_run(tmp_path / "run").steps
     assert [step.status for step in steps] == ["converged", "converged", "failed"]
     assert "in two" in steps[-1].reason and steps[-1].energies.elastic < 1
     assert (tmp_path / "run" / steps[-1].fields).is_file()

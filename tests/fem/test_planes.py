@@ -11,11 +11,12 @@ from scipy.spatial import cKDTree
 from run.test_run import CASES as READY
 from run.test_run import launch
 from staffa.geometry.shapes import Round, meshed
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.loads.closed_form import Face
 from staffa.measure.column_planes import Planes
 from staffa.model.domain import Domain, block, body
 from staffa.model.fields import State, linear_spaces, vertices, zero_state
+from staffa.records.status import Status
 from staffa.records.step import CellSection, Energies, Measures, Step
 from support.bodies import needs_gmsh
 
@@ -111,7 +112,7 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
     )
     step = Step(
         index=1, time=1.0, tau=None, energies=Energies(elastic=1.0, surface=0.0), sweeps=1,
-        status="converged", reason="", measures=measures,
+        status=Status.CONVERGED, reason="", measures=measures,
     )  # fmt: skip
     record = step.to_record()
     assert Step.from_record(record) == step
@@ -126,7 +127,7 @@ def test_a_cylinder_goes_from_its_case_to_its_pictures(tmp_path: Path) -> None:
     settings = [*coarse, "--set", "output.at=[0.6]", "--out", tmp_path / "run"]
     done = launch(1, "run", READY / "cylinder.toml", *settings)
     assert done.returncode == 0, done.stderr
-    run = read_run(tmp_path / "run")
+    run = open_run(tmp_path / "run")
     (step,) = run.steps
     assert [section.depth for section in step.measures.cells] == [0.2, 0.4, 0.6]
     disc = np.pi * 1.4**2  # of pixels whose middles are in it, and of facets within its round

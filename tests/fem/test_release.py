@@ -16,7 +16,7 @@ from staffa.evolution.measures import releasing
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
 from staffa.io.field_output import FieldWriter
-from staffa.io.run_directory import append_step, create, read_run
+from staffa.io.run_directory import append_step, create, open_run
 from staffa.loads.forces import Forces
 from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
@@ -202,11 +202,9 @@ def test_a_table_and_a_sentence_tell_it(tmp_path) -> None:
     unknown = Release(position=(0.7, 0.9), direction=(0.0, 1.0), reason="a face is near")
     step = drawn_step(1, size, "fields/step-0001.vtkhdf")
     append_step(tmp_path, replace(step, released=(known, unknown)))
-    run = read_run(tmp_path)
+    run = open_run(tmp_path)
     assert run.steps[0].released == (known, unknown), "kept on disk as it was"
-    table = release_table(run)
-    assert table is not None
-    header, first, second = table.splitlines()
+    header, first, second = release_table(run).csv().splitlines()
     assert header == "step,time,tau,tip,x,y,dx,dy,G,uncertainty,radius,reason"
     assert first.split(",")[3:] == ["0", "0.5", "0.4", "0.0", "1.0", "2.0", "0.1", "0.3", ""]
     assert second.endswith(",,,,a face is near")

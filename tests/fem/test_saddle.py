@@ -10,7 +10,7 @@ from fem.test_stability import ELL, perfect_bar, uniform
 from staffa.case.reading.read import parse_case
 from staffa.errors import SolveError
 from staffa.evolution import saddle
-from staffa.evolution.advance import Advance
+from staffa.evolution.advance import Advance, Origin
 from staffa.evolution.audit import _second_order
 from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import march
@@ -18,6 +18,7 @@ from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.second_order import modes
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
+from staffa.records.status import Status
 from staffa.records.step import Curvature, Energies, Outcome, Step
 from staffa.results.summary import _curvature
 from support.bodies import run
@@ -127,10 +128,13 @@ def test_what_was_not_tested_says_so() -> None:
 def reached(system: System) -> Advance:
     """A step that ended in this state."""
     outcome = Outcome(
-        converged=True, reason="", sweeps=1, change=0.0, residual=0.0, largest_rise=0.0, before=0.0,
-        energies=system.energy.energies(),
+        status=Status.CONVERGED, reason="", sweeps=1, change=0.0, residual=0.0, largest_rise=0.0,
+        before=0.0, energies=system.energy.energies(),
     )  # fmt: skip
-    return Advance(outcome=outcome, healing=0.0, work=0.0, released=0.0, imbalance=0.0)
+    origin = Origin(time=0.0, thermal=system.thermal.read())
+    return Advance(
+        outcome=outcome, healing=0.0, work=0.0, released=0.0, imbalance=0.0, origin=origin
+    )
 
 
 def test_a_direction_that_needs_damage_to_heal_is_a_bifurcation() -> None:
@@ -207,7 +211,7 @@ def test_the_test_starts_from_position_alone() -> None:
 def test_the_summary_tells_minima_bifurcations_saddles_and_untested_states_apart() -> None:
     step = Step(
         index=0, time=0.0, tau=None, energies=Energies(elastic=1.0, surface=0.0), sweeps=1,
-        status="converged", reason="",
+        status=Status.CONVERGED, reason="",
     )  # fmt: skip
     found = (
         Curvature(smallest=0.2, iterations=8),

@@ -155,7 +155,8 @@ def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monke
 def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
     system = build(plate())
     below, alpha = system.coarser, system.state.alpha.x.array.copy()
-    T, _ = system.cooling.advance(system.state.T.x.array, alpha, 0.0, 0.002)
+    thermal, _ = system.coupling.advance(system.thermal.read(), system.cracks, 0.0, 0.002)
+    T = thermal.T
     expected, _ = equilibrate._coarse_gain(below, alpha, T, 0.002)
     for vector in (below.system.alternation.u, below.system.state.u.x.petsc_vec):
         vector.set(np.inf)

@@ -7,7 +7,7 @@ import staffa
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
 from staffa.evolution.system import build
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 from support.restarting import After, stopped
@@ -249,8 +249,8 @@ def test_a_run_that_goes_on_gives_the_same_bits(tmp_path) -> None:
     whole = run(case, tmp_path / "whole")
     stopped(lambda: run(case, tmp_path / "cut", watcher=Watcher(stop=After(10))))
     resume(tmp_path / "cut")
-    found = read_run(tmp_path / "cut").steps
-    assert len(read_run(tmp_path / "whole").steps) == len(found) == len(whole)
+    found = open_run(tmp_path / "cut").steps
+    assert len(open_run(tmp_path / "whole").steps) == len(found) == len(whole)
     for one, other in zip(whole, found, strict=True):
         assert other.energies == one.energies and other.heat == one.heat
 

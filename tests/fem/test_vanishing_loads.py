@@ -14,7 +14,7 @@ from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.heat.thermal_body import Conduction, Dirichlet, Insulating
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.loads.forces import Forces, Traction
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
@@ -98,9 +98,9 @@ def test_a_run_that_was_stopped_before_the_bar_is_let_go_goes_on(tmp_path: Path)
     case = parse_case(BAR)
     whole = run(case, tmp_path / "whole")
     cut_run(case, tmp_path / "cut", looks=3)
-    assert 0 < len(read_run(tmp_path / "cut").steps) < len(whole)
+    assert 0 < len(open_run(tmp_path / "cut").steps) < len(whole)
     finish(tmp_path / "cut", looks=4)
-    again = read_run(tmp_path / "cut").steps
+    again = open_run(tmp_path / "cut").steps
     assert [s.energies.elastic for s in again] == [s.energies.elastic for s in whole]
 
 

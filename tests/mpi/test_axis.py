@@ -8,7 +8,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.results.crack_network import networks
 from staffa.results.summary import summary
 from support.bodies import RANKS
@@ -51,7 +51,7 @@ def test_on_several_ranks_a_run_gives_the_serial_numbers(tmp_path: Path, ranks: 
     for number in (1, ranks):
         out = tmp_path / f"{number}"
         staffa_on(number, "run", tmp_path / "penny.toml", "--out", out, "--quiet")
-        found.append(read_run(out))
+        found.append(open_run(out))
     totals = [[step.energies.total for step in each.steps] for each in found]
     assert totals[1] == pytest.approx(totals[0], rel=1e-9)
     serial, step = found[0], found[0].steps[-1]

@@ -12,7 +12,7 @@ from run.test_faults import (
     case,  # noqa: F401
     failed,
 )
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.restarting import launch
 
 pytestmark = pytest.mark.timeout(300)
@@ -71,7 +71,7 @@ def test_what_is_not_a_number_on_one_rank_ends_all(case: Path) -> None:
     """In the second step, at one vertex: what was finished before it is on disk. (At the first and
     the last time a load is tried before anything is computed.)"""
     failed(on_two_ranks(case.parent, "nan"), "step 1 (time ", "not finite")
-    assert [step.status for step in read_run(case.with_name("run")).steps] == [
+    assert [step.status for step in open_run(case.with_name("run")).steps] == [
         *("converged", "failed")
     ]
 

@@ -4,7 +4,7 @@ import pytest
 
 from run.test_heat_run import settings
 from run.test_run import CASES
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.bodies import needs_gmsh
 from support.ranks import staffa_on
@@ -28,7 +28,7 @@ def test_a_ready_case_runs_in_units_on_one_and_two_ranks(name: str, tmp_path) ->
         out = tmp_path / f"{ranks}"
         said = staffa_on(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings(name))
         assert "heat" in said and (out / "pictures" / "heat.png").exists()
-        runs.append(read_run(out))
+        runs.append(open_run(out))
     for one, two in zip(runs[0].steps, runs[1].steps, strict=True):
         assert one.audit.violations == () and one.heat.imbalance < 1e-8
         assert two.heat.stored == pytest.approx(one.heat.stored, rel=1e-7)

@@ -9,7 +9,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import pytest
 
 from restart.test_killed import begin, expected, lines, place, wait_for  # noqa: F401
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.runs.resume import resume
 from support.paths import TESTS
 from support.restarting import assert_same, launch
@@ -39,7 +39,7 @@ def test_two_ranks_stop_together_and_a_rank_that_dies_ends_all(place, expected) 
     died = launch(Path(sys.executable).name, "-c", code, ranks=2, timeout=120)
     assert died.returncode != 0 and lines(directory) == before + 1
     resume(directory)
-    assert_same(read_run(directory), expected, rel=1e-6)
+    assert_same(open_run(directory), expected, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 
 from fem.test_local_edges import PULLED, folder
 from staffa.case.reading.read import read_case
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.results.summary import summary
 from staffa.runs.run import run
 from support.bodies import RANKS, needs_gmsh
@@ -37,7 +37,7 @@ def test_cracks_in_cells_that_are_too_long_are_told_after_the_run(tmp_path: Path
     (step,) = run(read_case(here / "my.toml"), tmp_path / "run")
     found = step.measures.coarse
     assert found.region == "sand" and found.place[1] > 2.5 and found.edge > 0.04
-    (fact,) = [f for f in summary(read_run(tmp_path / "run")) if f.name == "cells too long"]
+    (fact,) = [f for f in summary(open_run(tmp_path / "run")) if f.name == "cells too long"]
     assert fact.alarm and "in region 'sand', at (" in fact.text and "mesh it finer" in fact.text
     one = [step.measures.length_surface, found.share, found.edge, *found.place]
     ((*numbers, region),) = printed_on(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fem.test_locking import plate
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.ranks import printed_on
 from support.restarting import assert_same, whole_run
 
@@ -35,7 +35,7 @@ def test_quadratic_elements_are_the_same_on_any_ranks(tmp_path: Path) -> None:
     for ranks in (2, 3):
         printed_on(ranks, RANKS.format(base=str(tmp_path)))
     for name in ("on-2", "on-3", "cut"):
-        found = read_run(tmp_path / name)
+        found = open_run(tmp_path / name)
         assert_same(found, expected, rel=1e-7)
         for one, other in zip(found.steps, expected.steps, strict=True):
             assert np.allclose(one.probed, other.probed, rtol=0, atol=1e-6)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 
 DATA = Path(__file__).parents[1] / "data" / "runs-0.1.0"
 BIN = Path(sys.executable).parent
@@ -29,7 +29,7 @@ def test_it_is_resumed_on_two_ranks(name: str, tmp_path: Path) -> None:
         env={**os.environ, "OMP_NUM_THREADS": "1"},
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    found = read_run(run)
+    found = open_run(run)
     assert found.finished and found.manifest.ranks == 2
     ends = json.loads((DATA / "ends.json").read_text(encoding="utf-8"))[name]
     # To the tolerance of the minimization: sums over ranks round otherwise.

@@ -8,7 +8,7 @@ import pytest
 
 from fem.test_planes import CELLS, words
 from run.test_run import CASES as READY
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from support.bodies import RANKS, needs_gmsh
 from support.ranks import printed_on, staffa_on
 
@@ -48,7 +48,7 @@ def few_columns(ranks: int, directory: Path) -> Run:
     """The ready case, smaller: its unstructured cells, its seed, its solvers and tolerances."""
     settings = [*FEW_COLUMNS, "--out", directory, "--quiet"]
     staffa_on(ranks, "run", READY / "brick.toml", *settings)
-    return read_run(directory)
+    return open_run(directory)
 
 
 @needs_gmsh

@@ -9,7 +9,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 import pytest
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.paths import TESTS
 from support.restarting import assert_same, launch, small, whole_run
 
@@ -53,13 +53,13 @@ def test_what_some_ranks_began_any_others_finish(tmp_path: Path) -> None:
             assert done.returncode == 0, done.stderr
         if cuts:
             for one in (1, 2, 3):
-                found = read_run(tmp_path / f"from-{one}")
+                found = open_run(tmp_path / f"from-{one}")
                 assert 0 < len(found.steps) < len(expected.steps)
                 for other in (1, 2, 3):
                     shutil.copytree(found.path, tmp_path / f"from-{one}-to-{other}")
     for one in (1, 2, 3):
         for other in (1, 2, 3):
-            found = read_run(tmp_path / f"from-{one}-to-{other}")
+            found = open_run(tmp_path / f"from-{one}-to-{other}")
             assert_same(found, expected, rel=1e-6)
             assert {"manifest": found.manifest.ranks} == {"manifest": other}
     for cells in ("quadrilateral", "triangle"):

@@ -3,7 +3,7 @@
 import pytest
 
 from run.test_run import CASES
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.ranks import staffa_on
 
 COARSE = {
@@ -26,7 +26,7 @@ def test_a_ready_case_runs_on_one_and_two_ranks(name: str, tmp_path) -> None:
         out = tmp_path / f"{ranks}"
         staffa_on(ranks, "run", CASES / f"{name}.toml", "--out", out, *settings)
         assert (out / "pictures" / "cracks.png").exists()
-        runs.append(read_run(out))
+        runs.append(open_run(out))
     for one, two in zip(runs[0].steps, runs[1].steps, strict=True):
         assert one.audit.violations == () and two.audit.violations == ()
         assert two.energies.total == pytest.approx(one.energies.total, rel=1e-5)

@@ -11,7 +11,7 @@ import pytest
 import pyvista
 
 from run.test_run import CASES, SHORT, adaptive, launch, serial  # noqa: F401
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.paths import BIN
 from support.ranks import staffa_on
@@ -23,7 +23,7 @@ def test_ranks_agree(serial: Path, ranks: int, tmp_path: Path) -> None:
     """A ready case as it stands: energies to 1e-6, sweeps within 1, the same cracks and fields."""
     done = launch(ranks, "run", CASES / "notched.toml", "--quiet", "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
-    one, many = read_run(serial), read_run(tmp_path / "run")
+    one, many = open_run(serial), open_run(tmp_path / "run")
     assert many.manifest.ranks == ranks and len(many.steps) == len(one.steps)
     for a, b in zip(one.steps, many.steps, strict=True):
         assert b.energies.total == pytest.approx(a.energies.total, rel=1e-6)
@@ -96,7 +96,7 @@ def test_brick_cracks_the_same_on_two_ranks(cells: str, displacement: str, tmp_p
         settings = [*SMALL_BRICK, *solver, "--set", f"domain.cells={cells}", "--out", directory]
         settings.append("--quiet")
         staffa_on(ranks, "run", CASES / "brick.toml", *settings)
-        runs.append(read_run(directory))
+        runs.append(open_run(directory))
     for a, b in zip(runs[0].steps, runs[1].steps, strict=True):
         assert a.audit.violations == b.audit.violations == ()
         assert b.energies.total == pytest.approx(a.energies.total, rel=1e-6)
@@ -124,7 +124,7 @@ def test_more_ranks_than_cells(tmp_path: Path) -> None:
     for ranks in (1, 3):
         directory = tmp_path / str(ranks)
         staffa_on(ranks, "run", CASES / "notched.toml", *whole, "--out", directory)
-        energies.append(read_run(directory).steps[-1].energies.total)
+        energies.append(open_run(directory).steps[-1].energies.total)
     assert energies[1] == pytest.approx(energies[0], rel=1e-9)
 
 
@@ -132,7 +132,7 @@ def test_more_ranks_than_cells(tmp_path: Path) -> None:
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.long)])
 def test_adaptive_steps_are_the_same_on_more_ranks(adaptive: Path, tmp_path, ranks: int) -> None:
     staffa_on(ranks, "run", adaptive / "case.toml", "--quiet", "--out", tmp_path / "run")
-    alone, found = read_run(adaptive), read_run(tmp_path / "run")
+    alone, found = open_run(adaptive), open_run(tmp_path / "run")
     assert [s.time for s in found.steps] == [s.time for s in alone.steps]
     assert [s.time for s in found.rejected] == [s.time for s in alone.rejected]
     expected = [s.energies.total for s in alone.steps]

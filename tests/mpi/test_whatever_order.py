@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.bodies import needs_gmsh
 from support.ranks import staffa_on
 
@@ -62,7 +62,7 @@ def test_measures_are_the_same_on_any_number_of_ranks(ranks: int, tmp_path: Path
     runs = []
     for n in (1, ranks):
         staffa_on(n, "run", tmp_path / "case.toml", "--quiet", "--out", tmp_path / f"on{n}")
-        runs.append(read_run(tmp_path / f"on{n}"))
+        runs.append(open_run(tmp_path / f"on{n}"))
     for one, many in zip(runs[0].steps, runs[1].steps, strict=True):
         assert many.energies.total == pytest.approx(one.energies.total, rel=1e-9)
         for a, b in zip(one.measures.tips, many.measures.tips, strict=True):

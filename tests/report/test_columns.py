@@ -10,7 +10,7 @@ from PIL import Image
 
 from report.test_report import drawn_manifest, drawn_mesh, drawn_run, drawn_step
 from staffa.errors import InputError
-from staffa.io.run_directory import Run, append_step, create, fields_name, read_run
+from staffa.io.run_directory import Run, append_step, create, fields_name, open_run
 from staffa.io.vtkhdf import write_vtkhdf
 from staffa.measure.patterns import Estimate, pattern
 from staffa.plot import movie, volume
@@ -57,7 +57,7 @@ def columns_run(path: Path, *, round_body: bool = False, steps: int = 1) -> Run:
         assert step.measures is not None
         found = tuple(one_section(depth) for depth in DEPTHS)
         append_step(path, replace(step, measures=replace(step.measures, cells=found, front=0.5)))
-    return read_run(path)
+    return open_run(path)
 
 
 def one_section(depth: float) -> CellSection:
@@ -154,13 +154,13 @@ def test_the_rock_is_cut_away_and_the_cracks_in_there_are_left_standing(tmp_path
     files = [cracked.path / fields_name(index) for index in (0, 1)]
     rock, cracks = volume.rendered(cracked.manifest, files, 0.5, (ROCK, CRACKS), pixels=160)
     for row in (rock, cracks):
-        assert row[0].image.shape == row[1].image.shape, "the views of one look are alike"
-    stone, green = (np.stack([kind(v.image) for v in rock]) for kind in (is_stone, is_green))
+        assert row.ndim == 4 and len(row) == 2, "the views of one look are alike"
+    stone, green = (np.stack([kind(view) for view in rock]) for kind in (is_stone, is_green))
     assert not green[0].any() and green[1].mean() > 0.01, "cracks stand where the rock is cut"
     assert 0.2 < stone[0].mean() < 0.7
     lower_right = np.s_[-stone.shape[1] // 4 :, stone.shape[2] // 2 :]
     assert stone[0][lower_right].mean() < 0.1, "the near quarter is not there"
-    alone = [is_green(view.image) for view in cracks]
+    alone = [is_green(view) for view in cracks]
     assert not alone[0].any()
     assert alone[1].mean() > 2 * green[1].mean(), "alone, those of all quarters are seen"
 

@@ -27,19 +27,20 @@ from staffa.case.reading.ready_cases import ready_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.compare.agreement import agreement, gap_between_steps
 from staffa.compare.differences import case_differences, manifest_differences
+from staffa.compare.figures import difference as damage_difference
 from staffa.compare.figures import pair_figures
 from staffa.compare.open_pair import place_of, read_pair
 from staffa.compare.pair import Pair, caveats
 from staffa.compare.side_by_side import common_times, difference, results
 from staffa.errors import StaffaError
 from staffa.io.own_files import GENERATOR, write_aside
-from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, read_run
+from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh
 from staffa.plot.frames import Frame, read_frames
-from staffa.plot.pair_pictures import damage_difference as damage_difference
+from staffa.records.status import Status
 from staffa.records.step import Energies, Step
 from staffa.report.drawing import draw_pair
-from staffa.results.slab_table import ABSENT, Table
+from staffa.results.tables import ABSENT, Table
 
 BODY = """title = "A drawn slab"
 [domain]
@@ -75,7 +76,7 @@ def run_at(path: Path, size: tuple[float, ...] = SLAB, *, n: int = 16, **changes
     """A drawn run whose case can be read."""
     drawn_run(path, size, n=n, **changes)
     write_aside(path / CASE, BODY.format(size=list(size)))
-    return read_run(path)
+    return open_run(path)
 
 
 def changed(run: Run, change: Callable[[Step], Step], *, first: int = 0) -> Run:
@@ -219,7 +220,7 @@ def test_times_of_one_run_alone_are_left_to_the_curves(pair) -> None:
     rewritten(run, [s for s in run.steps if s.index % 3 == 0])
     other = again(pair)
     assert told(other)["common times"].startswith("9 of 25 and of 9 steps")
-    assert [one.index for one, _ in other.common()] == list(range(0, 25, 3))
+    assert other.common[:, 0].tolist() == list(range(0, 25, 3))
     at, apart = gap_between_steps(other)
     assert at == pytest.approx(TAUS)
     # Where cracks nucleate, at tau = .06, energies leap; 0.06 is a time of both, 0.04 and 0.02 not.
@@ -310,7 +311,7 @@ def in_units(path: Path) -> Run:
     run = drawn_run(path, scaled=False, **lengths)
     write_aside(path / MANIFEST, manifest_text(run, size=[2.5 * L, L]))
     write_aside(path / CASE, IN_UNITS)
-    return changed(read_run(path), enlarged)
+    return changed(open_run(path), enlarged)
 
 
 def manifest_text(run: Run, **changes: object) -> str:
@@ -339,7 +340,7 @@ def test_without_tau_a_scaled_run_has_no_time_in_common_with_one_in_units(tmp_pa
     for run in (bare, dressed):
         changed(run, lambda step: replace(step, tau=None))
     pair = read_pair(bare.path, dressed.path)
-    assert pair.clock is None and pair.common() == []
+    assert pair.clock is None and len(pair.common) == 0
     assert any("no time in common" in sentence for sentence in caveats(pair))
     assert cells(results(pair), "last time") == (ABSENT, ABSENT, ABSENT)
     drawn = draw_pair(pair, tmp_path / "out")
@@ -494,6 +495,20 @@ def test_pictures_of_two_cases_in_unlike_units_are_in_those_of_the_first(tmp_pat
         assert "t = 12.5 s" in axes.get_title(loc="left")
 
 
+def test_numbers_of_cracks_have_whole_ticks_also_where_there_are_none(pair) -> None:
+    def uncracked(step: Step) -> Step:
+        assert step.measures is not None
+        return replace(step, measures=replace(step.measures, tips=(), front=0.0))
+
+    for side in pair.sides:
+        changed(side.run, uncracked)
+    figures, _ = pair_figures(again(pair))
+    axes = figures["growth-of-both"]().axes[-1]
+    assert axes.get_ylabel() == "cracks" and axes.get_ylim()[0] == 0
+    ticks = list(axes.get_yticks())
+    assert len(ticks) >= 2 and ticks == [round(tick) for tick in ticks]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("coarse")
 def test_long_bodies_are_drawn_in_one_column(tmp_path) -> None:
@@ -541,7 +556,7 @@ def test_a_run_that_is_not_finished_is_refused(pair) -> None:
     rewritten(run, list(run.steps[:7]))
     said = refused(pair.first.run.path, run.path)
     check_sentence(said, "b is not finished (7 of 25 steps; still going on", "let it end")
-    bad = replace(run.steps[-1], status="not converged", reason="out of sweeps")
+    bad = replace(run.steps[-1], status=Status.NOT_CONVERGED, reason="out of sweeps")
     rewritten(run, [*run.steps[:-1], bad])
     said = refused(run.path, pair.first.run.path)
     check_sentence(said, "is not finished (not converged at step 24", "out of sweeps")

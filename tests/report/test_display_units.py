@@ -15,7 +15,7 @@ from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.scales.shown_units import reference, units
 from staffa.cli.live import Follower
 from staffa.display_units import Magnitudes, Unit, choose_display_units
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.measure.network import Network
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
@@ -28,11 +28,12 @@ from staffa.records.step import Energies, Fluid, Heat
 from staffa.report.captions import caption
 from staffa.report.drawing import draw
 from staffa.results.columns import cells_table
-from staffa.results.crack_network import Drawing, lines_of, write_networks
+from staffa.results.crack_network import Drawing, network_table, write_networks
 from staffa.results.series import probes_table, reactions_table
 from staffa.results.slab_table import definitions
 from staffa.results.spacing import TITLE, round_depths, spacing
 from staffa.results.summary import summary
+from staffa.results.tables import Table
 from staffa.results.tips import tips_table
 
 NAMES = ("length", "crack", "opening", "volume", "time", "temperature", "stress", "energy", "force")
@@ -174,11 +175,11 @@ def test_spacing_by_depth_is_there_in_the_units_of_the_case(tmp_path: Path) -> N
     run = in_units(tmp_path / "counted")
     found = spacing(run)
     assert found.header == ("depth (mm)", "cracks", "spacing (mm)")
-    assert [row[:2] for row in found.rows] == [("100", "16"), ("200", "8"), ("400", "4")]
+    assert [row[:2] for row in found.lines] == [("100", "16"), ("200", "8"), ("400", "4")]
     scaled = spacing(drawn_run(tmp_path / "scaled", n=6))
-    assert scaled.header == ("depth", "cracks", "spacing") and scaled.rows[0][0] == "0.1"
+    assert scaled.header == ("depth", "cracks", "spacing") and scaled.lines[0][0] == "0.1"
     block = spacing(cut_into_columns(in_units(tmp_path / "block", BOX), (6, 6, 5)))
-    cells = dict(zip(block.header, block.rows[0], strict=True))
+    cells = dict(zip(block.header, block.lines[0], strict=True))
     assert (cells["depth (mm)"], cells["spacing (mm)"]) == ("100", "500")
     none = spacing(pulled(tmp_path / "pulled"))
     assert none.rows == () and "no flat cooled face" in none.notes[0]
@@ -201,13 +202,13 @@ def without_depths(run: Run) -> Run:
 def test_without_depths_of_the_case_tips_and_fields_tell_the_spacing(tmp_path: Path) -> None:
     """16 cracks 156 mm apart: 8 end at .14, 4 at .33 and 4, 625 mm apart, at .5 m."""
     found = spacing(without_depths(in_units(tmp_path / "slab")))
-    assert found.rows[0] == ("100", "16", "156.2")
-    assert found.rows[-1] == ("400", "4", "625") and [row[1] for row in found.rows][1] == "8"
+    assert found.lines[0] == ("100", "16", "156.2")
+    assert found.lines[-1] == ("400", "4", "625") and [row[1] for row in found.lines][1] == "8"
     assert "no measures.depths" in found.notes[1]
     block = spacing(in_units(tmp_path / "block", BOX))
     assert block.header[0] == "depth (mm)" and len(block.rows) == 6
     assert "no measures.depths" in block.notes[0]
-    depths = [float(row[0]) for row in block.rows]
+    depths = [float(row[0]) for row in block.lines]
     assert depths == pytest.approx(500 * (np.arange(6) + 0.5) / 6, rel=1e-3)
 
 
@@ -219,9 +220,8 @@ def test_round_depths_end_above_the_deepest_crack(deepest: float, depths: list[f
     assert round_depths(deepest) == pytest.approx(depths)
 
 
-def header(text: str | None) -> list[str]:
-    assert text is not None
-    return next(csv.reader(StringIO(text)))
+def header(table: Table) -> list[str]:
+    return next(csv.reader(StringIO(table.csv())))
 
 
 def test_columns_of_tables_name_their_units(tmp_path: Path) -> None:
@@ -232,10 +232,10 @@ def test_columns_of_tables_name_their_units(tmp_path: Path) -> None:
     assert header(reactions_table(run)) == [
         "step", "time_h", "tau", "side", "fx_MN_per_m", "fy_MN_per_m",
     ]  # fmt: skip
-    row = next(csv.DictReader(StringIO(reactions_table(run) or "")))
+    row = next(csv.DictReader(StringIO(reactions_table(run).csv())))
     assert float(row["fx_MN_per_m"]) == pytest.approx(1.5)
     block = cut_into_columns(in_units(tmp_path / "block", BOX), (6, 6, 5))
-    row = next(csv.DictReader(StringIO(cells_table(block) or "")))
+    row = next(csv.DictReader(StringIO(cells_table(block).csv())))
     assert float(row["depth_mm"]) == pytest.approx(100)
     assert float(row["area_mm2"]) == pytest.approx(1e6) and "sides_error" in row
     assert float(row["spacing_mm"]) == pytest.approx(500) and "spacing_error_mm" in row
@@ -245,7 +245,7 @@ def test_probes_tell_changes_and_temperatures(tmp_path: Path) -> None:
     probe = Probe(name="well", points=((0.5, 0.25),))
     run = in_units(tmp_path, probes=(probe,), reference=293.15)
     run = replace(run, steps=(replace(run.steps[0], probed=((-5.0, 1e-3, 2e-3, 0.5),)),))
-    row = next(csv.DictReader(StringIO(probes_table(run) or "")))
+    row = next(csv.DictReader(StringIO(probes_table(run).csv())))
     expected = {"x_mm": 500, "y_mm": 250, "T_K": -5, "temperature_degC": 15, "ux_mm": 1, "uy_mm": 2}
     assert {name: float(row[name]) for name in expected} == pytest.approx(expected)
     changes = replace(run, manifest=replace(run.manifest, reference=None))
@@ -264,8 +264,8 @@ CRACK = Network(
 def test_networks_are_told_in_mm_and_micrometers(tmp_path: Path) -> None:
     run = in_units(tmp_path)
     found = [Drawing(step=run.steps[-1], network=CRACK)]
-    head, (line,) = lines_of(run, found)
-    numbers_of = dict(zip(head, line, strict=True))
+    told = network_table(run, found)
+    numbers_of = dict(zip(told.header, told.lines[0], strict=True))
     assert (numbers_of["length (mm)"], numbers_of["volume (mm²)"]) == ("250", "5")
     assert numbers_of["largest opening (µm)"] == "20" and "time (h)" in numbers_of
     write_networks(run, found)
@@ -344,7 +344,7 @@ def test_the_page_of_a_heated_plate_calls_nothing_cooled(
 ) -> None:
     monkeypatch.setattr("staffa.plot.style.DPI", 40)  # nobody looks at its pictures
     text = draw(heated(tmp_path)).page.read_text(encoding="utf-8")
-    assert "depth of each tip below the face &#x27;bottom&#x27;" in text
+    assert "depth of each tip below the face &#39;bottom&#39;" in text
     assert TITLE in text and "depth (mm)" in text and "spacing (mm)" in text
     assert "cooled face" not in text
 
@@ -369,7 +369,7 @@ def test_the_line_of_a_step_has_units(tmp_path: Path) -> None:
 
 def test_units_stay_with_a_run_and_old_runs_have_readable_ones(tmp_path: Path) -> None:
     run = in_units(tmp_path, reference=293.15)
-    assert read_run(tmp_path).manifest == run.manifest
+    assert open_run(tmp_path).manifest == run.manifest
     old = replace(run.manifest, units={}, size=(0.04, 0.012), L=0.012, times=(90.0,))
     assert (old.shown.length.name, old.shown.time.name) == ("mm", "s")
     assert replace(old, scaled=True).shown.length.name == ""

@@ -7,8 +7,9 @@ import pytest
 
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.records.manifest import Manifest
+from staffa.records.status import Status
 from staffa.records.step import Energies, Measures, Step, Tip
 from staffa.report.page import page
 from staffa.results.summary import summary
@@ -42,7 +43,7 @@ def step(index: int, depth: float) -> Step:
     time = 0.1 * (index + 1)
     return Step(
         index=index, time=time, tau=time, energies=Energies(elastic=1.0, surface=depth), sweeps=3,
-        status="converged", reason="converged", measures=measures,
+        status=Status.CONVERGED, reason="converged", measures=measures,
     )  # fmt: skip
 
 
@@ -113,7 +114,7 @@ def test_a_plate_between_rollers_cracks_through_and_both_say_so(
     noted = [n for n in preview(case).notes if "supports of left, right: the body is held" in n]
     assert bool(noted) == through
     run_case(case, tmp_path / "run")
-    run = read_run(tmp_path / "run")
+    run = open_run(tmp_path / "run")
     assert (told(run) is not None) == through
     measures = run.steps[-1].measures
     assert measures is not None

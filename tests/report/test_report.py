@@ -14,10 +14,11 @@ import pytest
 from matplotlib.image import imread
 from scipy.special import erfc
 
+from staffa.compare.figures import FAINT, fields_figure
 from staffa.errors import InputError, StaffaError
 from staffa.geometry.block import SIDES
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, read_run
+from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
@@ -26,10 +27,10 @@ from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.ensemble_curves import counts_figure
 from staffa.plot.frames import Frame, chosen, read_frames
 from staffa.plot.network_openings import network_figure
-from staffa.plot.pair_pictures import FAINT, Panel, curves_figure, fields_figure
 from staffa.plot.style import DPI
 from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Manifest
+from staffa.records.status import Status
 from staffa.records.step import (
     Audit,
     CellSection,
@@ -44,9 +45,10 @@ from staffa.records.step import (
 )
 from staffa.report.drawing import draw
 from staffa.results.columns import cells_table, columns, pooled_table
-from staffa.results.slab_table import ABSENT, table
+from staffa.results.slab_table import table
 from staffa.results.spacing import spacing
 from staffa.results.summary import summary
+from staffa.results.tables import ABSENT
 
 ELL, HEIGHTS, N = 0.04, (0.1, 0.2, 0.4), 16
 TAUS = np.linspace(0.02, 0.5, 25)
@@ -87,7 +89,7 @@ def drawn_step(index: int, size: tuple[float, ...], fields: str | None) -> Step:
     ]
     return Step(
         index=index, time=tau**2 / 4, tau=tau, energies=Energies(elastic=1 + tau, surface=total),
-        sweeps=10 + index, status="converged", reason="converged", seconds=1.5, fields=fields,
+        sweeps=10 + index, status=Status.CONVERGED, reason="converged", seconds=1.5, fields=fields,
         audit=Audit(
             largest_rise=1e-12, healing=0.0, optimality=0.05, balance=2e-13, work=0.1, released=0.0
         ),
@@ -132,7 +134,7 @@ def drawn_run(path: Path, size: tuple[float, ...] = SLAB, *, n: int = 16, **chan
         if kept:
             write_fields(path / fields_name(index), grid, size, float(TAUS[index]))
         append_step(path, drawn_step(index, size, fields_name(index) if kept else None))
-    return read_run(path)
+    return open_run(path)
 
 
 def rewritten(run: Run, steps: list[Step]) -> Run:
@@ -140,7 +142,7 @@ def rewritten(run: Run, steps: list[Step]) -> Run:
     write_aside(run.path / STEPS, "")
     for step in steps:
         append_step(run.path, step)
-    return read_run(run.path)
+    return open_run(run.path)
 
 
 @pytest.fixture
@@ -212,11 +214,9 @@ def test_forces_of_six_faces_have_six_colors_and_no_exponent_under_the_legend():
 def test_numbers_of_cracks_have_whole_ticks_also_where_there_are_none():
     manifest, steps = drawn_manifest(SLAB), [drawn_step(i, SLAB, None) for i in (0, 1)]
     assert not any(step.measures.tips for step in steps)
-    none = Panel(label="cracks", curves=(([0, 1], [0, 0]),) * 2, counts=True)
     figures = [
         lengths_figure(manifest, steps),
         counts_figure(manifest, [steps, steps]),
-        curves_figure(("one", "two"), [none], lambda axes: None),
     ]
     for figure in figures:
         axes = next(a for a in reversed(figure.axes) if "cracks" in a.get_ylabel())
@@ -275,7 +275,7 @@ def test_a_summary_names_steps_arrests_and_the_audit(tmp_path):
     assert facts["status"] == "finished, 25 of 25 steps"
     assert facts["generation 1"].startswith("8 cracks stopped at depth 0.14")
     assert facts["generation 2"].startswith("4 cracks stopped at depth 0.33")
-    assert [row[:2] for row in spacing(drawn_run(tmp_path / "same")).rows] == [
+    assert [row[:2] for row in spacing(drawn_run(tmp_path / "same")).lines] == [
         ("0.1", "16"), ("0.2", "8"), ("0.4", "4"),
     ]  # fmt: skip
     assert facts["violations"] == "none"
@@ -307,7 +307,7 @@ def test_a_summary_names_the_energy_split(tmp_path):
 
 def test_a_run_without_steps_has_a_page_and_no_pictures(tmp_path):
     create(tmp_path / "run", "", drawn_manifest(SLAB))
-    drawn = draw(read_run(tmp_path / "run"))
+    drawn = draw(open_run(tmp_path / "run"))
     assert drawn.pictures == ()
     assert "no step is finished" in " ".join(drawn.skipped)
     assert "no step is finished yet, of 25" in drawn.page.read_text(encoding="utf-8")
@@ -328,7 +328,7 @@ def test_a_run_that_is_going_on_can_be_shown(tmp_path):
     with (run.path / STEPS).open("a", encoding="utf-8") as file:
         file.write('{"index": 12, "time": 0.0')
     (run.path / "fields/.step-0012.vtkhdf.staffa-part").write_bytes(b"half a file")
-    run = read_run(run.path)
+    run = open_run(run.path)
     assert len(draw(run).pictures) == 3
     assert any("12 of 25 steps" in fact.text for fact in summary(run))
 
@@ -402,7 +402,7 @@ def test_what_a_later_version_adds_to_a_format_is_left(tmp_path):
         line["weather"] = line["energies"]["weather"] = line["measures"]["weather"] = "fair"
         line["measures"]["tips"] = [tip | {"weather": "fair"} for tip in line["measures"]["tips"]]
     (tmp_path / STEPS).write_text("".join(f"{json.dumps(line)}\n" for line in lines))
-    assert read_run(tmp_path) == run
+    assert open_run(tmp_path) == run
 
 
 def test_what_cannot_be_read_is_named(tmp_path, monkeypatch):
@@ -413,7 +413,7 @@ def test_what_cannot_be_read_is_named(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "read_text", denied)
     with pytest.raises(InputError, match=r"manifest\.json cannot be read \(Permission denied\)"):
-        read_run(tmp_path)
+        open_run(tmp_path)
 
 
 def test_lost_and_damaged_fields_are_left_out_with_a_reason(tmp_path):
@@ -435,7 +435,7 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
     run = drawn_run(tmp_path / "run")
     bad = replace(
         run.steps[7],
-        status="not converged",
+        status=Status.NOT_CONVERGED,
         reason="did not converge in 5000 sweeps",
         audit=replace(run.steps[7].audit, violations=("damage healed by 1e-3",)),
     )
@@ -567,7 +567,7 @@ def test_tips_are_written_crack_by_crack_and_step_by_step(tmp_path, coarse):
 def test_rejected_steps_are_counted_and_stand_for_nothing(tmp_path, coarse):
     run = drawn_run(tmp_path / "run", adaptive=True)
     steps = list(run.steps)
-    tried = replace(steps[5], status="rejected", reason="cracks ran 4 ell", fields=None)
+    tried = replace(steps[5], status=Status.REJECTED, reason="cracks ran 4 ell", fields=None)
     again = rewritten(run, [*steps[:5], tried, tried, *steps[5:]])
     assert again.steps == run.steps and again.superseded == () and again.finished
     assert again.rejected == (tried, tried)
@@ -674,14 +674,14 @@ def test_cells_are_told_by_depth(tmp_path):
     run = cut_into_columns(drawn_run(tmp_path, BOX), (6, 6, 5), (6, 7))
     found = columns([run])
     assert found.header[:5] == ("depth", "cells", "inside", "spacing", "diameter")
-    assert [row[:3] for row in found.rows] == [("0.1", "4", "3"), ("0.2", "3", "2")]
+    assert [row[:3] for row in found.lines] == [("0.1", "4", "3"), ("0.2", "3", "2")]
     assert found.rows[1][found.header.index("sides")] == "6.5", "two tell no error"
     assert found.rows[0][found.header.index("spacing")] == "0.5"
     assert found.rows[0][found.header.index("T")] == "0.25"
     many = columns([run, run])
     assert many.rows[0][many.header.index("T")].startswith("0.25 ± ")
-    assert spacing(run) == found
-    rows = list(csv.DictReader(StringIO(cells_table(run))))
+    assert spacing(run).lines == found.lines
+    rows = list(csv.DictReader(StringIO(cells_table(run).csv())))
     assert [(row["step"], row["depth"], row["cells"]) for row in rows] == [
         ("24", "0.1", "4"), ("24", "0.2", "3"),
     ]  # fmt: skip
@@ -691,14 +691,14 @@ def test_cells_are_told_by_depth(tmp_path):
 def test_cells_of_several_runs_are_taken_together(tmp_path):
     one = cut_into_columns(drawn_run(tmp_path / "a", BOX), (6, 6, 5))
     other = cut_into_columns(drawn_run(tmp_path / "b", BOX), (6, 6, 6))
-    assert columns([one, other]).rows[0][1:3] == ("8", "6")
-    (row,) = csv.DictReader(StringIO(pooled_table([one, other])))
+    assert columns([one, other]).lines[0][1:3] == ("8", "6")
+    (row,) = csv.DictReader(StringIO(pooled_table([one, other]).csv()))
     assert (row["sections"], row["T"], row["Y"]) == ("2", "2", "6")
     assert float(row["hexagonality"]) == pytest.approx(5 / 6)
-    (more,) = csv.DictReader(StringIO(pooled_table([one, other, one, other])))
+    (more,) = csv.DictReader(StringIO(pooled_table([one, other, one, other]).csv()))
     assert float(more["hexagonality_error"]) < float(row["hexagonality_error"])
 
 
 def test_without_cells_there_is_no_table_of_them(tmp_path):
     run = drawn_run(tmp_path)
-    assert columns([run]) is None and cells_table(run) is None and pooled_table([run]) is None
+    assert columns([run]) is None and cells_table(run).rows == pooled_table([run]).rows == ()

@@ -14,7 +14,7 @@ from report.test_report import drawn_manifest, drawn_step
 from staffa.errors import InputError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
-from staffa.io.run_directory import append_step, create, read_run
+from staffa.io.run_directory import append_step, create, open_run
 from staffa.measure.probes import Probes
 from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, vertices, zero_state
@@ -111,14 +111,14 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
         step = drawn_step(index, (1.0, 0.6), None)
         probed = tuple((float(row), 0.1, 0.2, 0.9) for row in range(4))
         append_step(tmp_path, replace(step, reactions={"left": (1.0, -2.0)}, probed=probed))
-    run = read_run(tmp_path)
+    run = open_run(tmp_path)
     assert run.manifest.probes == (SPOT, LINE)
-    rows = list(csv.DictReader(StringIO(probes_table(run))))
+    rows = list(csv.DictReader(StringIO(probes_table(run).csv())))
     assert [row["name"] for row in rows] == ["well", "axis", "axis", "axis"] * 2
     assert float(rows[3]["s"]) == pytest.approx(np.hypot(1, 0.6))
     assert [row["T"] for row in rows[:4]] == ["0.0", "1.0", "2.0", "3.0"]
     assert rows[3]["x"] == "1.0" and rows[3]["alpha"] == "0.9"
-    rows = list(csv.DictReader(StringIO(reactions_table(run))))
+    rows = list(csv.DictReader(StringIO(reactions_table(run).csv())))
     assert [(row["step"], row["side"], row["fy"]) for row in rows] == [
         ("1", "left", "-2.0"),
         ("2", "left", "-2.0"),
@@ -128,4 +128,5 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
 def test_without_supports_and_probes_there_are_no_tables(tmp_path: Path) -> None:
     create(tmp_path, "", drawn_manifest((1.0, 0.6)))
     append_step(tmp_path, drawn_step(1, (1.0, 0.6), None))
-    assert reactions_table(read_run(tmp_path)) is None and probes_table(read_run(tmp_path)) is None
+    run = open_run(tmp_path)
+    assert reactions_table(run).rows == () and probes_table(run).rows == ()

@@ -11,7 +11,7 @@ import pytest
 from staffa.errors import InputError
 from staffa.io import checkpoint
 from staffa.io.checkpoint import DamagedError
-from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, read_run
+from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, open_run
 from staffa.runs.resume import resume, take
 from staffa.runs.run import Watcher
 from support.restarting import assert_same, small, whole_run
@@ -107,7 +107,7 @@ def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) 
     finished = (copy / STEPS).read_text()
     resume(copy, watcher=Watcher(said=heard.append))
     assert any(DAMAGES[name][2] in sentence for sentence in heard), heard
-    assert_same(read_run(copy), whole)
+    assert_same(open_run(copy), whole)
     assert take(copy).said == () and len(take(copy).steps) == 3
     assert (copy / "fields" / "mine.pvsm").exists()
     aside = copy / f"{STEPS}.1"

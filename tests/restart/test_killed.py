@@ -17,7 +17,7 @@ from staffa.backend.lock import Lock
 from staffa.cli.stopping import Stopping
 from staffa.errors import StaffaError, StoppedError
 from staffa.io.network_files import write_vtp
-from staffa.io.run_directory import STEPS, Run, read_run
+from staffa.io.run_directory import STEPS, Run, open_run
 from staffa.plot.style import write_picture
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
@@ -95,7 +95,7 @@ def kill_and_resume(place: Path, directory: Path, kills: int, seed: int) -> int:
 def test_a_run_that_is_killed_goes_on_as_if_nothing_had_happened(place, expected) -> None:
     killed = kill_and_resume(place, place / "few", kills=3, seed=1)
     assert killed >= 2, f"it was alive at {killed} of 3 kills"
-    assert_same(read_run(place / "few"), expected, EXACT)
+    assert_same(open_run(place / "few"), expected, EXACT)
 
 
 @pytest.mark.long
@@ -106,7 +106,7 @@ def test_fifty_kills_lose_nothing(place, expected) -> None:
     while killed < 50:
         directory = place / f"many-{number}"
         killed += kill_and_resume(place, directory, kills=15, seed=number)
-        assert_same(read_run(directory), expected, EXACT)
+        assert_same(open_run(directory), expected, EXACT)
         number += 1
         assert number < 20, f"{killed} kills in {number} runs"
 
@@ -133,7 +133,7 @@ def test_a_signal_stops_a_run_which_says_how_to_go_on(place, expected) -> None:
     assert over.returncode == 3 and over.stderr.count("\n") == 1, over.stderr
     assert "its wall time is nearly over" in over.stderr
     resume(directory)
-    assert_same(read_run(directory), expected, EXACT)
+    assert_same(open_run(directory), expected, EXACT)
 
 
 def test_only_one_process_writes_to_a_run_and_a_dead_one_is_known(tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path: Path) -> None:
     ((code, out, said),) = refusals
     assert (code, out) == (2, "") and said.count("\n") == 1, said
     assert f"is being written to by process {os.getpid()} on " in said
-    assert read_run(tmp_path / "run").finished
+    assert open_run(tmp_path / "run").finished
 
 
 @pytest.fixture
@@ -199,7 +199,7 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     with pytest.raises(StoppedError, match="cannot be written to") as full:
         run(case, disk / "run")
     assert full.value.exit_code == 3 and f"`staffa resume {disk / 'run'}`" in str(full.value)
-    cut = read_run(disk / "run")
+    cut = open_run(disk / "run")
     assert_steps(cut.steps, expected.steps[: len(cut.steps)], EXACT)
     remount(disk, "size=10m,ro")
     with pytest.raises(StaffaError, match=r"cannot be written to \(Read-only") as refused:
@@ -207,7 +207,7 @@ def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, 
     assert refused.value.exit_code == 2
     remount(disk, "rw")
     resume(disk / "run")
-    assert_same(read_run(disk / "run"), expected, EXACT)
+    assert_same(open_run(disk / "run"), expected, EXACT)
 
 
 def test_a_network_and_a_picture_on_a_full_disk_are_errors_and_leave_nothing(disk: Path) -> None:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import staffa
 from staffa.cli.commands import app
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 
 DATA = Path(__file__).parents[1] / "data" / "runs-0.1.0"
 RUNS = ("slab", "granite", "block", "several/seed-3", "several/seed-4")
@@ -53,7 +53,7 @@ def records(run: Run) -> dict[int, list[Any]]:
 @pytest.mark.parametrize("name", RUNS)
 def test_no_number_of_a_record_is_lost(name: str) -> None:
     """A record that is renamed without a translation would come back as its default."""
-    run = read_run(DATA / name)
+    run = open_run(DATA / name)
     raw = [json.loads(line) for line in (DATA / name / "steps.jsonl").read_text().splitlines()]
     read = records(run)
     assert sum(map(len, read.values())) == len(raw) >= 2
@@ -67,7 +67,7 @@ def test_no_number_of_a_record_is_lost(name: str) -> None:
 @pytest.mark.parametrize("name", RUNS)
 def test_no_number_of_a_manifest_is_lost(name: str) -> None:
     raw = json.loads((DATA / name / "manifest.json").read_text(encoding="utf-8"))
-    manifest = read_run(DATA / name).manifest
+    manifest = open_run(DATA / name).manifest
     assert manifest.version == raw["version"] == "0.1.0"
     assert lost(raw, manifest) == Counter()
 
@@ -82,8 +82,8 @@ def test_it_is_shown(name: str) -> None:
     assert done.exit_code == 0, done.output
     assert "cooled" in done.output and "nan" not in done.output
     if name != "several":
-        last = read_run(DATA / name).steps[-1]
-        assert f"{sum(step.sweeps for step in read_run(DATA / name).steps)}" in done.output
+        last = open_run(DATA / name).steps[-1]
+        assert f"{sum(step.sweeps for step in open_run(DATA / name).steps)}" in done.output
         assert last.audit.violations == () and "violations" in done.output
 
 
@@ -102,10 +102,10 @@ def test_it_is_reported(name: str, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["slab", "granite"])
 def test_it_is_resumed_to_the_end_that_its_own_version_found(name: str, tmp_path: Path) -> None:
-    before = read_run(DATA / name)
+    before = open_run(DATA / name)
     assert not before.finished
     steps = staffa.resume(copied(name, tmp_path))
-    assert read_run(tmp_path / name).finished
+    assert open_run(tmp_path / name).finished
     found = [step.energies.total for step in steps]
     kept = len(before.steps)
     assert found[:kept] == [step.energies.total for step in before.steps]
@@ -119,5 +119,5 @@ def test_a_finished_run_goes_on_for_longer(tmp_path: Path) -> None:
     steps = staffa.resume(run, settings=["time.tau=[0.1,0.2,0.4,0.5]", "output.at=[]"])
     assert [step.index for step in steps] == [0, 1, 2, 3]
     assert [step.energies for step in steps[:3]] == [
-        s.energies for s in read_run(DATA / "block").steps
+        s.energies for s in open_run(DATA / "block").steps
     ]

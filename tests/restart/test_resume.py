@@ -15,7 +15,8 @@ from staffa.case.reading.ready_cases import ready_case
 from staffa.errors import InputError, SolveError
 from staffa.evolution import march as loop
 from staffa.evolution.advance import Advance
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
+from staffa.records.status import Status
 from staffa.runs.resume import resume, take
 from staffa.runs.run import Watcher, run
 from support.restarting import (
@@ -89,13 +90,13 @@ def test_a_run_cut_again_and_again_is_the_same_to_the_last_bit(case, tmp_path: P
     cut_run(case, tmp_path / "cut", looks)
     times = finish(tmp_path / "cut", looks)
     assert times >= 2, f"it was resumed {times} times"
-    assert_same(read_run(tmp_path / "cut"), expected)
+    assert_same(open_run(tmp_path / "cut"), expected)
 
 
 def test_nothing_is_repeated_but_the_step_that_was_cut(tmp_path: Path) -> None:
     """By default every step is kept as soon as it is finished."""
     said = cut_run(small("time.tau=[0.1,0.2,0.3]", "output.at=[]"), tmp_path / "run", 7)
-    cut = read_run(tmp_path / "run")
+    cut = open_run(tmp_path / "run")
     seen: list[int] = []
     watcher = Watcher(stepped=lambda step: seen.append(step.index))
     resume(tmp_path / "run", watcher=watcher)
@@ -114,7 +115,7 @@ def test_before_its_first_step_a_run_may_still_change_its_ways(tmp_path: Path) -
     expected = whole_run(small(*settings, times), tmp_path / "whole")
     cut_run(small("output.at=[]"), tmp_path / "run", 0)
     resume(tmp_path / "run", settings=[*settings, times])
-    assert_same(read_run(tmp_path / "run"), expected)
+    assert_same(open_run(tmp_path / "run"), expected)
     page = take(tmp_path / "run").page
     assert page and len(page["past"]) == 1 + len(expected.steps)
 
@@ -135,11 +136,11 @@ def test_a_rare_checkpoint_repeats_steps_and_gives_the_same(tmp_path: Path) -> N
 
     with pytest.raises(KilledError):
         run(case, tmp_path / "cut", watcher=Watcher(stepped=kill))
-    assert len(read_run(tmp_path / "cut").steps) == 5
+    assert len(open_run(tmp_path / "cut").steps) == 5
     seen: list[int] = []
     resume(tmp_path / "cut", watcher=Watcher(stepped=lambda step: seen.append(step.index)))
     assert seen == [4, 5]
-    assert_same(read_run(tmp_path / "cut"), expected)
+    assert_same(open_run(tmp_path / "cut"), expected)
     stop = After(expected.steps[0].sweeps + 3)
     assert "step 0 is finished" in stopped(
         lambda: run(case, tmp_path / "asked", watcher=Watcher(stop=stop))
@@ -153,7 +154,7 @@ def test_a_step_that_fails_costs_none_before_it(tmp_path: Path) -> None:
     times = "time.tau=[0.1,0.2,0.3,0.4]"  # at the ends of which a load is tried beforehand
     with pytest.raises(SolveError, match="step 2"):
         run(small(rare, times, "output.at=[]"), tmp_path / "run", temperature=Broken())
-    before = read_run(tmp_path / "run").steps
+    before = open_run(tmp_path / "run").steps
     assert [step.status for step in before] == ["converged", "converged", "failed"]
     taken = take(tmp_path / "run")
     assert [step.energies for step in taken.steps] == [step.energies for step in before[:2]]
@@ -171,11 +172,12 @@ def test_backtracking_that_fails_costs_no_step_and_is_the_same_when_resumed(
 
         def runs_out(*arguments) -> Advance:
             found = real(*arguments)
-            return replace(found, outcome=replace(found.outcome, converged=False, reason="is out"))
+            outcome = replace(found.outcome, status=Status.NOT_CONVERGED, reason="is out")
+            return replace(found, outcome=outcome)
 
         monkeypatch.setattr(loop, "go_back", runs_out)
         run(case, tmp_path / "run")
-        found = read_run(tmp_path / "run")
+        found = open_run(tmp_path / "run")
         assert found.finished and len(found.steps) == 9 and not found.superseded
         tried = [step.index for step in found.rejected]
         assert tried and len(tried) == len(set(tried)), "a return that failed is not tried again"
@@ -194,7 +196,7 @@ def test_backtracking_that_fails_costs_no_step_and_is_the_same_when_resumed(
         run(case, tmp_path / "run")
     seen: list[int] = []
     resume(tmp_path / "run", watcher=Watcher(stepped=lambda step: seen.append(step.index)))
-    assert_same(read_run(tmp_path / "run"), expected)
+    assert_same(open_run(tmp_path / "run"), expected)
     assert 5 not in seen[:1]
 
 
@@ -235,10 +237,10 @@ def test_backtracking_at_the_last_time_is_not_over_with_its_line(
             stop=lambda: "enough" if 6 in last else None,
         )
         assert "step 6 is finished" in stopped(lambda: run(case, tmp_path / "run", watcher=stop))
-    assert read_run(tmp_path / "run").finished and not read_run(tmp_path / "run").superseded
+    assert open_run(tmp_path / "run").finished and not open_run(tmp_path / "run").superseded
     resume(tmp_path / "run")
-    assert_same(read_run(tmp_path / "run"), expected)
-    assert resume(tmp_path / "run") == read_run(tmp_path / "run").steps
+    assert_same(open_run(tmp_path / "run"), expected)
+    assert resume(tmp_path / "run") == open_run(tmp_path / "run").steps
 
 
 def test_what_failed_is_tried_again_with_other_solvers(tmp_path: Path, monkeypatch) -> None:
@@ -250,13 +252,13 @@ def test_what_failed_is_tried_again_with_other_solvers(tmp_path: Path, monkeypat
     with monkeypatch.context() as patched:
         patched.setattr(loop, "go_back", fails)
         run(case, tmp_path / "run")
-    cut = read_run(tmp_path / "run")
+    cut = open_run(tmp_path / "run")
     assert cut.rejected and not cut.superseded
     resume(
         tmp_path / "run",
         settings=["solver.sweeps=9000", PAST.replace("1.0", "1.1").replace("9", "10")],
     )
-    assert read_run(tmp_path / "run").superseded
+    assert open_run(tmp_path / "run").superseded
 
 
 class Broken:
@@ -292,7 +294,7 @@ def test_a_run_that_adapts_cannot_end_before_it_is(tmp_path: Path) -> None:
     shorter = ADAPTIVE.replace("stop=1.0", "stop=0.3")
     with pytest.raises(InputError, match="the run has gone to t = 1"):
         resume(tmp_path / "run", settings=[shorter])
-    assert read_run(tmp_path / "run").finished
+    assert open_run(tmp_path / "run").finished
 
 
 @pytest.mark.slow
@@ -303,7 +305,7 @@ def test_a_finished_run_may_go_on_longer_with_other_outputs_and_solvers(tmp_path
     run(short, tmp_path / "run")
     settings = ["time.tau={start=0.1,stop=0.6,steps=6}"]
     resume(tmp_path / "run", settings=settings)
-    found = read_run(tmp_path / "run")
+    found = open_run(tmp_path / "run")
     assert [s.energies for s in found.steps] == [s.energies for s in expected.steps]
     assert found.finished and found.manifest.times == pytest.approx(expected.manifest.times)
     assert "stop = 0.6" in found.case
@@ -313,7 +315,7 @@ def test_a_finished_run_may_go_on_longer_with_other_outputs_and_solvers(tmp_path
         "solver.damage=snes",
     ]
     resume(tmp_path / "run", settings=settings)
-    longer = read_run(tmp_path / "run")
+    longer = open_run(tmp_path / "run")
     assert [s.tau for s in longer.steps[-2:]] == pytest.approx([0.65, 0.7])
     assert longer.finished and longer.steps[-2].fields and longer.wants(longer.steps[2])
 
@@ -346,7 +348,7 @@ def partial(tmp_path_factory) -> Path:
     while steps != 2:
         shutil.rmtree(directory, ignore_errors=True)
         cut_run(case, directory, looks)
-        steps, looks = len(read_run(directory).steps), looks + 4
+        steps, looks = len(open_run(directory).steps), looks + 4
     return directory
 
 

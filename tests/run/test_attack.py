@@ -27,13 +27,13 @@ from staffa.case.reading.read import read_case
 from staffa.cli import commands
 from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io import own_files
-from staffa.io.run_directory import read_run, require_free
+from staffa.io.run_directory import open_run, require_free
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.plot.labels import TAU
 from staffa.plot.style import write_picture
 from staffa.properties.mesh_field import read_field
-from staffa.report.html import POLICY
-from staffa.results.series import csv_text
+from staffa.report.page import POLICY
+from staffa.results.tables import Table, columns_of
 from staffa.runs import provenance
 from staffa.runs.ensemble import started_members
 from support import meshes
@@ -459,8 +459,9 @@ def test_a_name_with_dollars_in_it_is_drawn_as_it_is(tmp_path: Path) -> None:
 
 
 def test_a_cell_that_a_spreadsheet_would_compute_is_a_text() -> None:
-    rows = [["=cmd()", "+1", "-1", "@x", "a", -1.5, None]]
-    assert csv_text(["x"] * 7, rows) == "x,x,x,x,x,x,x\n'=cmd(),'+1,'-1,'@x,a,-1.5,\n"
+    rows = (("=cmd()", "+1", "-1", "@x", "a", -1.5, None),)
+    written = Table(columns=columns_of(*"xxxxxxx"), rows=rows).csv()
+    assert written == "x,x,x,x,x,x,x\n'=cmd(),'+1,'-1,'@x,a,-1.5,\n"
 
 
 def test_nothing_can_run_on_a_page(run: Path, tmp_path: Path) -> None:
@@ -546,7 +547,7 @@ def test_a_manifest_of_no_run_is_a_sentence(name: str, run: Path) -> None:
     manifest = json.loads((run / "manifest.json").read_text())
     (run / "manifest.json").write_text(json.dumps(manifest | {name: BROKEN[name]}))
     with pytest.raises(StaffaError, match=rf"damaged: .*\b{name}\b"):
-        read_run(run)
+        open_run(run)
 
 
 def spoiled(name: str, value) -> Callable[[h5py.Group], None]:
@@ -630,14 +631,14 @@ DEEP = "[" * 100_000 + "]" * 100_000
 def test_brackets_without_end_are_a_sentence(run: Path, tmp_path: Path) -> None:
     (run / "steps.jsonl").write_text(DEEP + "\n")
     with pytest.raises(StaffaError, match=r"line 1 is damaged .*nested too deeply"):
-        read_run(run)
+        open_run(run)
     for page in (run / "checkpoint").glob("*.json"):
         page.write_text(DEEP)
     done = staffa("resume", run, "--quiet", folder=tmp_path)
     assert done.returncode == 0, "it begins again, with what it had put aside"
     (run / "manifest.json").write_text(DEEP)
     with pytest.raises(StaffaError, match="nested too deeply"):
-        read_run(run)
+        open_run(run)
 
 
 @pytest.mark.parametrize(

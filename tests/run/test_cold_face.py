@@ -7,7 +7,7 @@ import pytest
 
 from case.test_check_forces import COLD_FACE
 from staffa.case.reading.read import parse_case
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.measure.network import normals
 from staffa.results.crack_network import networks
 from staffa.runs.run import run
@@ -23,7 +23,7 @@ def test_mean_openings_of_growing_and_of_arrested_cracks(tmp_path: Path) -> None
     They were 15 to 20 % too small, and negative for cracks that had stopped.
     """
     run(parse_case(COLD_FACE, ['output.at=["1 hour"]']), tmp_path / "run")
-    made = read_run(tmp_path / "run")
+    made = open_run(tmp_path / "run")
     drawn = networks(made)[0][-1]
     cracks, mean = drawn.network, []
     middles = cracks.points[cracks.elements].mean(axis=1)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from staffa.doctor import OK, UNTRIED, WRONG, compiling, machine, solving
-from staffa.doctor.child import python, spoken
+from staffa.backend.child_process import output_of
+from staffa.doctor import OK, UNTRIED, WRONG, checks
 from staffa.errors import StaffaError
 from support.paths import BIN
 
@@ -68,17 +68,17 @@ def sentence(look) -> str:
 )
 def test_a_compiler_that_compiles_nothing_is_known(command: str, why: str, monkeypatch) -> None:
     monkeypatch.setenv("CC", command)
-    said = sentence(compiling.compiler)
+    said = sentence(checks.compiler)
     assert why in said and "CC=" in said, said
 
 
 def test_headers_of_another_python_are_known(tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr(compiling.sysconfig, "get_path", lambda name: str(tmp_path))
-    assert "there is no Python.h in" in sentence(compiling.headers)
+    monkeypatch.setattr(checks.sysconfig, "get_path", lambda name: str(tmp_path))
+    assert "there is no Python.h in" in sentence(checks.headers)
     (tmp_path / "Python.h").write_text('#define PY_VERSION "2.7.18"\n')
-    assert "is of Python 2.7.18" in sentence(compiling.headers)
+    assert "is of Python 2.7.18" in sentence(checks.headers)
     (tmp_path / "Python.h").write_text("not C\n")
-    assert "cannot be used: " in sentence(compiling.headers)
+    assert "cannot be used: " in sentence(checks.headers)
 
 
 LAUNCHERS = {
@@ -93,14 +93,14 @@ def test_a_launcher_of_another_mpi_is_known(script: str, tmp_path: Path, monkeyp
     (tmp_path / "mpiexec").write_text(f"#!/bin/bash\n{script}\n")
     (tmp_path / "mpiexec").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    assert LAUNCHERS[script] in sentence(solving.mpiexec)
+    assert LAUNCHERS[script] in sentence(checks.mpiexec)
 
 
 def test_a_stack_that_does_not_load_is_known(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "dolfinx.py").write_text("raise ImportError('libpetsc.so.3: no such file')\n")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
-    said = sentence(solving.libraries)
+    said = sentence(checks.libraries)
     assert "(ImportError: libpetsc.so.3: no such file)" in said and "install DOLFINx anew" in said
 
 
@@ -108,14 +108,14 @@ def test_a_folder_that_is_gone_is_known(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "gone").mkdir()
     monkeypatch.chdir(tmp_path / "gone")
     (tmp_path / "gone").rmdir()
-    assert "work in another one" in sentence(machine.folder)
+    assert "work in another one" in sentence(checks.folder)
 
 
 def test_what_crashes_or_hangs_does_so_in_another_process() -> None:
     """Its own children end with it."""
     crash = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
-    assert "was ended by SIGSEGV" in sentence(lambda: python(crash))
-    assert sentence(lambda: python("raise ValueError('so')")) == "ValueError: so"
+    assert "was ended by SIGSEGV" in sentence(lambda: checks.in_python(crash))
+    assert sentence(lambda: checks.in_python("raise ValueError('so')")) == "ValueError: so"
     began = time.monotonic()
-    said = sentence(lambda: spoken(["sh", "-c", "sleep 50 & sleep 60"], seconds=0.5))
+    said = sentence(lambda: output_of(["sh", "-c", "sleep 50 & sleep 60"], seconds=0.5))
     assert said == "sh did not end within 0.5 s" and time.monotonic() - began < 30

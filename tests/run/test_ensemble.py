@@ -20,11 +20,13 @@ from staffa.errors import InputError, SolveError
 from staffa.geometry.block import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import CASE, read_run
+from staffa.io.run_directory import CASE, open_run
 from staffa.measure.averages import Average, average, mean_over_time
 from staffa.measure.generations import arrests
+from staffa.records.status import Status
 from staffa.report.drawing import draw_ensemble
-from staffa.results.ensemble_means import Sheet, facts, sheets
+from staffa.results.ensemble_means import facts, sheets
+from staffa.results.tables import Table
 from staffa.runs.ensemble import member, run_ensemble, seeds_from, started_members
 from staffa.setup.build import problem
 
@@ -92,22 +94,31 @@ def drawn_ensemble(folder: Path, size: tuple[float, ...] = SLAB, **changes: obje
     return read_ensemble(folder)
 
 
-def column(sheet: Sheet, name: str) -> Average:
-    return sheet.averages[sheet.names.index(name)]
+def column(sheet: Table, name: str) -> Average:
+    """Mean, error and number of members of a column, in its unit."""
+    k = sheet.header.index(name)
+    mean, error, members = (sheet.columns[k].shown(row[k]) for row in sheet.totals)
+    return Average(mean=mean, error=error, members=members)
+
+
+def numbers(sheet: Table) -> list[list[object]]:
+    """The numbers of each member, in their units."""
+    names = sheet.columns[1:]
+    return [[c.shown(n) for c, n in zip(names, row[1:], strict=True)] for row in sheet.rows]
 
 
 def test_a_drawn_ensemble_has_the_numbers_of_its_members(tmp_path) -> None:
     network, end = sheets(drawn_ensemble(tmp_path))
-    assert network.names == ("p", "a0", "tau0", "a1", "tau1", "a2", "tau2")
+    assert network.header == ("seed", "p", "a0", "tau0", "a1", "tau1", "a2", "tau2")
     # 16 cracks on a width of 2.5; half of them stop at a depth of .14, half of the rest at .33.
     assert column(network, "p").mean == pytest.approx(2.5 / 16)
     assert column(network, "a1") == Average(mean=pytest.approx(0.14), error=0.0, members=3)
     assert column(network, "a2").mean == pytest.approx(0.33)
-    assert end.names == ("cracks at 0.1", "cracks at 0.2", "cracks at 0.4", "front", "length")
-    assert [row[2] for row in end.rows.values()] == [4, 5, 6]
+    assert end.header[1:] == ("cracks at 0.1", "cracks at 0.2", "cracks at 0.4", "front", "length")
+    assert [row[2] for row in numbers(end)] == [4, 5, 6]
     deep = column(end, "cracks at 0.4")
     assert (deep.mean, deep.members) == (5.0, 3) and deep.error == pytest.approx(1 / sqrt(3))
-    lengths = [row[-1] for row in end.rows.values()]
+    lengths = [row[-1] for row in numbers(end)]
     assert lengths == pytest.approx([lengths[0], 1.1 * lengths[0], 1.2 * lengths[0]])
     assert column(end, "length").error == pytest.approx(0.1 * lengths[0] / sqrt(3))
 
@@ -148,9 +159,9 @@ def test_lengths_are_over_the_depth_of_the_body_and_areas_over_its_square(tmp_pa
     plane = sheets(drawn_ensemble(tmp_path / "plane", L=2.0))[1]
     solid = drawn_ensemble(tmp_path / "solid", BOX, L=2.0)
     length = solid.runs[0].steps[-1].measures.length_surface
-    assert plane.rows[0][-1] == pytest.approx(length / 2)
+    assert numbers(plane)[0][-1] == pytest.approx(length / 2)
     end = sheets(solid)[1]
-    assert end.names == ("front", "area") and end.rows[0][-1] == pytest.approx(length / 4)
+    assert end.header[1:] == ("front", "area") and numbers(end)[0][-1] == pytest.approx(length / 4)
     drawn = draw_ensemble(solid)
     assert [p.name for p in drawn.pictures] == ["growth.png"]
     assert not any("measures.depths" in said for said in drawn.skipped)
@@ -164,14 +175,14 @@ def test_a_case_with_units_has_its_numbers_in_them(tmp_path) -> None:
     known = {"units": vars(choose_display_units(2, sizes, written)), "scaled": False, "L": 2.0}
     ensemble = drawn_ensemble(tmp_path, **known)
     network, end = sheets(ensemble)
-    assert network.names[:4] == ("p (mm)", "a0 (mm)", "t0 (h)", "tau0")
+    assert network.header[1:5] == ("p (mm)", "a0 (mm)", "t0 (h)", "tau0")
     assert column(network, "p (mm)").mean == pytest.approx(2500 / 16)
     assert column(network, "a1 (mm)").mean == pytest.approx(140)
     assert column(network, "t1 (h)").mean == pytest.approx(0.12**2 / 4 / 3600)
     assert column(network, "tau1").mean == pytest.approx(0.12), "ell/2 before it stops"
     assert column(end, "front (mm)").mean == pytest.approx(500)
     last = ensemble.runs[0].steps[-1].measures
-    assert end.rows[0][-1] == pytest.approx(1000 * last.length_surface)
+    assert numbers(end)[0][-1] == pytest.approx(1000 * last.length_surface)
     assert not any(" over L" in note for sheet in (network, end) for note in sheet.notes)
     page = draw_ensemble(ensemble).page.read_text(encoding="utf-8")
     assert "<th>a<sub>1</sub> (mm)</th>" in page and "<th>t<sub>1</sub> (h)</th>" in page
@@ -180,8 +191,8 @@ def test_a_case_with_units_has_its_numbers_in_them(tmp_path) -> None:
     solid = drawn_ensemble(
         tmp_path / "solid", BOX, **known | {"units": vars(choose_display_units(3, sizes, written))}
     )
-    (_, unit) = sheets(solid)[1].columns[-1]
-    assert unit.name == "mm²" and sheets(solid)[1].rows[0][-1] == pytest.approx(
+    end = sheets(solid)[1]
+    assert end.columns[-1].unit.name == "mm²" and numbers(end)[0][-1] == pytest.approx(
         1e6 * solid.runs[0].steps[-1].measures.length_surface
     )
 
@@ -194,18 +205,18 @@ def test_without_a_cooled_face_there_is_the_length_alone(tmp_path) -> None:
         steps = zip(run.steps, bare, strict=True)
         rewritten(run, [replace(step, tau=None, measures=m) for step, m in steps])
     (end,) = sheets(read_ensemble(tmp_path))
-    assert end.names == ("length",) and column(end, "length").members == 3
+    assert end.header == ("seed", "length") and column(end, "length").members == 3
     assert [p.name for p in draw_ensemble(read_ensemble(tmp_path)).pictures] == ["growth.png"]
 
 
 @pytest.mark.usefixtures("coarse")
 def test_a_member_that_is_not_finished_is_listed_and_counts_in_no_mean(tmp_path) -> None:
     run = drawn_ensemble(tmp_path).runs[1]
-    bad = replace(run.steps[7], status="not converged", reason="out of sweeps")
+    bad = replace(run.steps[7], status=Status.NOT_CONVERGED, reason="out of sweeps")
     rewritten(run, [*run.steps[:7], bad])
     ensemble = read_ensemble(tmp_path)
     for sheet in sheets(ensemble):
-        assert set(sheet.rows[1]) == {None} and column(sheet, sheet.names[0]).members == 2
+        assert set(sheet.rows[1][1:]) == {None} and column(sheet, sheet.header[1]).members == 2
     told = {fact.name: fact for fact in facts(ensemble)}
     assert told["members"].text == "2 of 3 finished; seeds 0, 1, 2"
     assert told["seed 1"].alarm and "out of sweeps" in told["seed 1"].text
@@ -264,7 +275,7 @@ def comparable(row: list[float | None]) -> list[float]:
 
 def expected(path: Path) -> list[float | None]:
     """The row of a member that follows from its steps."""
-    run = read_run(path)
+    run = open_run(path)
     L, last = 0.8, run.steps[-1].measures
     reach = run.manifest.tip_reach
     assert reach is not None and reach > 0.75 * 0.06
@@ -305,7 +316,7 @@ def test_a_member_is_an_ordinary_run(real: Path, tmp_path: Path) -> None:
     setting = ("--set", "toughness.seed=4")
     done = staffa(real, "run", "small.toml", *setting, "--out", str(tmp_path / "run"), "--quiet")
     assert done.returncode == 0, done.stderr
-    one, other = read_run(tmp_path / "run"), read_run(real / "e" / "seed-4")
+    one, other = open_run(tmp_path / "run"), open_run(real / "e" / "seed-4")
     assert one.case == other.case
     assert [s.energies for s in one.steps] == [s.energies for s in other.steps]
     assert "finished, 3 of 3 steps" in staffa(real, "show", "e/seed-4").stdout

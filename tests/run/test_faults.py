@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from support.restarting import SMALL, assert_steps, launch
 
 pytestmark = pytest.mark.timeout(300)
@@ -45,7 +45,7 @@ def test_a_solver_that_gets_no_further_ends_the_run(case: Path, what: str, monke
     out = case.with_name("run")
     done = launch("staffa", "run", case, "--out", out, *SHORT, "--set", setting, timeout=200)
     failed(done, "step 0 (time 0.0004) failed: ", "not ", "try ")
-    (step,) = read_run(out).steps
+    (step,) = open_run(out).steps
     assert step.status == "failed" and step.reason in done.stderr and step.audit is None
 
 
@@ -87,7 +87,7 @@ def test_a_clock_that_is_set_back_changes_nothing(case: Path, monkeypatch) -> No
         monkeypatch.setenv("LD_PRELOAD", library)
         done = launch("staffa", "run", case, "--quiet", "--out", folder / name, *SHORT, *limits)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
-        ended.append(read_run(folder / name))
+        ended.append(open_run(folder / name))
     code = "import time; before = time.time(); print(time.time() < before - 3000)"
     assert launch(Path(sys.executable).name, "-c", code).stdout == "True\n", "nothing was tested"
     right, back = ended

@@ -19,12 +19,13 @@ from staffa.io.run_directory import (
     STEPS,
     append_step,
     create,
-    read_run,
+    open_run,
     write_series,
 )
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, owned, vertices, zero_state
+from staffa.records.status import Status
 
 BLOCKS = {
     "quadrilateral": (0.6, 0.4),
@@ -101,7 +102,7 @@ def run(tmp_path: Path) -> Path:
 
 
 def test_every_step_that_was_written_is_read_back_as_it_was(run: Path) -> None:
-    found = read_run(run)
+    found = open_run(run)
     expected = tuple(drawn_step(i, SLAB, "fields/a" if i == 4 else None) for i in range(5))
     assert found.steps == expected, f"{len(found.steps)} steps of 5"
     assert found.case == "title = 'drawn'\n" and found.manifest == drawn_manifest(SLAB)
@@ -111,13 +112,13 @@ def test_every_step_that_was_written_is_read_back_as_it_was(run: Path) -> None:
 def test_a_run_is_finished_when_its_last_step_is_there_and_converged(run: Path) -> None:
     manifest = drawn_manifest(SLAB)
     for index in range(5, len(manifest.times)):
-        assert not read_run(run).finished
+        assert not open_run(run).finished
         last = drawn_step(index, SLAB, None)
-        append_step(run, replace(last, status="not converged") if index == 24 else last)
-    assert not read_run(run).finished, "its last step did not converge"
+        append_step(run, replace(last, status=Status.NOT_CONVERGED) if index == 24 else last)
+    assert not open_run(run).finished, "its last step did not converge"
     lines = (run / STEPS).read_text().splitlines()
     (run / STEPS).write_text("\n".join([*lines[:-1], json.dumps(last.to_record())]) + "\n")
-    assert read_run(run).finished
+    assert open_run(run).finished
 
 
 @pytest.mark.parametrize("kept", [1, 20, -1])
@@ -125,15 +126,15 @@ def test_only_a_last_line_that_was_cut_short_is_dropped(run: Path, kept: int) ->
     text = (run / STEPS).read_text()
     *whole, last = text.splitlines(keepends=True)
     (run / STEPS).write_text("".join(whole) + last[:kept])
-    found = read_run(run).steps
+    found = open_run(run).steps
     assert [step.index for step in found] == [0, 1, 2, 3], f"{len(found)} steps"
 
 
 def test_a_run_without_a_step_yet_has_none(run: Path) -> None:
     (run / STEPS).write_text("")
-    assert read_run(run).steps == ()
+    assert open_run(run).steps == ()
     (run / STEPS).unlink()
-    assert read_run(run).steps == ()
+    assert open_run(run).steps == ()
 
 
 @pytest.mark.parametrize("line", [1, 3, 5])
@@ -144,25 +145,25 @@ def test_a_damaged_line_is_an_error_that_names_it(run: Path, line: int, damage: 
     lines[line - 1] = damage
     (run / STEPS).write_text("\n".join(lines) + "\n")
     with pytest.raises(StaffaError, match=f"steps.jsonl, line {line} is damaged"):
-        read_run(run)
+        open_run(run)
 
 
 def test_a_format_from_the_future_is_refused_with_the_way_out(run: Path) -> None:
     record = json.loads((run / MANIFEST).read_text())
     (run / MANIFEST).write_text(json.dumps(record | {"format": FORMAT + 1, "version": "9.1"}))
     with pytest.raises(InputError, match=rf"format {FORMAT + 1}.*reads {FORMAT}.*wrote it, 9.1"):
-        read_run(run)
+        open_run(run)
 
 
 def test_a_damaged_manifest_is_an_error_that_names_it(run: Path) -> None:
     (run / MANIFEST).write_text((run / MANIFEST).read_text()[:50])
     with pytest.raises(StaffaError, match=r"manifest\.json is damaged"):
-        read_run(run)
+        open_run(run)
 
 
 def test_a_folder_without_a_manifest_is_no_run(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"is no run directory: it has no manifest\.json"):
-        read_run(tmp_path)
+        open_run(tmp_path)
 
 
 def test_the_animation_names_every_file_with_its_time(run: Path) -> None:

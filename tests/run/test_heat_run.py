@@ -3,7 +3,7 @@
 import pytest
 
 from run.test_run import CASES, launch
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 
 COARSE = {
     "granite-face": (
@@ -38,7 +38,7 @@ def test_cracks_that_heat_feels_from_a_case_file(cracks: str, tmp_path) -> None:
     given = settings("granite-face", f"heat.cracks={cracks}", "solver.backtracking=true")
     done = launch(1, "run", CASES / "granite-face.toml", "--quiet", "--out", out, *given)
     assert done.returncode == 0, done.stderr
-    run = read_run(out)
+    run = open_run(out)
     assert all(step.audit.violations == () for step in run.steps)
     if "h=" in cracks:
         assert run.steps[-1].heat.entered["cracks"] != 0

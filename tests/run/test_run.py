@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.commands import forked
 from support.paths import BIN, READY
@@ -37,7 +37,7 @@ def serial(tmp_path_factory) -> Path:
 
 @pytest.mark.slow
 def test_run_directory_is_complete(serial: Path) -> None:
-    run = read_run(serial)
+    run = open_run(serial)
     assert run.finished and len(run.steps) == 14
     assert {p.name for p in serial.iterdir()} >= {
         "case.toml",
@@ -60,7 +60,7 @@ def test_run_directory_is_complete(serial: Path) -> None:
 @pytest.mark.slow
 def test_fields_are_read_by_pyvista_as_an_animation(serial: Path) -> None:
     reader = pyvista.get_reader(serial / "fields" / "fields.vtkhdf.series")
-    run = read_run(serial)
+    run = open_run(serial)
     kept = [step for step in run.steps if step.fields]
     assert reader.time_values == pytest.approx([step.time for step in kept])
     for step in kept:
@@ -101,7 +101,7 @@ def test_the_resolved_case_runs_the_same(serial: Path, tmp_path: Path) -> None:
     """case.toml of a run, with every default written out, is the same case."""
     done = launch(1, "run", serial / "case.toml", "--out", tmp_path / "run", "--quiet")
     assert done.returncode == 0 and done.stdout == ""
-    one, two = read_run(serial), read_run(tmp_path / "run")
+    one, two = open_run(serial), open_run(tmp_path / "run")
     assert [s.energies for s in one.steps] == [s.energies for s in two.steps]
     for table in ("tips.csv", "reactions.csv", "network.csv"):
         assert (tmp_path / "run" / table).read_text() == (serial / table).read_text(), table
@@ -114,7 +114,7 @@ def test_a_step_that_does_not_converge_is_saved_and_said(tmp_path: Path) -> None
     done = launch(1, "run", CASES / "notched.toml", "--set", "solver.sweeps=1", "--out", directory)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "try shorter time steps" in done.stderr
-    run = read_run(directory)
+    run = open_run(directory)
     assert run.steps[-1].status == "not converged" and (directory / run.steps[-1].fields).exists()
 
 
@@ -124,7 +124,7 @@ def test_a_superseded_step_is_marked_and_not_erased(tmp_path: Path) -> None:
     settings = ("--set", "solver.backtracking=true", "--set", "output.fields=all")
     done = launch(1, "run", CASES / "bar.toml", *settings, "--out", directory)
     assert done.returncode == 0, done.stderr
-    run = read_run(directory)
+    run = open_run(directory)
     lines = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
     returns = [line for line in lines if line["returned"]]
     assert returns and len(lines) == len(run.steps) + len(run.superseded) > 20
@@ -173,7 +173,7 @@ def adaptive(tmp_path_factory) -> Path:
 
 @pytest.mark.slow
 def test_adaptive_steps_in_seconds_from_case_to_report(adaptive: Path) -> None:
-    run = read_run(adaptive)
+    run = open_run(adaptive)
     assert run.manifest.adaptive and run.finished
     assert run.manifest.times == (0.2, 7.0, 20.0, 30.0)
     times = [step.time for step in run.steps]
@@ -200,7 +200,7 @@ def test_adaptive_steps_may_start_at_zero(tmp_path: Path) -> None:
     settings = ("--set", steps, "--set", "output.at=[]", "--quiet")
     done = launch(1, "run", CASES / "bar.toml", *settings, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
-    run = read_run(tmp_path / "run")
+    run = open_run(tmp_path / "run")
     assert run.finished and run.steps[0].time == 0.0
 
 
@@ -223,7 +223,7 @@ def test_a_bar_breaks_where_it_should_at_the_loosest_tolerances(tmp_path: Path) 
     loose = ("--set", "solver.residual=0.9", "--set", "solver.change=0.01", "--quiet")
     done = launch(1, "run", CASES / "bar.toml", *loose, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
-    steps = read_run(tmp_path / "run").steps
+    steps = open_run(tmp_path / "run").steps
     strains = [0.25 * step.time for step in steps]
     broken = next(k for k, step in enumerate(steps) if step.energies.surface > 0.2)
     assert strains[broken - 1] < (3 / (8 * 0.1 * 100)) ** 0.5 < strains[broken], strains[broken]

@@ -13,7 +13,7 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.elements import elements_of
 from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 from staffa.runs.resume import _pressed
 from staffa.runs.run import run
 
@@ -131,7 +131,7 @@ def test_a_case_to_be_edited_leaves_open_what_follows_from_it() -> None:
 
 def test_the_record_tells_why_a_split_was_taken(tmp_path: Path) -> None:
     run(heated('heat.bottom={T="200 °C"}', 'time.t=["1 s"]'), tmp_path / "run")
-    manifest = read_run(tmp_path / "run").manifest
+    manifest = open_run(tmp_path / "run").manifest
     assert manifest.split == "no-tension"
     assert manifest.split_reason.startswith("by default, as heating (heat.bottom)")
 
@@ -173,7 +173,7 @@ def test_a_tip_whose_faces_may_slide_has_the_same_energy_release_rate(tmp_path: 
     found = {}
     for split in ("none", "contact"):
         run(parse_case(SLIT, [f"damage.split={split}"]), tmp_path / split)
-        (tip,) = read_run(tmp_path / split).steps[-1].released
+        (tip,) = open_run(tmp_path / split).steps[-1].released
         found[split] = tip.G
     assert found["none"] and found["contact"] == pytest.approx(found["none"], rel=0.02)
 
@@ -222,5 +222,5 @@ def test_a_law_of_temperature_that_changes_nothing_leaves_the_energy_release_rat
     law = '{T=["-100 °C","100 °C","300 °C"],value=["20 GPa","10 GPa","1 GPa"]}'
     for name, settings in {"number": [], "law": [f"material.E={law}"]}.items():
         run(parse_case(UNEVEN, settings), tmp_path / name)
-        found[name] = read_run(tmp_path / name).steps[-1].released[0].G
+        found[name] = open_run(tmp_path / name).steps[-1].released[0].G
     assert found["number"] and found["law"] == pytest.approx(found["number"], rel=2e-3)

@@ -8,7 +8,7 @@ from pathlib import Path
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
 from staffa.errors import StoppedError
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 from support.paths import BIN
@@ -129,4 +129,4 @@ def assert_steps(found: Sequence, expected: Sequence, rel: float) -> None:
 def whole_run(case: Case, directory: Path) -> Run:
     """The run without a cut."""
     run(case, directory)
-    return read_run(directory)
+    return open_run(directory)

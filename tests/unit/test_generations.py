@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from staffa.measure.generations import arrests, tracks
+from staffa.records.status import Status
 from staffa.records.step import Audit, Energies, Measures, Step, Tip
 
 ELL = 0.02
@@ -29,7 +30,7 @@ def drawn_step(index: int, tau: float | None, depths: dict[float, float] | None)
         tau=tau,
         energies=Energies(elastic=1.0, surface=1.0),
         sweeps=3,
-        status="converged",
+        status=Status.CONVERGED,
         reason="converged",
         audit=Audit(
             largest_rise=0.0, healing=0.0, optimality=0.0, balance=0.0, work=0.0, released=0.0

@@ -19,7 +19,7 @@ SOURCE = ROOT / "src" / "staffa"
 def test_one_module_locks_files() -> None:
     """But for `doctor`, which tries whether this file system has locks."""
     users = {path.name for path in SOURCE.rglob("*.py") if "import fcntl" in path.read_text()}
-    assert users == {"lock.py", "machine.py"}
+    assert users == {"lock.py", "checks.py"}
 
 
 def test_a_second_writer_is_told_who_the_first_is(tmp_path: Path) -> None:

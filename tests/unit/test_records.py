@@ -58,6 +58,8 @@ def _value(hint: Any, of: Field[Any] | None, numbers: Iterator[int]) -> Any:
         return {key: _value(parts[1], None, numbers) for key in keys}
     if is_dataclass(hint):
         return filled(hint, numbers)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return list(hint)[-1]
     if hint is bool:
         return not (of and of.default is True)
     known = {

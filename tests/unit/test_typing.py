@@ -17,7 +17,7 @@ TYPES = {
     "parse_case": "Case",
     "problem": "Problem",
     "read_case": "Case",
-    "read_run": "Run",
+    "open_run": "Run",
     "ready_case": "Case",
     "resume": "Step",
     "run": "Step",

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 
 ROOT = Path(__file__).parent.parent.parent
 READY = ROOT / "src" / "staffa" / "case" / "ready"
@@ -31,7 +31,7 @@ def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:
     where = ROOT / "runs" / "verify" / folder
     if not where.exists():
         staffa(ROOT / case, where, settings)
-    run = read_run(where)
+    run = open_run(where)
     assert run.finished, f"{where} is not finished"
     return run
 
@@ -62,4 +62,4 @@ def fresh_run(case: Path, folder: str, *settings: str) -> Run:
     where = ROOT / "runs" / "verify" / folder
     shutil.rmtree(where, ignore_errors=True)
     staffa(case, where, settings)
-    return read_run(where)
+    return open_run(where)

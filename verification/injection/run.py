@@ -14,7 +14,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from verification.common.figures import Check, Figure, Found
 from verification.common.fine_mesh import make_mesh
 from verification.common.runs import ROOT, as_typed, staffa
@@ -115,7 +115,7 @@ def run_member(name: str) -> dict:
     )
     if not where.exists():
         staffa(case, where, ["damage.split=none"])
-    return digest(name, read_run(where), parts, dim)
+    return digest(name, open_run(where), parts, dim)
 
 
 def digest(name: str, run: Run, parts: int, dim: int) -> dict:

@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.measure.generations import tracks
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.frames import read_frames
@@ -36,7 +36,7 @@ def run_strip() -> dict:
     where = ROOT / "runs" / "verify" / "quench"
     if not where.exists():
         staffa(ROOT / CASE, where, SETTINGS)
-    run = read_run(where)
+    run = open_run(where)
     assert run.finished
     frames, _ = read_frames(run)
     write_picture(PICTURES / DRAWN[0], partial(cracks_figure, run.manifest, frames))

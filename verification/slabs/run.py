@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.stats import ks_2samp
 
-from staffa.io.run_directory import Run, read_run
+from staffa.io.run_directory import Run, open_run
 from staffa.measure.generations import arrests, tracks
 from staffa.measure.tip import reach
 from staffa.results.published import BAHR, PAPER
@@ -73,7 +73,7 @@ def run_member(name: str) -> dict:
         if not where.exists():
             staffa(ROOT / CASE, where, settings(name))
         KEPT.mkdir(exist_ok=True)
-        file.write_text(json.dumps(digest(name, read_run(where)), indent=1) + "\n")
+        file.write_text(json.dumps(digest(name, open_run(where)), indent=1) + "\n")
     return json.loads(file.read_text())
 
 

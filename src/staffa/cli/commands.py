@@ -18,7 +18,7 @@ from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
-from staffa.io.run_directory import read_run
+from staffa.io.run_directory import open_run
 
 app = typer.Typer(
     add_completion=False,
@@ -173,7 +173,7 @@ def show(directory: Folder) -> None:
     if is_ensemble(directory):
         print_ensemble(read_ensemble(directory))
     else:
-        print_summary(read_run(directory))
+        print_summary(open_run(directory))
 
 
 @app.command()
@@ -192,7 +192,7 @@ def report(
     from staffa.cli.results import print_ensemble_pictures, print_pictures  # loads Matplotlib
 
     if not is_ensemble(directory):
-        print_pictures(read_run(directory), movie=movie)
+        print_pictures(open_run(directory), movie=movie)
     elif movie:
         raise InputError(
             f"--movie shows the cracks of one run, and {directory} is an ensemble: give the "

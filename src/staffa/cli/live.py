@@ -20,10 +20,11 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.display_units import Shown
 from staffa.errors import AloneError, AuditError, StaffaError, printable
-from staffa.io.run_directory import Run, append_log, read_run
+from staffa.io.run_directory import Run, append_log, open_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
-from staffa.records.step import REJECTED, Moment, Step
+from staffa.records.status import Status
+from staffa.records.step import Moment, Step
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
 from staffa.results.radial import radial
@@ -77,8 +78,8 @@ def following(
     )
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
-    on_root(comm, lambda: _leave_results(read_run(directory), quiet=quiet))
-    on_root(comm, lambda: require_sound([read_run(directory)]))
+    on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
+    on_root(comm, lambda: require_sound([open_run(directory)]))
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
@@ -226,7 +227,7 @@ class Follower:
 
     def stepped(self, step: Step) -> None:
         """One line a step, in the log and where it is printed; violations aloud."""
-        if step.status == REJECTED:
+        if step.status == Status.REJECTED:
             self._say(f"  step {step.index} to {self._clock(step)} rejected: {step.reason}")
             return
         self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
@@ -243,7 +244,7 @@ class Follower:
         notes = step.audit.notes if step.audit else ()
         for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
-        if self.speaks and self.quiet and step.audit and step.status == "converged":
+        if self.speaks and self.quiet and step.audit and step.status == Status.CONVERGED:
             for sentence in step.audit.violations:
                 print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)
 

@@ -1,11 +1,12 @@
 """Prints what a run, an ensemble or two runs found: their summaries, tables, pictures."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from rich.markup import escape
 from rich.progress import Progress
-from rich.table import Table
+from rich.table import Table as Grid
 
 from staffa.cli.terminal import out
 from staffa.compare.agreement import agreement
@@ -19,8 +20,9 @@ from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.results import slab_table
 from staffa.results.columns import columns
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
-from staffa.results.spacing import TITLE, spacing
+from staffa.results.spacing import spacing
 from staffa.results.summary import Fact, summary, title
+from staffa.results.tables import Table
 
 
 def print_summary(run: Run) -> None:
@@ -29,7 +31,7 @@ def print_summary(run: Run) -> None:
     compared = slab_table.table(run)
     if compared is not None:
         _print_table(compared)
-    _print_table(spacing(run), title=TITLE)
+    _print_table(spacing(run), titled=True)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
@@ -37,13 +39,7 @@ def print_ensemble(ensemble: Ensemble) -> None:
     _print_facts(ensemble_title(ensemble), facts(ensemble))
     found = sheets(ensemble)
     for sheet in found:
-        numbers = Table("seed", *map(escape, sheet.names), title=sheet.title, title_justify="left")
-        for line in sheet.member_lines():
-            numbers.add_row(*line)
-        numbers.add_section()
-        for line in sheet.total_lines():
-            numbers.add_row(*line)
-        out.print(numbers)
+        _print_table(replace(sheet, notes=()), titled=True)
     together = columns(list(ensemble.finished.values()))
     if together is not None:
         _print_table(together)
@@ -83,7 +79,7 @@ def print_pair_pictures(pair: Pair, folder: Path) -> None:
 
 def _print_facts(heading: str, told: Iterable[Fact]) -> None:
     out.print(f"[bold]{escape(heading)}[/bold]")
-    rows = Table(box=None, show_header=False)
+    rows = Grid(box=None, show_header=False)
     for fact in told:
         rows.add_row(
             fact.name, f"[red]{escape(fact.text)}[/red]" if fact.alarm else escape(fact.text)
@@ -91,15 +87,17 @@ def _print_facts(heading: str, told: Iterable[Fact]) -> None:
     out.print(rows)
 
 
-def _print_table(found: slab_table.Table, title: str | None = None) -> None:
-    """Its title and rows, if there are any, and its notes."""
+def _print_table(found: Table, *, titled: bool = False) -> None:
+    """Print its rows, if there are any, and its notes; titled: with its title."""
     if found.rows:
-        if title:
-            out.print(f"[bold]{escape(title)}[/bold]")
-        rows = Table(*map(escape, found.header))
-        for row in found.rows:
-            rows.add_row(*map(escape, row))
-        out.print(rows)
+        if titled:
+            out.print(f"[bold]{escape(found.title)}[/bold]")
+        grid = Grid(*map(escape, found.header))
+        for lines in (found.lines, found.total_lines):
+            for line in lines:
+                grid.add_row(*map(escape, line))
+            grid.add_section()
+        out.print(grid)
     _print_notes(found.notes)
 
 

@@ -1,152 +1,125 @@
-"""Whether two runs agree, and from when on not: their results side by side."""
+"""Agreement of two runs: whether there is one, and until when."""
 
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from staffa.compare.pair import Pair, Side
-from staffa.compare.readings import Reading, readings
-from staffa.records.step import Step
+from staffa.compare.pair import Pair
 from staffa.results.summary import Fact
 
 CLOSE = 0.01  # energies that differ by less agree; the second digit of a mesh is worth no more
 ROUND_OFF = 1e-12  # parts of the whole below this are the order in which ranks add up
-Steps = tuple[Step, Step]
 
 
 def agreement(pair: Pair) -> Iterator[Fact]:
-    """Do the runs agree, and from when on not: at the times of both, and between them."""
-    shared, counts = pair.common(), [len(side.run.steps) for side in pair.sides]
-    told = f"{len(shared)} of {counts[0]} and of {counts[1]} steps"
-    if shared:
-        told += f", {_when(pair, shared[0])} to {_when(pair, shared[-1])}"
+    """Tell whether the runs agree, and until when: at the times of both, and between them."""
+    at, counts = pair.times[0][pair.common[:, 0]], [len(times) for times in pair.times]
+    told = f"{at.size} of {counts[0]} and of {counts[1]} steps"
+    if at.size:
+        told += f", {pair.moment(at[0])} to {pair.moment(at[-1])}"
     yield Fact(name="common times", text=told)
-    if pair.alike and shared:
-        yield _energies_agree(pair, shared)
-        yield Fact(name="largest differences", text=_largest(pair, shared))
-    if pair.alike and len(shared) < max(counts):
-        yield from _between(pair)
-    found = readings(pair)
+    if pair.alike and at.size:
+        yield _energies_agree(pair, at)
+        yield Fact(name="largest differences", text=_largest(pair, at))
+    if pair.alike and at.size < max(counts) and pair.clock:
+        between, apart = gap_between_steps(pair)
+        if apart.size:
+            text = f"total energies, interpolated, {_at_most(pair, between, apart)}"
+            yield Fact(name="between steps", text=text)
     if pair.alike:
-        yield from _same_number(pair, shared, found["cracks"])
-    yield from _as_deep(pair, shared, found["deepest crack"])
+        yield from _same_number(pair, at)
+    yield from _as_deep(pair, at)
 
 
 def percent(part: float) -> str:
-    """A part of the whole to two digits, 0 for round-off."""
+    """Return a part of the whole to two digits, 0 for round-off."""
     if part < ROUND_OFF:
         return "0 %"
     return f"{100 * part:.2g} %" if part < 1 else f"{100 * part:.0f} %"
 
 
 def gap_between_steps(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) of either run where both know something, and how far apart total energies are.
+    """Return times (n,) of either run where both know something, and how far energies are apart.
 
-    Each is interpolated linearly between its steps; the difference is over the larger sum of sizes.
+    Each total is interpolated linearly between its steps; the difference is over the larger sum of
+    sizes.
     """
-    curves = [
-        np.array(
-            [
-                [pair.at(step), step.energies.total / side.energy, _sizes(side, step)]
-                for step in side.run.steps
-            ]
-        )
-        for side in pair.sides
-    ]
-    begin, end = max(c[0, 0] for c in curves), min(c[-1, 0] for c in curves)
-    at = np.unique(np.concatenate([c[:, 0] for c in curves]))
-    at = at[(at >= begin) & (at <= end)]
-    (one, whole), (other, larger) = (
-        [np.interp(at, c[:, 0], column) for column in c.T[1:]] for c in curves
-    )
-    return at, _over(abs(one - other), np.maximum(whole, larger))
+    at = np.unique(np.concatenate(pair.times))
+    at = at[(at >= max(t[0] for t in pair.times)) & (at <= min(t[-1] for t in pair.times))]
+    known = list(zip(pair.times, pair.sides, strict=True))
+    totals = [np.interp(at, times, side.readings["total energy"]) for times, side in known]
+    sizes = [np.interp(at, times, side.sizes) for times, side in known]
+    return at, _apart(totals, sizes)
 
 
-def _sizes(side: Side, step: Step) -> float:
-    """|elastic| + |surface| + |loads| + |friction|: a total that loads cannot bring near zero."""
-    e = step.energies
-    return (abs(e.elastic) + abs(e.surface) + abs(e.loads) + abs(e.friction)) / side.energy
+def gaps(pair: Pair, energy: str) -> np.ndarray:
+    """Return differences of an energy at the common times over the larger sum of sizes, (m,)."""
+    sizes = [side.sizes[k] for side, k in zip(pair.sides, pair.common.T, strict=True)]
+    return _apart(pair.both(energy), sizes)
 
 
-def _over(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """A quotient, 0 where there is nothing to divide by."""
+def _apart(values: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> np.ndarray:
+    """Return |b - a| over the larger size, 0 where there is nothing to divide by."""
+    part, whole = np.abs(values[1] - values[0]), np.maximum(*sizes)
     return np.asarray(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0))
 
 
-def gaps(pair: Pair, shared: Sequence[Steps], energy: Reading) -> np.ndarray:
-    """Differences of an energy over the larger sum of sizes of the two, shape (n,)."""
-    values = [[value or 0.0 for value in energy.of(pair, steps)] for steps in shared]
-    sizes = [[_sizes(*one) for one in zip(pair.sides, steps, strict=True)] for steps in shared]
-    return _over(abs(np.diff(values)[:, 0]), np.max(sizes, axis=1))
+def _at_most(pair: Pair, at: np.ndarray, apart: np.ndarray) -> str:
+    most = int(apart.argmax())
+    return f"at most {percent(apart[most])} apart, {pair.moment(at[most])}"
 
 
-def _energies_agree(pair: Pair, shared: Sequence[Steps]) -> Fact:
-    apart = gaps(pair, shared, readings(pair)["total energy"])
-    beyond, most = np.flatnonzero(apart > CLOSE), int(apart.argmax())
-    largest = f"at most {percent(apart[most])} apart, {_when(pair, shared[most])}"
-    if apart[most] < ROUND_OFF:
+def _energies_agree(pair: Pair, at: np.ndarray) -> Fact:
+    apart = gaps(pair, "total energy")
+    beyond, largest = np.flatnonzero(apart > CLOSE), _at_most(pair, at, apart)
+    if apart.max() < ROUND_OFF:
         text = "the same, to round-off, at all common times"
     elif not beyond.size:
         text = f"within {percent(CLOSE)} at all common times: {largest}"
     else:
-        first = _when(pair, shared[beyond[0]])
-        again = "" if beyond.size == len(apart) - beyond[0] else ", later closer again"
+        again = "" if beyond.size == apart.size - beyond[0] else ", later closer again"
         last = f"{percent(apart[-1])} at the last common time"
-        text = f"more than {percent(CLOSE)} apart from {first} on{again}; {largest}; {last}"
+        first = f"more than {percent(CLOSE)} apart from {pair.moment(at[beyond[0]])} on{again}"
+        text = f"{first}; {largest}; {last}"
     return Fact(name="total energy", text=text, alarm=bool(beyond.size))
 
 
-def _largest(pair: Pair, shared: Sequence[Steps]) -> str:
-    """Of each energy, and when."""
-    told, loaded = [], any(step.energies.loads for steps in shared for step in steps)
+def _largest(pair: Pair, at: np.ndarray) -> str:
+    """Return the largest difference of each energy, and when."""
     names = {"elastic": "elastic energy", "surface": "surface energy", "total": "total energy"}
-    for short, name in {**names, **({"loads": "energy of loads"} if loaded else {})}.items():
-        apart = gaps(pair, shared, readings(pair)[name])
+    loaded = "energy of loads" in pair.units
+    told = []
+    for short, name in (names | ({"loads": "energy of loads"} if loaded else {})).items():
+        apart = gaps(pair, name)
         most = int(apart.argmax())
-        told.append(f"{short} {apart[most]:.1e}, {_when(pair, shared[most])}")
+        told.append(f"{short} {apart[most]:.1e}, {pair.moment(at[most])}")
     whole = "sum of their sizes" if loaded else "total energy"
     return f"{'; '.join(told)}; over the larger {whole} at that time"
 
 
-def _between(pair: Pair) -> Iterator[Fact]:
-    if pair.clock is None:
+def _same_number(pair: Pair, at: np.ndarray) -> Iterator[Fact]:
+    counts = np.array(pair.both("cracks")).T
+    known = np.isfinite(counts).all(axis=1)
+    if not known.any():
         return
-    at, apart = gap_between_steps(pair)
-    if at.size:
-        most = int(apart.argmax())
-        largest = f"at most {percent(apart[most])} apart, {pair.moment(at[most])}"
-        yield Fact(name="between steps", text=f"total energies, interpolated, {largest}")
+    at, counts = at[known], counts[known].astype(int)
+    differ = np.flatnonzero(counts[:, 0] != counts[:, 1])
+    text = "the same at all common times"
+    if differ.size:
+        (a, b), (c, d) = counts[differ[0]], counts[-1]
+        text = f"first differs at {pair.moment(at[differ[0]])}, {a} and {b}"
+        text += f"; {c} and {d} at the last common time"
+    yield Fact(name="number of cracks", text=text, alarm=bool(differ.size))
 
 
-def _same_number(pair: Pair, shared: Sequence[Steps], cracks: Reading) -> Iterator[Fact]:
-    known = [(cracks.of(pair, steps), steps) for steps in shared]
-    known = [(counts, steps) for counts, steps in known if None not in counts]
-    differ = [(counts, steps) for counts, steps in known if counts[0] != counts[1]]
-    if not known:
+def _as_deep(pair: Pair, at: np.ndarray) -> Iterator[Fact]:
+    apart = np.abs(np.subtract(*pair.both("deepest crack")))
+    if not np.isfinite(apart).any():
         return
-    if not differ:
-        yield Fact(name="number of cracks", text="the same at all common times")
-        return
-    (a, b), steps = differ[0]
-    (c, d), _ = known[-1]
-    first = f"first differs at {_when(pair, steps)}, {a} and {b}"
-    text = f"{first}; {c} and {d} at the last common time"
-    yield Fact(name="number of cracks", text=text, alarm=True)
-
-
-def _as_deep(pair: Pair, shared: Sequence[Steps], deepest: Reading) -> Iterator[Fact]:
-    depths = [(*deepest.of(pair, steps), steps) for steps in shared]
-    known = [(abs(b - a), steps) for a, b, steps in depths if a is not None and b is not None]
-    if not known:
-        return
-    most, steps = max(known, key=lambda found: found[0])
+    most = int(np.nanargmax(apart))
     ell = pair.first.run.manifest.ell / pair.first.length
-    unit = f" {pair.length_unit}" if pair.length_unit else ""
-    text = f"at most {most:.3g}{unit} apart ({most / ell:.2g} ell), {_when(pair, steps)}"
-    if most < ROUND_OFF * ell:
+    text = f"at most {apart[most]:.3g}{pair.length_unit} apart ({apart[most] / ell:.2g} ell), "
+    text += pair.moment(at[most])
+    if apart[most] < ROUND_OFF * ell:
         text = "as deep at all common times"
     yield Fact(name="deepest crack", text=text)
-
-
-def _when(pair: Pair, steps: Steps) -> str:
-    return pair.moment(pair.at(steps[0]))

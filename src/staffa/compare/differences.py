@@ -1,8 +1,7 @@
-"""What differs between two runs besides their results: keys of the cases, facts of the runs."""
+"""Differences between two runs besides their results: keys of the cases, facts of the runs."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from hashlib import file_digest
-from operator import eq
 from typing import Any
 
 from pydantic import BaseModel
@@ -10,52 +9,55 @@ from pydantic import BaseModel
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.attached_files import attached
-from staffa.compare.pair import Pair
+from staffa.compare.pair import Pair, Side
 from staffa.records.manifest import Manifest
-from staffa.results.slab_table import ABSENT, Table
+from staffa.results.tables import ABSENT, Table, columns_of
 
 # Facts of a manifest that are not in the case, or follow from more than one of its keys.
 FACTS = (
     *("version", "commit", "ranks", "law", "scaled", "adaptive", "mesh", "cells", "unknowns"),
     *("toughness_factor", "tip_reach"),
 )
+Facts = Iterable[tuple[str, Any]]
 
 
 def case_differences(pair: Pair) -> Table:
-    """The keys of the cases whose values differ, defaults resolved; 5 mm and 0.005 m do not.
+    """Return the keys whose values differ, defaults resolved; 5 mm and 0.005 m do not.
 
-    So do the files that they name, by the first digits of their SHA-256.
+    Files that the cases name are told by the first digits of their SHA-256.
     """
-    cases = [dict(_keys(side.case)) for side in pair.sides]
-    rows = _rows(*cases, same=lambda a, b: a == b or inline(a) == inline(b), text=_value)
-    rows += _rows(*(dict(_files(side.case)) for side in pair.sides), same=eq, text=_fact)
-    return Table(
-        header=("case", *pair.names),
-        rows=rows,
-        notes=() if rows else ("The cases do not differ.",),
-    )
+    rows = _rows(pair, lambda side: _keys(side.case), inline)
+    rows += _rows(pair, lambda side: _files(side.case), _fact)
+    return _table(pair, "case", rows, "The cases do not differ.")
 
 
 def manifest_differences(pair: Pair) -> Table:
-    """What differs of how the cases were run, and of the numbers derived from them."""
-    facts = [dict(_facts(side.run.manifest)) for side in pair.sides]
-    rows = _rows(*facts, same=lambda a, b: _fact(a) == _fact(b), text=_fact)
+    """Return what differs in the way the cases were run, and in the numbers derived from them."""
+    rows = _rows(pair, lambda side: _facts(side.run.manifest), _fact)
+    return _table(pair, "run", rows, "Version, ranks, mesh and derived numbers do not differ.")
+
+
+def _table(pair: Pair, of: str, rows: tuple[tuple[str, ...], ...], same: str) -> Table:
     return Table(
-        header=("run", *pair.names),
+        title=f"What differs in the {of}s",
+        columns=columns_of(of, *pair.names),
         rows=rows,
-        notes=() if rows else ("Version, ranks, mesh and derived numbers do not differ.",),
+        notes=() if rows else (same,),
     )
 
 
 def _rows(
-    one: Mapping[str, Any],
-    other: Mapping[str, Any],
-    *,
-    same: Callable[[Any, Any], bool],
-    text: Callable[[Any], str],
+    pair: Pair, facts: Callable[[Side], Facts], text: Callable[[Any], str]
 ) -> tuple[tuple[str, ...], ...]:
-    values = ((name, one.get(name), other.get(name)) for name in dict.fromkeys([*one, *other]))
-    return tuple((name, text(a), text(b)) for name, a, b in values if not same(a, b))
+    """Return names and texts of the facts that differ, as values and as text."""
+    one, other = (dict(facts(side)) for side in pair.sides)
+    pairs = [(name, (one.get(name), other.get(name))) for name in {**one, **other}]
+    told = [
+        (name, *(ABSENT if value is None else text(value) for value in both))
+        for name, both in pairs
+        if both[0] != both[1]
+    ]
+    return tuple(row for row in told if row[1] != row[2])
 
 
 def _keys(case: Case) -> Iterator[tuple[str, Any]]:
@@ -74,8 +76,7 @@ def _files(case: Case) -> Iterator[tuple[str, Any]]:
 
 
 def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
-    for name in FACTS:
-        yield name.replace("_", " "), getattr(manifest, name)
+    yield from ((name.replace("_", " "), getattr(manifest, name)) for name in FACTS)
     yield "planned times", len(manifest.times)
     yield from ((f"{name} of a script", own.identity) for name, own in (manifest.own or {}).items())
     yield from manifest.scales.items()
@@ -83,13 +84,7 @@ def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
     yield from ((f"PETSc {name}", value) for name, value in manifest.petsc_options.items())
 
 
-def _value(value: Any) -> str:
-    return ABSENT if value is None else inline(value)
-
-
 def _fact(value: Any) -> str:
-    if value is None:
-        return ABSENT
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,16 +1,15 @@
-"""From two folders to a pair of finished runs, or to one sentence that says why not."""
+"""Two folders read as a pair of finished runs."""
 
-from dataclasses import replace
 from pathlib import Path
 
 from staffa.case.reading.read import parse_case
-from staffa.case.schema.case import Case
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.compare.pair import Pair, Side
+from staffa.display_units import Shown
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.own_files import GENERATOR, PAGE
-from staffa.io.run_directory import CASE, MANIFEST, Run, read_run, require_free
+from staffa.io.run_directory import CASE, Run, open_run, require_free
 from staffa.results.summary import summary
 
 
@@ -28,11 +27,9 @@ def read_pair(one: Path, other: Path) -> Pair:
     names = [path.resolve().name for path in (one, other)]
     if names[0] == names[1]:
         names = [str(one), str(other)]
-    sides = [
-        Side(name=name, run=run, case=_case(run)) for name, run in zip(names, runs, strict=True)
-    ]
     mixed = runs[0].manifest.scaled != runs[1].manifest.scaled
-    first, second = map(_over_sizes, sides) if mixed else _in_units(*sides)
+    units = None if mixed else runs[0].manifest.shown
+    first, second = (_side(name, run, units) for name, run in zip(names, runs, strict=True))
     return Pair(first=first, second=second, mixed=mixed)
 
 
@@ -62,13 +59,8 @@ def _finished(path: Path) -> Run:
     if is_ensemble(path):
         one = next(iter(members(path).values()))
         raise InputError(f"{path} is an ensemble; name one of its runs, like {one}")
-    if not (path / MANIFEST).is_file():
-        raise InputError(
-            f"{path} is no run directory: it has no {MANIFEST}; name a folder that `staffa run` "
-            f"made"
-        )
     try:
-        run = read_run(path)
+        run = open_run(path)
     except StaffaError as error:
         raise InputError(f"{error}; name another run, or run the case again") from None
     if not run.finished:
@@ -79,24 +71,15 @@ def _finished(path: Path) -> Run:
     return run
 
 
-def _case(run: Run) -> Case:
+def _side(name: str, run: Run, units: Shown | None) -> Side:
+    """Return a run counted in units; without any over L and Gc L (in 3-D Gc L^2)."""
     try:
-        return parse_case(run.case, folder=run.path)
+        case = parse_case(run.case, folder=run.path)
     except InputError as error:
         raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
-
-
-def _in_units(first: Side, second: Side) -> tuple[Side, Side]:
-    """Both in the units of the first; an energy of 2-D and of 3-D has none in common."""
-    units = first.run.manifest.shown
-    one, other = (
-        replace(side, length=units.length.size, energy=units.energy.size, time=units.time.size)
-        for side in (first, second)
-    )
-    return one, other
-
-
-def _over_sizes(side: Side) -> Side:
-    """With L and Gc L (in 3-D Gc L^2) to divide by."""
-    L, Gc = side.run.manifest.L, averages(subdomains_of(side.case)[0]).Gc
-    return replace(side, length=L, energy=Gc * L ** (side.extents - 1))
+    if units:
+        length, energy, time = (unit.size for unit in (units.length, units.energy, units.time))
+    else:
+        length, time, Gc = run.manifest.L, 1.0, averages(subdomains_of(case)[0]).Gc
+        energy = Gc * length ** (1 if run.manifest.plane else 2)
+    return Side(name=name, run=run, case=case, length=length, energy=energy, time=time)

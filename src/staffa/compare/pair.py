@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import isclose, sqrt
 
 import numpy as np
@@ -9,20 +10,39 @@ import numpy as np
 from staffa.case.schema.case import Case
 from staffa.display_units import Shown
 from staffa.io.run_directory import Run
+from staffa.io.step_columns import rows_of
 from staffa.plot.labels import has_tau
 from staffa.records.step import Step
 
 # Times and sizes that differ by less are the same: rounding in tau = 2 sqrt(kappa t)/L makes 1e-15.
 SAME = 1e-6
+# Readings of a step: the column of `Run.to_frame`, and the kind of its unit. Those without a unit
+# and lengths are compared of all bodies, the others of two of one kind.
+READINGS = {
+    "cracks": ("cracks", ""),
+    "spacing": ("spacing", "length"),
+    "deepest crack": ("deepest", "length"),
+    "crack size": ("measures_length_surface", "size"),
+    "crack size, by geometry": ("measures_length_geometry", "size"),
+    "elastic energy": ("energies_elastic", "energy"),
+    "surface energy": ("energies_surface", "energy"),
+    "energy of loads": ("energies_loads", "energy"),
+    "work of friction": ("energies_friction", "energy"),
+    "total energy": ("energies_total", "energy"),
+}
+IF_ANY = ("energy of loads", "work of friction")  # left out where they vanish
 
 
 @dataclass(frozen=True, kw_only=True)
 class Side:
-    """One of the two runs.
+    """One of the two runs, of n steps.
 
-    name: what tells it from the other. length, energy, time: what its lengths (m), energies (J/m,
-    in 3-D J) and times (s) are divided by: the units of the first run, or L and Gc L (in 3-D
-    Gc L^2) where only one of the runs has units.
+    Attributes
+    ----------
+    name : what tells it from the other.
+    run, case : the run and its case.
+    length, energy, time : what its lengths (m), energies (J/m, in 3-D J) and times (s) are over:
+        the units of the first run, or L and Gc L (in 3-D Gc L^2) where only one run has units.
     """
 
     name: str
@@ -33,11 +53,6 @@ class Side:
     time: float = 1.0
 
     @property
-    def dim(self) -> int:
-        """2 or 3."""
-        return len(self.run.manifest.size)
-
-    @property
     def extents(self) -> int:
         """2 where volumes and energies are per thickness, else 3."""
         return 2 if self.run.manifest.plane else 3
@@ -45,7 +60,30 @@ class Side:
     @property
     def kind(self) -> str:
         """The kind of body, in words."""
-        return "of revolution" if self.run.manifest.axial else f"{self.dim}-D"
+        m = self.run.manifest
+        return "of revolution" if m.axial else f"{len(m.size)}-D"
+
+    @property
+    def size(self) -> np.ndarray:
+        """Extent of the body along each axis, shape (2 or 3,)."""
+        return np.array(self.run.manifest.size) / self.length
+
+    @cached_property
+    def readings(self) -> dict[str, np.ndarray]:
+        """Numbers of each step by their names, shape (n,); NaN where a step does not have one."""
+        size = self.length ** (self.extents - 1)
+        over = {"": 1.0, "length": self.length, "size": size, "energy": self.energy}
+        rows = rows_of(self.run.manifest, self.run.steps)
+        return {
+            name: np.array([row[column] for row in rows]) / over[kind]
+            for name, (column, kind) in READINGS.items()
+        }
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Sum of the absolute energies, which loads cannot bring near zero, shape (n,)."""
+        parts = ("elastic energy", "surface energy", *IF_ANY)
+        return np.abs([self.readings[name] for name in parts]).sum(axis=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,22 +106,14 @@ class Pair:
 
     @property
     def dim(self) -> int | None:
-        """2 or 3, None if one body has two and the other three, or only one is of revolution."""
-        return self.first.dim if self.first.kind == self.second.kind else None
+        """2 or 3; None for bodies of two kinds."""
+        return len(self.first.size) if self.first.kind == self.second.kind else None
 
     @property
     def alike(self) -> bool:
         """True for bodies of one size, so that energies, lengths and numbers can agree."""
-        one, other = (np.array(side.run.manifest.size) / side.length for side in self.sides)
+        one, other = (side.size for side in self.sides)
         return self.dim is not None and np.allclose(one, other, rtol=SAME, atol=0.0)
-
-    @property
-    def clock(self) -> str | None:
-        """The clock of both: the time "t", or "tau" where either is scaled or a tau is not the
-        same time in both; None without either."""
-        if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
-            return "tau"
-        return None if self.mixed else "t"
 
     @property
     def root(self) -> float | None:
@@ -94,6 +124,41 @@ class Pair:
         roots = [sqrt(step.time) / step.tau for step in late if step.tau]
         return roots[0] if len(roots) == 2 and isclose(*roots, rel_tol=SAME) else None
 
+    @cached_property
+    def clock(self) -> str | None:
+        """The clock of both: the time "t", or "tau" where either is scaled or a tau is not the
+        same time in both; None without either."""
+        if all(has_tau(side.run.steps) for side in self.sides) and self.root is None:
+            return "tau"
+        return None if self.mixed else "t"
+
+    @cached_property
+    def times(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times of the steps of both on that clock, shape (n,) each; NaN without one."""
+
+        def at(side: Side, step: Step) -> float | None:
+            if self.clock is None:
+                return np.nan
+            if self.clock == "tau":
+                return step.tau
+            return float(step.time / side.time)
+
+        one, other = (np.array([at(s, step) for step in s.run.steps], float) for s in self.sides)
+        return one, other
+
+    @cached_property
+    def common(self) -> np.ndarray:
+        """Places of the steps that both runs have at the same time, shape (m, 2)."""
+        one, other = self.times
+        near = np.isclose(other, one[:, None], rtol=SAME, atol=0.0)
+        there = np.flatnonzero(near.any(axis=1))
+        return np.column_stack([there, near[there].argmax(axis=1)])
+
+    def both(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return a reading of both at the common times, shape (m,) each."""
+        one, other = (s.readings[name][at] for s, at in zip(self.sides, self.common.T, strict=True))
+        return one, other
+
     @property
     def shown(self) -> Shown:
         """The units of the first run."""
@@ -101,43 +166,44 @@ class Pair:
 
     @property
     def length_unit(self) -> str:
-        """Unit of lengths: that of the first run, "L", or nothing where both are scaled."""
-        return "L" if self.mixed else self.shown.length.name
+        """Unit of lengths after a blank: that of the first run, L, or nothing where scaled."""
+        return " L" if self.mixed else self.shown.length.behind
 
-    @property
-    def energy_unit(self) -> str:
-        """Of energies of bodies of one dimension."""
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """The readings that can be compared, with their units."""
+        length, energy = self.length_unit.strip(), self.shown.energy.name
+        plane = self.first.extents == 2
         if self.mixed:
-            return "Gc L" if self.first.extents == 2 else "Gc L²"
-        return self.shown.energy.name
+            energy = "Gc L" if plane else "Gc L²"
+        units = {"": "", "length": length, "energy": energy}
+        units["size"] = length if plane or not length else f"{length}²"
+        return {
+            name: units[kind]
+            for name, (_, kind) in READINGS.items()
+            if self.dim or kind in ("", "length")
+            if name not in IF_ANY or any(side.readings[name].any() for side in self.sides)
+        }
+
+    def knows(self, name: str) -> bool:
+        """Return True if a reading can be compared, and each run has it at some step."""
+        return name in self.units and all(
+            np.isfinite(side.readings[name]).any() for side in self.sides
+        )
+
+    def named(self, name: str) -> str:
+        """Return the name of a reading with its unit."""
+        unit = f" ({self.units[name]})" if self.units[name] else ""
+        return name.replace("size", "length" if self.first.extents == 2 else "area") + unit
 
     @property
     def time_unit(self) -> str:
-        """Unit of the clock, nothing if that is tau."""
-        return self.shown.time.name if self.clock == "t" else ""
+        """Unit of the clock after a blank, nothing if that is tau."""
+        return self.shown.time.behind if self.clock == "t" else ""
 
-    def at(self, step: Step) -> float | None:
-        """When a step is, on the clock of both."""
-        if self.clock is None:
-            return None
-        return step.tau if self.clock == "tau" else step.time / self.first.time
-
-    def moment(self, at: float | None) -> str:
-        """A time on that clock in words."""
-        unit = f" {self.time_unit}" if self.time_unit else ""
-        return "no common clock" if at is None else f"{self.clock} = {at:.4g}{unit}"
-
-    def common(self) -> list[tuple[Step, Step]]:
-        """The steps that both runs have at the same time, in order."""
-        if self.clock is None:
-            return []
-        there = self.second.run.steps
-        times = np.array([self.at(step) for step in there], dtype=float)
-        found = []
-        for step in self.first.run.steps:
-            near = np.flatnonzero(np.isclose(times, self.at(step) or 0.0, rtol=SAME, atol=0.0))
-            found += [(step, there[i]) for i in near[:1]]
-        return found
+    def moment(self, at: float) -> str:
+        """Return a time on that clock in words."""
+        return f"{self.clock} = {at:.4g}{self.time_unit}"
 
 
 def pair_title(pair: Pair) -> str:
@@ -150,7 +216,7 @@ def caveats(pair: Pair) -> Iterator[str]:
     one, other = pair.names
     if pair.mixed:
         bare, dressed = (one, other) if pair.first.run.manifest.scaled else (other, one)
-        told = f", energies over {pair.energy_unit}" if pair.dim else ""
+        told = f", energies over {pair.units['total energy']}" if pair.dim else ""
         yield f"{bare} is scaled and {dressed} has units: lengths are over L{told}, times in tau."
     if pair.dim is None:
         yield (
@@ -158,20 +224,13 @@ def caveats(pair: Pair) -> Iterator[str]:
             f"compared, energies and lengths are not."
         )
     elif not pair.alike:
-        unit = f" {pair.length_unit}" if pair.length_unit else ""
-        sizes = (
-            " x ".join(f"{x / side.length:g}" for x in side.run.manifest.size) + unit
-            for side in pair.sides
-        )
+        sizes = (" x ".join(f"{x:g}" for x in side.size) + pair.length_unit for side in pair.sides)
         yield (
             f"The bodies differ in size ({', '.join(sizes)}): energies, lengths and numbers of "
             f"cracks are those of each whole body, and their differences are left out."
         )
     if pair.clock is None:
         yield "A run without tau has no time in common with one in other units."
-        return
-    ends = [pair.at(side.run.steps[-1]) or 0.0 for side in pair.sides]
-    if not isclose(*ends, rel_tol=SAME):
-        yield f"The runs end at different times: {one} at {pair.moment(ends[0])}, {other} at " + (
-            f"{pair.moment(ends[1])}."
-        )
+    elif not isclose(*(ends := [times[-1] for times in pair.times]), rel_tol=SAME):
+        when = f"{one} at {pair.moment(ends[0])}, {other} at {pair.moment(ends[1])}"
+        yield f"The runs end at different times: {when}."

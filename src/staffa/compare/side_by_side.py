@@ -1,33 +1,47 @@
 """The results of two runs side by side, at the end and at the times of both, as tables."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from staffa.compare.agreement import ROUND_OFF, gaps, percent
-from staffa.compare.pair import Pair, Side, caveats
-from staffa.compare.readings import named, readings
-from staffa.records.step import Step
+from staffa.compare.pair import READINGS, Pair, Side, caveats
 from staffa.results.columns import by_depth
-from staffa.results.ensemble_means import number
-from staffa.results.slab_table import ABSENT, Table, run_arrests
+from staffa.results.slab_table import run_arrests
+from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
 
 MOST = 8  # rows of the table of common times
-TOLD = ("cracks", "spacing", "deepest crack", "crack length", "crack area", "total energy")
-Row = tuple[str, str, str, str]
+TOLD = ("cracks", "spacing", "deepest crack", "crack size", "total energy")
+APART = (
+    " Apart: the difference of the total energies over the larger of them, parts below zero "
+    "counted by size."
+)
+
+
+class Number(NamedTuple):
+    """A number at the end of a run. whole: it grows with the body."""
+
+    name: str
+    value: float | None
+    whole: bool = False
 
 
 def results(pair: Pair) -> Table:
-    """What it took, and what each run found at its end."""
-    rows: list[Row] = [*_effort(pair), *_onset(pair)]
-    last = [side.run.steps[-1] for side in pair.sides]
-    for reading in readings(pair).values():
-        values = reading.of(pair, (last[0], last[1]))
-        if values != (None, None):
-            rows.append(_row(pair, named(reading), values, whole=reading.whole))
+    """Return the effort of each run, and what it found at its end."""
+    rows: list[tuple[Cell, ...]] = []
+    for of in (_end, _at_depths, _generations):
+        one, other = ({n.name: n for n in of(pair, side)} for side in pair.sides)
+        longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
+        for name, found in (longer | shorter).items() if shorter else ():
+            a, b = (side[name].value if name in side else None for side in (one, other))
+            if of is not _at_depths or (name in one and name in other):
+                apart = ABSENT if found.whole and not pair.alike else difference(a, b)
+                rows.append((name, number(a), number(b), apart))
     return Table(
-        header=("at the end", *pair.names, "difference"),
-        rows=(*rows, *_crossing(pair, last), *_columns(pair), *_generations(pair)),
+        title="Results",
+        columns=columns_of("at the end", *pair.names, "difference"),
+        rows=tuple(rows),
         notes=(
             "Difference: the second run against the first. First crack: the first step with a tip. "
             "Spacing: the mean along the face, of all cracks. Generations and depths are those of "
@@ -38,143 +52,95 @@ def results(pair: Pair) -> Table:
 
 
 def common_times(pair: Pair) -> Table:
-    """The readings at times that both runs have, evenly spread; no rows without any."""
-    shared = pair.common()
-    if len(shared) > MOST:
-        shared = [shared[i] for i in np.linspace(0, len(shared) - 1, MOST).round().astype(int)]
-    read = readings(pair)
-    shown = [
-        read[name]
-        for name in TOLD
-        if name in read and any(read[name].of(pair, steps) != (None, None) for steps in shared)
-    ]
-    apart = ("apart",) if pair.alike else ()
-    rows = []
-    for steps in shared:
-        cells = (" / ".join(map(number, reading.of(pair, steps))) for reading in shown)
-        gap = (percent(gaps(pair, [steps], read["total energy"])[0]),) if pair.alike else ()
-        rows.append((number(pair.at(steps[0])), *cells, *gap))
-    if not rows:
-        return Table(header=(), rows=(), notes=("The runs have no time in common.",))
-    note = f"Each cell: {pair.names[0]} / {pair.names[1]}."
+    """Return the readings at times that both runs have, evenly spread; no rows without any."""
+    title, count = "At common times", len(pair.common)
+    if not count:
+        return Table(title=title, notes=("The runs have no time in common.",))
+    chosen = np.linspace(0, count - 1, min(count, MOST)).round().astype(int)
+    read = {name: np.array(pair.both(name))[:, chosen] for name in TOLD if name in pair.units}
+    read = {name: values for name, values in read.items() if np.isfinite(values).any()}
+    at = pair.times[0][pair.common[chosen, 0]]
+    cells = [[number(float(when)) for when in at]]
+    cells += [[f"{_text(a)} / {_text(b)}" for a, b in values.T] for values in read.values()]
+    names = [_clock(pair), *map(pair.named, read)]
     if pair.alike:
-        note += (
-            " Apart: the difference of the total energies over the larger of them, parts below "
-            "zero counted by size."
-        )
+        names.append("apart")
+        cells.append([percent(gap) for gap in gaps(pair, "total energy")[chosen]])
     return Table(
-        header=(_clock(pair) if pair.clock else "", *map(named, shown), *apart),
-        rows=tuple(rows),
-        notes=(note,),
+        title=title,
+        columns=columns_of(*names),
+        rows=tuple(zip(*cells, strict=True)),
+        notes=(f"Each cell: {pair.names[0]} / {pair.names[1]}.{APART if pair.alike else ''}",),
     )
 
 
-def _effort(pair: Pair) -> Iterator[Row]:
-    every = [(*side.run.steps, *side.run.superseded, *side.run.rejected) for side in pair.sides]
-    a, b = every
-    yield _row(pair, "steps", (len(a), len(b)))
-    yield _row(pair, "sweeps", (sum(s.sweeps for s in a), sum(s.sweeps for s in b)))
-    seconds = (sum(s.seconds for s in a), sum(s.seconds for s in b))
-    yield _row(pair, "computing (s)", seconds)
-    failed = [sum(len(s.audit.violations) for s in steps if s.audit) for steps in every]
-    yield _row(pair, "violations", (failed[0], failed[1]))
+def _text(value: float) -> str:
+    return number(float(value) if np.isfinite(value) else None)
 
 
-def _onset(pair: Pair) -> Iterator[Row]:
-    last = [pair.at(side.run.steps[-1]) for side in pair.sides]
-    yield _row(pair, f"last {_clock(pair)}", (last[0], last[1]))
-    first = [_first_crack(pair, side) for side in pair.sides]
-    if first != [None, None]:
-        yield _row(pair, f"first crack, {_clock(pair)}", (first[0], first[1]))
+def _end(pair: Pair, side: Side) -> Iterator[Number]:
+    """Give the effort of a run, when it ended and first cracked, and its last readings."""
+    run, times = side.run, pair.times[pair.sides.index(side)]
+    every = (*run.steps, *run.superseded, *run.rejected)
+    yield Number("steps", len(every))
+    yield Number("sweeps", sum(step.sweeps for step in every))
+    yield Number("computing (s)", sum(step.seconds for step in every))
+    yield Number("violations", sum(len(s.audit.violations) for s in every if s.audit))
+    yield Number(f"last {_clock(pair)}", float(times[-1]) if pair.clock else None)
+    cracked = times[side.readings["cracks"] > 0]
+    if pair.clock and cracked.size:
+        yield Number(f"first crack, {_clock(pair)}", float(cracked[0]))
+    for name in pair.units:
+        last = float(side.readings[name][-1])
+        if np.isfinite(last):
+            value = int(last) if name == "cracks" else last
+            yield Number(pair.named(name), value, READINGS[name][1] != "length")
 
 
-def _first_crack(pair: Pair, side: Side) -> float | None:
-    cracked = (step for step in side.run.steps if step.measures and step.measures.tips)
-    first = next(cracked, None)
-    return None if first is None else pair.at(first)
+def _at_depths(pair: Pair, side: Side) -> Iterator[Number]:
+    """Give the cracks at each depth, and of a 3-D body the cells and their spacing."""
+    unit, measures = pair.length_unit, side.run.steps[-1].measures
+    for section in measures.sections if measures else ():
+        yield Number(f"cracks at {section.height / side.length:.6g}{unit}", section.cracks, True)
+    for depth, found in by_depth([side.run]).items():
+        apart, place = found.spacing.value, f"{depth / side.length:.6g}{unit}"
+        yield Number(f"cells at {place}", found.number, True)
+        yield Number(f"spacing at {place}", None if apart is None else apart / side.length)
 
 
-def _crossing(pair: Pair, last: Sequence[Step]) -> Iterator[Row]:
-    """Cracks at each depth at which both runs count them."""
-    one, other = (
-        {
-            float(f"{section.height / side.length:.6g}"): section
-            for section in (step.measures.sections if step.measures else ())
-        }
-        for side, step in zip(pair.sides, last, strict=True)
-    )
-    unit = f" {pair.length_unit}" if pair.length_unit else ""
-    for height in (h for h in one if h in other):
-        counts = one[height].cracks, other[height].cracks
-        yield _row(pair, f"cracks at {height:.3g}{unit}", counts, whole=True)
-
-
-def _columns(pair: Pair) -> Iterator[Row]:
-    """The number and the spacing of cells at each depth at which both runs of 3-D bodies have
-    them."""
-    one, other = (
-        {
-            float(f"{depth / side.length:.6g}"): found
-            for depth, found in by_depth([side.run]).items()
-        }
-        for side in pair.sides
-    )
-    unit = f" {pair.length_unit}" if pair.length_unit else ""
-    for depth in (d for d in one if d in other):
-        found = one[depth], other[depth]
-        yield _row(
-            pair, f"cells at {depth:.3g}{unit}", (found[0].number, found[1].number), whole=True
-        )
-        spacings = [
-            None if known.spacing.value is None else known.spacing.value / side.length
-            for known, side in zip(found, pair.sides, strict=True)
-        ]
-        yield _row(pair, f"spacing at {depth:.3g}{unit}", (spacings[0], spacings[1]))
-
-
-def _generations(pair: Pair) -> Iterator[Row]:
-    """Nucleation, the arrests of generations, and what is left."""
-    found = [f for f in (run_arrests(side.run) for side in pair.sides) if f is not None]
-    if len(found) < 2:
+def _generations(pair: Pair, side: Side) -> Iterator[Number]:
+    """Give nucleation, the arrests of generations, and what is left."""
+    found = run_arrests(side.run)
+    if found is None:
         return
-    unit = f" ({pair.length_unit})" if pair.length_unit else ""
-    starts = [(f.nucleation, *f.generations) for f in found]
-    for k in range(max(map(len, starts))):
-        ends = [s[k] if k < len(s) else None for s in starts]
-        name = f"generation {k}" if k else "nucleation"
-        counts = [None if e is None else e.cracks for e in ends]
-        if counts == [None, None]:
-            continue
-        yield _row(pair, f"{name}, cracks", (counts[0], counts[1]), whole=True)
-        depths = [
-            None if e is None else e.depth / side.length
-            for e, side in zip(ends, pair.sides, strict=True)
-        ]
-        yield _row(pair, f"{name}, depth{unit}", (depths[0], depths[1]))
-        if pair.clock:
-            when = [
-                None if e is None else e.tau if pair.clock == "tau" else e.time / pair.first.time
-                for e in ends
-            ]
-            yield _row(pair, f"{name}, {_clock(pair)}", (when[0], when[1]))
-    yield _row(pair, "in no generation", (found[0].left, found[1].left), whole=True)
-    yield _row(pair, "of these growing", (found[0].growing, found[1].growing), whole=True)
+    unit = _in_brackets(pair.length_unit)
+    for k, end in enumerate((found.nucleation, *found.generations)):
+        if end is not None:
+            name = f"generation {k}" if k else "nucleation"
+            yield Number(f"{name}, cracks", end.cracks, True)
+            yield Number(f"{name}, depth{unit}", end.depth / side.length)
+            if pair.clock:
+                when = end.tau if pair.clock == "tau" else end.time / side.time
+                yield Number(f"{name}, {_clock(pair)}", when)
+    yield Number("in no generation", found.left, True)
+    yield Number("of these growing", found.growing, True)
 
 
 def _clock(pair: Pair) -> str:
-    unit = f" ({pair.time_unit})" if pair.time_unit else ""
-    return f"{pair.clock or 'time'}{unit}"
+    return f"{pair.clock or 'time'}{_in_brackets(pair.time_unit)}"
 
 
-def _row(
-    pair: Pair, name: str, values: tuple[float | None, float | None], *, whole: bool = False
-) -> Row:
-    apart = ABSENT if whole and not pair.alike else difference(*values)
-    return name, number(values[0]), number(values[1]), apart
+def _in_brackets(unit: str) -> str:
+    return f" ({unit.strip()})" if unit else ""
 
 
 def difference(a: float | None, b: float | None) -> str:
-    """The second number against the first: of counts as such, of others in percent."""
+    """Return the second number against the first: of counts as such, of others in percent.
+
+    Parameters
+    ----------
+    a, b : the numbers, None where not known.
+    """
     if a is None or b is None:
         return ABSENT
     if abs(b - a) <= ROUND_OFF * abs(a):

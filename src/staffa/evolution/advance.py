@@ -7,14 +7,15 @@ import numpy as np
 from staffa.backend.parallel import max_over_ranks
 from staffa.errors import LoadError, PartedError, SolveError
 from staffa.evolution.apply_loads import Loading, change_loads, put_on
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads, descend, raise_bounds, settle
 from staffa.evolution.loose_parts import loose_part
 from staffa.evolution.problem import Problem
 from staffa.evolution.sliding import renew, rub
+from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
-from staffa.heat.transient import HeatEquation
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.model.fields import owned, read_vector
+from staffa.model.fields import owned
 from staffa.records.step import CANCELED, Curvature, Heat, Outcome, Return, SolverStatistics
 
 # Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
@@ -29,10 +30,10 @@ CUTS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where a step of the heat equation begins: the time (s), and the temperature change (K)."""
+    """The time (s) at which a step, or its last part, begins, and the temperature then."""
 
     time: float
-    T: np.ndarray
+    thermal: ThermalState
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,9 +45,9 @@ class Advance:
     state before. imbalance: error of the energy balance over the energy. began: the
     energy before, None after backtracking; gap: largest difference between the energies that one
     part ended and the next began with, over the energy. returned: how backtracking came here, if it
-    did. heat: what the heat equation did, if there is one, in the
-    last part of a step that was cut; earlier: in those before it; origin: where the last part
-    began, if heat feels the cracks. curvature: the second-order test of the state, if it was made.
+    did. origin: where the last part of the step began. heat: the
+    account of heat of that part, where the coupling keeps one; earlier: of the parts before it.
+    curvature: the second-order test of the state, if it was made.
     """
 
     outcome: Outcome
@@ -54,13 +55,13 @@ class Advance:
     work: float
     released: float
     imbalance: float
+    origin: Origin
     renewed: float = 0.0
     began: float | None = None
     gap: float = 0.0
     returned: Return | None = None
     heat: Heat | None = None
     earlier: Heat | None = None
-    origin: Origin | None = None
     curvature: Curvature | None = None
 
     @property
@@ -95,8 +96,11 @@ class Advance:
             origin=other.origin,
         )
 
-    def again(self, outcome: Outcome, healing: float, loading: Loading, heat: Heat) -> "Advance":
+    def again(
+        self, outcome: Outcome, healing: float, loading: Loading, heat: Heat | None
+    ) -> "Advance":
         """The same step, after the temperature was changed once more and the energy minimized."""
+        heat, seconds = heat or Heat(), self.heat.seconds if self.heat else 0.0
         return replace(
             self,
             outcome=self.outcome.then(outcome),
@@ -105,7 +109,7 @@ class Advance:
             released=self.released + loading.end - outcome.energies.total,
             imbalance=max(self.imbalance, imbalance(loading, outcome)),
             gap=max(self.gap, _apart(self.outcome, loading.start), _taken_up(loading, outcome)),
-            heat=replace(heat, seconds=heat.seconds + (self.heat.seconds if self.heat else 0.0)),
+            heat=replace(heat, seconds=heat.seconds + seconds),
         )
 
 
@@ -173,7 +177,7 @@ def advance_to(
 def _sound(
     problem: Problem,
     system: System,
-    kept: tuple[np.ndarray, ...],
+    kept: Snapshot,
     start: Loads,
     end: Loads,
     watch: Watch,
@@ -189,8 +193,7 @@ def _sound(
 
 
 def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: Watch) -> Advance:
-    feels = system.cooling.feels_cracks
-    origin = Origin(time=start.time, T=system.state.T.x.array.copy()) if feels else None
+    origin = Origin(time=start.time, thermal=system.thermal.read())
     renewed = renew(system, start)
     loading = change_loads(problem, system, start, end)
     overwhelmed = loading.end - loading.start > (SURGE - 1) * abs(loading.start)
@@ -281,8 +284,8 @@ def agree(
     advance: Advance,
     watch: Watch = lambda sweep: None,
 ) -> Advance:
-    """Where cracks change the flow of heat: repeat the step's heat with the cracks that it led to,
-    and minimize again, until the temperature no longer changes. Collective.
+    """Repeat the step's temperature with the cracks that it led to, and minimize again, until it no
+    longer changes. Nothing is done where cracks do not change it. Collective.
 
     Cracks that a pass has made stay, as in time they would: otherwise cracks and temperatures come
     and go by turns, each the other's cause. They only grow then, and that ends.
@@ -292,68 +295,30 @@ def agree(
     SolveError
         They do not agree after so many passes: in too long a step cracks run ahead of the cold.
     """
-    equation, origin, state = system.cooling, advance.origin, system.state
-    if not isinstance(equation, HeatEquation) or origin is None:
+    coupling, origin, T = system.coupling, advance.origin, system.state.T
+    rule = coupling.agreement
+    if rule is None:
         return advance
-    rule = equation.conduction
     passes, gap, spent = 0, np.inf, 0.0
     while advance.outcome.converged:
-        T, heat = equation.advance(origin.T, state.alpha.x.array, origin.time, end.time)
-        n_owned = len(owned(state.T))
-        apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
+        thermal, heat = coupling.advance(origin.thermal, system.cracks, origin.time, end.time)
+        apart = max_over_ranks(problem.domain.comm, np.abs(thermal.T[: len(owned(T))] - owned(T)))
         # Of the step, and not of its end alone, where the temperature may be the first one again.
-        gap = apart / (max(equation.span(origin.T), equation.span(T)) or 1.0)
-        if gap <= rule.agreement:
-            spent = heat.seconds
+        gap = apart / (max(coupling.span(origin.thermal), coupling.span(thermal)) or 1.0)
+        if gap <= rule.tolerance:
+            spent = heat.seconds if heat else 0.0
             break
         if passes == rule.passes:
             raise SolveError(
                 f"the temperature and the cracks that change it still differ by {gap:.1g} of the "
                 f"temperature's change after {passes} passes; take shorter time steps, or a larger "
-                f"heat.agreement"
+                f"{rule.key}"
             )
         raise_bounds(problem.irreversibility, system)
-        loading = put_on(problem, system, T, end.values, end)
+        loading = put_on(problem, system, thermal, end.values, end)
         outcome, healing = descend(problem, system, end, watch)
         advance, passes = advance.again(outcome, healing, loading, heat), passes + 1
-    assert advance.heat is not None
-    kept = advance.heat
+    kept = advance.heat or Heat()
     return replace(
         advance, heat=replace(kept, passes=passes, gap=gap, seconds=kept.seconds + spent)
     )
-
-
-def snapshot(system: System) -> tuple[np.ndarray, ...]:
-    """A copy of the state, of the damage's lower bound and of the external loads, for `restore`.
-
-    What comes then depends on these alone, so that it can be repeated to the last bit.
-    """
-    system.alternation.elastic.forget()
-    return copied(system)
-
-
-def copied(system: System) -> tuple[np.ndarray, ...]:
-    """The same copy, after which solvers go on with what they have."""
-    state, spent = system.state, system.energy.spent
-    fields = [state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen]
-    loads = system.energy.external.kept()
-    if spent:
-        fields.append(spent.alpha)
-        loads = np.append(loads, spent.energy)
-    return (*(field.x.array.copy() for field in fields), loads)
-
-
-def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
-    """Put back what `snapshot` kept, or a checkpoint, in which all that cracks cost is booked."""
-    state, parts, spent = system.state, system.alternation, system.energy.spent
-    fields = (state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen)
-    *arrays, loads = kept
-    for field, values in zip(fields, arrays, strict=False):
-        field.x.array[:] = values
-    if spent:
-        spent.alpha.x.array[:] = arrays[-1] if len(arrays) > len(fields) else arrays[1]
-        spent.energy = float(loads[-1])
-    system.energy.external.put_back(loads)
-    read_vector(state.u, parts.u)
-    read_vector(state.alpha, parts.alpha)
-    parts.elastic.forget()

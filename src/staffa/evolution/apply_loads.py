@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.backend.parallel import any_over_ranks, sum_over_ranks
 from staffa.errors import LoadError
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.load_path import Path, power_of_loads
 from staffa.evolution.problem import Problem
@@ -27,7 +28,7 @@ class Loading:
     depend on temperature, the path has two legs: first temperature and loads change, then the
     displacement. The work of the first is the change of energy that they make by themselves, dE/dT
     and dGc/dT integrated; along the second the energy is as before. start, end: total energies.
-    heat: what the heat equation did, if it gives the temperature. spread: the size of the terms
+    heat: the account of heat, where the coupling keeps one. spread: the size of the terms
     that these energies are differences of, see `ElasticSolver.spread`.
     """
 
@@ -46,26 +47,25 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
     LoadError
         The temperature, a prescribed displacement or an external load is not finite.
     """
-    state = system.state
     if any_over_ranks(problem.domain.comm, not np.all(np.isfinite(end.values))):
         raise _not_finite("displacement", end.time)
     system.energy.book()  # at the toughness that the cracks met
-    T, heat = system.cooling.advance(
-        state.T.x.array.copy(), state.alpha.x.array, start.time, end.time
-    )
-    return replace(put_on(problem, system, T, start.values, end), heat=heat)
+    before = system.thermal.read()
+    thermal, heat = system.coupling.advance(before, system.cracks, start.time, end.time)
+    return replace(put_on(problem, system, thermal, start.values, end), heat=heat)
 
 
 def put_on(
-    problem: Problem, system: System, T: np.ndarray, before: np.ndarray, end: Loads
+    problem: Problem, system: System, thermal: ThermalState, before: np.ndarray, end: Loads
 ) -> Loading:
-    """The same with a temperature change (K) that is known, ghosts included. Collective.
+    """The same with a temperature that is known. Collective.
 
-    before: the prescribed displacements (m) at hand, shape (n_fixed,).
+    thermal: the state to put on. before: the prescribed displacements (m) at hand, shape
+    (n_fixed,).
     """
     energy, state, parts = system.energy, system.state, system.alternation
     comm = problem.domain.comm
-    if any_over_ranks(comm, not np.all(np.isfinite(T))):
+    if any_over_ranks(comm, not np.all(np.isfinite(thermal.T))):
         raise _not_finite("temperature", end.time)
     start_time = energy.external.time
 
@@ -77,11 +77,11 @@ def put_on(
             + sum_over_ranks(comm, of_supports)
         )
 
-    energy.direction.x.array[:] = T - state.T.x.array
+    energy.direction.x.array[:] = thermal.T - state.T.x.array
     lawful = bool(energy.of_temperature)
     path = None if energy.linear or lawful else Path(energy, parts)
     at_first, first, u = energy.total(), 0.0 if lawful else power(), parts.u.copy()
-    state.T.x.array[:] = T
+    system.thermal.put(thermal)
     energy.external.at(end.time)
     if any_over_ranks(comm, not energy.external.is_finite()):
         raise _not_finite("force", end.time)

@@ -9,13 +9,14 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
 from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance, relative_difference
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import irreversible
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
-from staffa.heat.transient import HeatEquation
 from staffa.minimize.bounded import projected_gradient
 from staffa.model.fields import State, owned, read_vector
 from staffa.physics.split import NO_SPLIT
+from staffa.records.status import Verdict
 from staffa.records.step import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
@@ -30,12 +31,12 @@ GAP_ALLOWED = 1e-8
 class Before:
     """The state at the end of the step before, as it is on record.
 
-    alpha, T: damage and temperature change (K) at the vertices, ghosts included, shape (n_local,).
+    alpha: damage at the vertices, ghosts included, shape (n_local,). thermal: the temperature.
     total: its energy; None where a checkpoint of an older version does not know it.
     """
 
     alpha: np.ndarray
-    T: np.ndarray
+    thermal: ThermalState
     total: float | None
 
 
@@ -114,10 +115,10 @@ def _broken(
 
 def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
     """A sentence on a temperature that heat did not make, or on heat that came from nowhere."""
-    heat, equation = advance.all_heat, system.cooling
-    if heat is None or not isinstance(equation, HeatEquation):
+    heat = advance.all_heat
+    if heat is None:
         return ()
-    amiss = equation.unaccounted(before.T, system.state.T.x.array, heat)
+    amiss = system.coupling.unaccounted(before.thermal, system.thermal.read(), heat)
     lost = max(heat.imbalance, amiss)
     if lost <= HEAT_ALLOWED:
         return ()
@@ -133,8 +134,8 @@ def _pressed(problem: Problem, system: System, before: Before) -> tuple[str, ...
 
 def _second_order(curvature: Curvature | None, stability: Stability | None) -> Iterator[str]:
     """A sentence on a saddle that was not left, and on a second order that was not found."""
-    kept = curvature and curvature.reason and not curvature.bifurcation
-    if kept and curvature and curvature.smallest is not None:
-        yield f"it is a saddle (curvature {curvature.smallest:.1e}): {curvature.reason}"
+    if curvature and curvature.verdict is Verdict.SADDLE:
+        said = curvature.verdict.sentence
+        yield f"{said} (curvature {curvature.smallest:.1e}): {curvature.reason}"
     if stability and stability.failure:
         yield f"its second order was not found: {stability.failure}"

@@ -22,12 +22,13 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, Origin, agree, restore, snapshot
+from staffa.evolution.advance import Advance, Origin, agree
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads, settle
 from staffa.evolution.problem import Problem
+from staffa.evolution.snapshot import restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
-from staffa.model.fields import State
 from staffa.records.step import Heat, Return
 
 # Returns to a time where cracks change the flow of heat, so that nothing tells that they end.
@@ -39,8 +40,8 @@ class Past:
     """What is remembered of a step besides its damage and temperature.
 
     total, scale: its energy, see `records.Energies`. loaded, work, imbalance: the energy on frozen
-    cracks that it began with, and the account of the loads that led there. heat: what the heat
-    equation did.
+    cracks that it began with, and the account of the loads that led there. heat: the
+    account of heat, where there is one.
     """
 
     loads: Loads
@@ -61,18 +62,18 @@ class StepHistory:
     on disk, that before the first step and one a step; no number is given twice.
     """
 
-    def __init__(self, state: State | None = None) -> None:
-        """state: the one before the first step; without it, `remember` what was kept before."""
+    def __init__(self, system: System | None = None) -> None:
+        """system: in the state before the first step; None where `remember` gives what was kept."""
         self.steps: list[Past] = []
         self.returns: Counter[int] = Counter()
         self.failed: set[int] = set()
         self.states: list[int] = []
         self._given = count()
         self._folder = TemporaryDirectory(prefix="staffa-")
-        if state is not None:
-            self.remember(state.alpha.x.array, state.T.x.array)
+        if system is not None:
+            self.remember(system.state.alpha.x.array, system.thermal.read())
 
-    def keep(self, loads: Loads, advance: Advance, state: State) -> None:
+    def keep(self, loads: Loads, advance: Advance, system: System) -> None:
         """Remember one more step."""
         total = advance.outcome.energies.total
         self.steps.append(
@@ -86,18 +87,18 @@ class StepHistory:
                 heat=advance.all_heat,
             )
         )
-        self.remember(state.alpha.x.array, state.T.x.array)
+        self.remember(system.state.alpha.x.array, system.thermal.read())
 
-    def remember(self, alpha: np.ndarray, T: np.ndarray) -> None:
-        """Put the damage and the temperature change (K) after the last step on disk."""
+    def remember(self, alpha: np.ndarray, thermal: ThermalState) -> None:
+        """Put the damage and the thermal state after the last step on disk."""
         number = next(self._given)
-        np.save(self._file(number), np.stack([alpha, T]))
+        np.savez(self._file(number), alpha=alpha, T=thermal.T, memory=thermal.memory)
         self.states.append(number)
 
-    def state(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """The damage and the temperature change (K) of a state, by its number in `states`."""
-        alpha, T = np.load(self._file(number))
-        return alpha, T
+    def state(self, number: int) -> tuple[np.ndarray, ThermalState]:
+        """The damage and the thermal state, by their number in `states`."""
+        with np.load(self._file(number)) as kept:
+            return kept["alpha"], ThermalState(T=kept["T"], memory=kept["memory"])
 
     def drop(self, index: int) -> None:
         """Forget a step and all later ones."""
@@ -109,15 +110,16 @@ class StepHistory:
 
     def before(self, index: int) -> tuple[np.ndarray, Origin]:
         """The damage that bounds a step's from below, and where its heat begins."""
-        damage, T = self.state(self.states[index])
-        return damage, Origin(time=self.steps[index - 1].loads.time if index else 0.0, T=T)
+        damage, thermal = self.state(self.states[index])
+        time = self.steps[index - 1].loads.time if index else 0.0
+        return damage, Origin(time=time, thermal=thermal)
 
-    def temperature(self, index: int) -> np.ndarray:
-        """The temperature change (K) of a step."""
+    def thermal(self, index: int) -> ThermalState:
+        """The thermal state after a step."""
         return self.state(self.states[index + 1])[1]
 
     def _file(self, number: int) -> Path:
-        return Path(self._folder.name) / f"{number}.npy"
+        return Path(self._folder.name) / f"{number}.npz"
 
     def close(self) -> None:
         """Delete the files."""
@@ -141,7 +143,7 @@ def better_earlier(problem: Problem, system: System, history: StepHistory) -> Be
     backtracking = problem.backtracking
     if backtracking is None:
         return None
-    kept, limited = snapshot(system), system.cooling.feels_cracks
+    kept, limited = snapshot(system), system.coupling.agreement is not None
     loaded = not problem.forces.at_rest
     # Loads may make an energy less than that of its cracks.
     surface = -np.inf if loaded else system.energy.energies().surface
@@ -151,7 +153,7 @@ def better_earlier(problem: Problem, system: System, history: StepHistory) -> Be
             ended = limited and history.returns[index] >= MOST_RETURNS
             if surface >= enough or ended or index in history.failed:
                 continue
-            system.state.T.x.array[:] = _temperature(system, history, index)[0]
+            system.thermal.put(_thermal(system, history, index)[0])
             system.energy.external.at(past.loads.time)
             equilibrium(system.alternation, past.loads.values)
             found = system.energy.total()
@@ -162,16 +164,13 @@ def better_earlier(problem: Problem, system: System, history: StepHistory) -> Be
         restore(system, kept)
 
 
-def _temperature(
-    system: System, history: StepHistory, index: int
-) -> tuple[np.ndarray, Heat | None]:
-    """The temperature change (K) at an earlier step, with the damage at hand if that matters."""
+def _thermal(system: System, history: StepHistory, index: int) -> tuple[ThermalState, Heat | None]:
+    """The thermal state at an earlier step, with the cracks at hand if that matters."""
     past = history.steps[index]
-    if not system.cooling.feels_cracks:
-        return history.temperature(index), past.heat
+    if system.coupling.agreement is None:
+        return history.thermal(index), past.heat
     _, origin = history.before(index)
-    alpha = system.state.alpha.x.array
-    return system.cooling.advance(origin.T, alpha, origin.time, past.loads.time)
+    return system.coupling.advance(origin.thermal, system.cracks, origin.time, past.loads.time)
 
 
 def go_back(
@@ -191,7 +190,8 @@ def go_back(
     last, past = history.steps[-1], history.steps[better.index]
     state, kept = system.state, snapshot(system)
     damage = state.alpha.x.array.copy()
-    state.T.x.array[:], heat = _temperature(system, history, better.index)
+    thermal, heat = _thermal(system, history, better.index)
+    system.thermal.put(thermal)
     state.alpha.x.array[:], origin = history.before(better.index)
     system.energy.external.at(past.loads.time)
     history.returns[better.index] += 1
@@ -209,10 +209,10 @@ def go_back(
                 before=past.total,
                 found=better.found,
                 number=history.returns[better.index],
-                limit=MOST_RETURNS if system.cooling.feels_cracks else None,
+                limit=None if system.coupling.agreement is None else MOST_RETURNS,
             ),
             heat=heat,
-            origin=origin if system.cooling.feels_cracks else None,
+            origin=origin,
         )
         return agree(problem, system, past.loads, advance, watch)
     except SolveError:

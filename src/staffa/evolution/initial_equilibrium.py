@@ -6,10 +6,10 @@ import numpy as np
 
 from staffa.backend.parallel import best_candidate
 from staffa.errors import LoadError, SolveError
-from staffa.evolution.advance import snapshot
 from staffa.evolution.equilibrate import Loads, settle
 from staffa.evolution.loose_parts import require_whole
 from staffa.evolution.problem import Problem
+from staffa.evolution.snapshot import snapshot
 from staffa.evolution.system import System
 from staffa.measure.growth import crack_advance
 from staffa.minimize.alternate import Watch, equilibrium
@@ -45,7 +45,7 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     equilibrium(system.alternation, start.values)
     if problem.forces.at_rest:
         return
-    before = snapshot(system)[1]
+    before = snapshot(system).alpha
     outcome, _ = settle(problem, system, start, watch)
     if not outcome.converged:
         raise SolveError(f"the equilibrium before the first step {outcome.reason}")

@@ -9,6 +9,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 
 from staffa.backend.parallel import sum_over_ranks
+from staffa.backend.vectors import readable
 from staffa.minimize.alternate import Alternation
 from staffa.model.energy import Energy
 
@@ -128,7 +129,9 @@ class Path:
         forces = self.parts.elastic.rhs
         self.parts.forces(forces)
         own = slice(forces.getLocalSize())
-        return sum_over_ranks(self.energy.comm, float(forces.array_r @ (end.u - self.start.u)[own]))
+        return sum_over_ranks(
+            self.energy.comm, float(readable(forces) @ (end.u - self.start.u)[own])
+        )
 
     def _at_hand(self) -> PathPoint:
         state, external = self.energy.state, self.energy.external

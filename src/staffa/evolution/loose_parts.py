@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.backend.parallel import everywhere, max_over_ranks, sum_over_ranks
+from staffa.backend.vectors import readable
 from staffa.errors import PartedError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
@@ -187,7 +188,7 @@ def _net(
     else:
         with energy.without_residual_stiffness():
             energy.residual(forces)
-    works = modes * forces.array_r[:, None]
+    works = modes * readable(forces)[:, None]
     forces.destroy()
     found = np.zeros((number, modes.shape[1]))
     np.add.at(found, np.repeat(labels, len(modes) // max(len(labels), 1)), works)

@@ -10,8 +10,9 @@ import numpy as np
 
 from staffa.arguments import require
 from staffa.backend.parallel import require_together
+from staffa.backend.vectors import readable
 from staffa.errors import PartedError, SolveError, StoppedError
-from staffa.evolution.advance import Advance, advance_to, restore, snapshot
+from staffa.evolution.advance import Advance, advance_to
 from staffa.evolution.audit import audit
 from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
@@ -22,12 +23,13 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.restart_state import Loop, RestartState
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
+from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
 from staffa.measure.growth import crack_advance
 from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep, Watch
+from staffa.records.status import Status
 from staffa.records.step import (
-    REJECTED,
     Audit,
     Measures,
     Moment,
@@ -97,7 +99,7 @@ def march(
     observers = replace(observers, measure=observers.measure or measuring(problem, system))
     if standing is None:
         come_to_rest(problem, system, lambda sweep: observers.pause())
-        history = StepHistory(system.state) if problem.backtracking else None
+        history = StepHistory(system) if problem.backtracking else None
         rest = system.energy.total()
         loop = Loop(walk=AdaptiveSteps(problem.schedule), history=history, total=rest)
     else:
@@ -179,7 +181,7 @@ def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -
         loop.total = outcome.energies.total
         if history:
             history.drop(index)
-            history.keep(end, advance, system.state)
+            history.keep(end, advance, system)
             loop.due = True
 
 
@@ -223,7 +225,7 @@ def _try(
     return advance, stability, ran, rejected
 
 
-def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> None:
+def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
     """The same as `require_whole`, after which the state is the one before."""
     try:
         require_whole(problem, system)
@@ -232,9 +234,9 @@ def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, .
         raise
 
 
-def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
+def _ran(problem: Problem, system: System, before: Snapshot) -> float:
     """How far cracks ran since `snapshot` (m). Collective."""
-    return crack_advance(system.state, before[1], threshold=problem.measuring.threshold)
+    return crack_advance(system.state, before.alpha, threshold=problem.measuring.threshold)
 
 
 def _look_back(
@@ -274,7 +276,7 @@ def _accepted(
         **vars(moment),
         energies=outcome.energies,
         sweeps=outcome.sweeps,
-        status="converged" if outcome.converged else "not converged",
+        status=outcome.status,
         reason=outcome.reason,
         audit=audited,
         measures=observers.measure() if observers.measure else None,
@@ -296,7 +298,7 @@ def _reactions(system: System) -> dict[str, tuple[float, ...]]:
     forces = system.alternation.u.duplicate()
     system.energy.residual(forces)
     mesh = system.state.u.function_space.mesh
-    found = reactions(mesh.comm, system.supports, forces.array_r, dim=mesh.geometry.dim)
+    found = reactions(mesh.comm, system.supports, readable(forces), dim=mesh.geometry.dim)
     forces.destroy()
     return found
 
@@ -313,7 +315,7 @@ def _rejected(
         **vars(moment),
         energies=outcome.energies,
         sweeps=outcome.sweeps,
-        status=REJECTED,
+        status=Status.REJECTED,
         reason=reason if outcome.converged else f"{outcome.reason}; {reason}",
         effort=outcome.effort,
         seconds=seconds,
@@ -339,7 +341,7 @@ def _not_returned(
         energies=system.energy.energies(),
         sweeps=spent.sweeps if spent else 0,
         effort=spent.effort if spent else SolverStatistics(),
-        status=REJECTED,
+        status=Status.REJECTED,
         reason=f"the return to it failed ({error}), and step {last} stands",
         seconds=seconds,
         returned=Return(
@@ -357,7 +359,7 @@ def _failed(system: System, moment: Moment, observers: Observers, reason: str) -
         **vars(moment),
         energies=system.energy.energies(),
         sweeps=0,
-        status="failed",
+        status=Status.FAILED,
         reason=reason,
         fields=observers.save(moment, False),
     )

@@ -145,7 +145,8 @@ class Problem:
     elements: of the displacement, see `physics.locking`. regions: the rock of the domain's regions
     that differs from `material`; ell, the laws, the plane state and what is cracked are the body's,
     those of `material`.
-    load: where the temperature comes from, a closed form or the heat equation. temperatures: from
+    load: where the temperature comes from: a closed form, the heat equation, or what else
+    `coupling.coupling_of` has a line for. temperatures: from
     which it changes, needed where a rock has laws of it. forces: what else
     acts; those of t = 0, with the prestress, are in equilibrium before the first step.
     face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or

@@ -13,23 +13,22 @@ from typing import Any
 
 import numpy as np
 
-from staffa.evolution.advance import restore, snapshot
 from staffa.evolution.audit import Before
 from staffa.evolution.backtrack import Better, Past, StepHistory
+from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import AdaptiveSteps
+from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
 from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
 from staffa.records.step import Heat
 
-# The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
-# for each cell, and is there where faces of cracks touch.
-FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
-# Those of a state of `StepHistory`.
-PAST_FIELDS = ("alpha", "T")
+# Kept numbers of the faces of cracks, for each cell, where faces touch; and those of the source of
+# temperatures, which belong to no place, where it has some.
+FACES, MEMORY = "faces", "memory"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +119,7 @@ class RestartState:
     index: int
     start: float | None
     length: float
-    kept: tuple[np.ndarray, ...]
+    kept: Snapshot
     components: int
     rest: Energies
     total: float | None
@@ -138,7 +137,7 @@ class RestartState:
             index=self.index,
             start=self.start,
             length=self.length,
-            loads=tuple(self.kept[-1].tolist()),
+            loads=tuple(self.kept.loads.tolist()),
             rest=self.rest,
             total=self.total,
             better=self.better,
@@ -151,17 +150,23 @@ class RestartState:
 
     def fields(self) -> dict[str, np.ndarray]:
         """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
-        fields = dict(zip(FIELDS, self.kept, strict=False))
-        return fields | {"u": fields["u"].reshape(-1, self.components)}
+        kept = self.kept
+        return {
+            "u": kept.u.reshape(-1, self.components),
+            "alpha": kept.alpha,
+            "T": kept.thermal.T,
+            "lower": kept.lower,
+        }
 
     def faces(self) -> np.ndarray | None:
         """Kept numbers of the faces of cracks, cell by cell, ghosts included; None for nothing."""
-        return self.kept[len(FIELDS)] if len(self.kept) > len(FIELDS) + 1 else None
+        return self.kept.frozen[0] if self.kept.frozen else None
 
-    def past_fields(self, number: int) -> dict[str, np.ndarray]:
-        """Those of one of the `states`, ghosts included."""
+    def past_fields(self, number: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """Those of one of the `states`, ghosts included, and the memory of the coupling then."""
         assert self.history is not None
-        return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
+        alpha, thermal = self.history.state(number)
+        return {"alpha": alpha, "T": thermal.T}, thermal.memory
 
     def anew(self) -> "RestartState":
         """The same, for solvers that may do what others could not: returns that failed are tried
@@ -176,7 +181,7 @@ class RestartState:
         system.energy.rest = self.rest
         history = None
         if problem.backtracking:  # before the first step it may be new
-            history = self.history or StepHistory(system.state)
+            history = self.history or StepHistory(system)
         return Loop(
             walk=AdaptiveSteps(problem.schedule, self.start, self.length),
             history=history,
@@ -196,7 +201,7 @@ def restart_state(
     """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
 
     fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
-    has FACES too, where faces of cracks touch.
+    has FACES too, where faces of cracks touch, and both have MEMORY, where the coupling has one.
     """
     told = made(LoopNumbers, numbers)
     past = tuple(_past(one, system) for one in told.past)
@@ -206,14 +211,18 @@ def restart_state(
         history.steps, history.returns = list(past), Counter(told.returns)
         history.failed = set(told.failed)
         for state in past_fields:
-            history.remember(state["alpha"], state["T"])
+            history.remember(state["alpha"], _thermal(state))
     return RestartState(
         index=told.index,
         start=told.start,
         length=told.length,
-        kept=(
-            *(fields[name].ravel() for name in (*FIELDS, FACES) if name in fields),
-            np.array(told.loads),
+        kept=Snapshot(
+            u=fields["u"].ravel(),
+            alpha=fields["alpha"],
+            lower=fields["lower"],
+            thermal=_thermal(fields),
+            frozen=(fields[FACES].ravel(),) if FACES in fields else (),
+            loads=np.array(told.loads),
         ),
         components=system.spaces.u.dofmap.index_map_bs,
         rest=told.rest,
@@ -226,6 +235,11 @@ def restart_state(
         states=tuple(history.states) if history else (),
         history=history,
     )
+
+
+def _thermal(fields: Mapping[str, np.ndarray]) -> ThermalState:
+    """What a coupling goes on from; checkpoints of older versions tell of no memory."""
+    return ThermalState(T=fields["T"], memory=fields.get(MEMORY, np.zeros(0)))
 
 
 def _numbers_of(past: Past) -> PastNumbers:
@@ -271,13 +285,12 @@ class Loop:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
 
-    def before(self, kept: tuple[np.ndarray, ...]) -> Before:
+    def before(self, kept: Snapshot) -> Before:
         """The state that the step now follows on, as it is on record; kept: `snapshot`."""
         if self.better and self.history:
             damage, origin = self.history.before(self.better.index)
-            return Before(alpha=damage, T=origin.T, total=None)
-        _, alpha, T, *_ = kept
-        return Before(alpha=alpha, T=T, total=self.total)
+            return Before(alpha=damage, thermal=origin.thermal, total=None)
+        return Before(alpha=kept.alpha, thermal=kept.thermal, total=self.total)
 
     def standing(self, system: System) -> RestartState:
         """What of it is to be kept."""

@@ -7,10 +7,12 @@ from functools import partial
 import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree, copied, restore, snapshot
+from staffa.evolution.advance import Advance, agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.snapshot import copied, restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.bounded import AT_BOUND
@@ -117,8 +119,8 @@ def _softest(
         model.move_to(parts.alpha, lower, upper, start, slack=slack)
         force_u, force_alpha = start.getNestSubVecs()
         force_u.set(0.0)
-        force_alpha.array_w[:] = _scattered(problem, system) * parts.damage.unit.array_r
-        force_alpha.array_w[model.held] = 0.0
+        writable(force_alpha)[:] = _scattered(problem, system) * readable(parts.damage.unit)
+        writable(force_alpha)[model.held] = 0.0
         return softest(model, start, iterations=ITERATIONS, tolerance=tolerance)
     finally:
         destroy_pairs(start)
@@ -247,7 +249,7 @@ def _scatter(problem: Problem, system: System, length: float) -> None:
     field = gstools.SRF(gstools.Gaussian(dim=problem.domain.dim, len_scale=length), seed=0)
     waves = field(tuple(x.T[: problem.domain.dim]), store=False) if len(x) else np.zeros(0)
     moved = alpha * (1 + SCATTER * waves)
-    parts.alpha.array_w[:] = np.clip(moved, owned(bounds.lower), owned(bounds.upper))
+    writable(parts.alpha)[:] = np.clip(moved, owned(bounds.lower), owned(bounds.upper))
     write_vector(parts.alpha, system.state.alpha)
 
 
@@ -264,8 +266,8 @@ def go_along(system: System, v: np.ndarray, b: np.ndarray) -> bool:
     total = system.energy.total()
 
     def energy_at(t: float) -> float:
-        parts.u.array_w[:] = u + t * v
-        parts.alpha.array_w[:] = np.clip(alpha + t * b, lower, upper)
+        writable(parts.u)[:] = u + t * v
+        writable(parts.alpha)[:] = np.clip(alpha + t * b, lower, upper)
         write_vector(parts.u, state.u)
         write_vector(parts.alpha, state.alpha)
         return system.energy.total()

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from staffa.backend.vectors import readable
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree, restore, snapshot
+from staffa.evolution.advance import Advance, agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.saddle import MOST, go_along, tested
+from staffa.evolution.snapshot import restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.stability import Mode, SecondVariation
@@ -105,8 +107,8 @@ def modes(system: System) -> tuple[Mode | None, Mode | None]:
     read_vector(system.state.alpha, parts.alpha)
     parts.damage.move_to(parts.alpha)
     parts.damage.gradient(parts.work)
-    alpha = parts.alpha.array_r
-    balanced = np.abs(parts.work.array_r) <= BALANCED * parts.damage.unit.array_r
+    alpha = readable(parts.alpha)
+    balanced = np.abs(readable(parts.work)) <= BALANCED * readable(parts.damage.unit)
     between = (alpha > owned(bounds.lower) + 1e-8) & (alpha < owned(bounds.upper) - 1e-8)
     matrices = energy.new_stiffness(), energy.new_mixed(), energy.new_hessian()
     for fill, matrix in zip(

@@ -8,7 +8,7 @@ from staffa.backend.stack import PETSc
 from staffa.arguments import require
 from staffa.backend.petsc_options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
 from staffa.evolution.coefficients import energy_of
-from staffa.evolution.cooling import Cooling, cooling
+from staffa.evolution.coupling import Cracks, ThermalCoupling, ThermalFields, coupling_of
 from staffa.evolution.pressed_growth import PressedGrowth
 from staffa.evolution.problem import Problem, coarser
 from staffa.measure.hoop import Hoop
@@ -64,7 +64,8 @@ class System:
     bounds: Bounds
     energy: Energy
     supports: Supports
-    cooling: Cooling
+    coupling: ThermalCoupling
+    thermal: ThermalFields
     alternation: Alternation
     coarser: Coarser | None
     hoop: Hoop | None = None
@@ -73,6 +74,11 @@ class System:
     def pressed_growth(self) -> PressedGrowth:
         """The part of a step's damage that pressure drove. Collective where first asked for."""
         return PressedGrowth(self.energy)
+
+    @property
+    def cracks(self) -> Cracks:
+        """The cracks as they are, for the coupling; a view."""
+        return Cracks(alpha=self.state.alpha.x.array, u=self.state.u.x.array)
 
     def begin(self) -> None:
         """Begin a time step: with the solvers that were asked for."""
@@ -84,7 +90,7 @@ class System:
         """Free the PETSc objects."""
         if self.coarser:
             self.coarser.system.destroy()
-        self.cooling.destroy()
+        self.coupling.destroy()
         parts = self.alternation
         parts.elastic.destroy()
         for solver in parts.bounded:
@@ -106,8 +112,8 @@ def build(problem: Problem) -> System:
     spaces = spaces_on(domain, problem.elements)
     state, bounds = zero_state(spaces), unit_bounds(spaces)
     _start_cracked(problem, state, bounds)
-    cold = cooling(problem.load, domain, spaces)
-    state.T.x.array[:] = cold.start()
+    coupling = coupling_of(problem.load, domain, spaces)
+    thermal = ThermalFields(state.T, coupling.start())
     energy = energy_of(problem, spaces, state)
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
@@ -118,7 +124,8 @@ def build(problem: Problem) -> System:
         bounds=bounds,
         energy=energy,
         supports=supports,
-        cooling=cold,
+        coupling=coupling,
+        thermal=thermal,
         alternation=_alternation(problem, spaces, state, energy, supports),
         coarser=_coarser(problem, spaces),
         hoop=Hoop(domain, energy) if domain.axial else None,

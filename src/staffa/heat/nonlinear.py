@@ -18,6 +18,8 @@ from dolfinx.fem import petsc as fem_petsc
 from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
+from staffa.backend.petsc_status import ended
+from staffa.backend.vectors import readable, writable
 from staffa.errors import LoadError, SolveError
 from staffa.heat.operators import HeatExchange, HeatOperators
 from staffa.heat.tr_bdf2 import EMBEDDED, GAMMA, WEIGHTS, D, Tried, W, by_cause
@@ -220,18 +222,21 @@ class NonlinearSteps:
         self._matrix.assemble()
         self._matrix.scale(scale)
         films = np.sum([e.slope(T) for e in exchanges], axis=0)
-        self._diagonal.array_w[:] = self._capacity(T) - scale * films
+        writable(self._diagonal)[:] = self._capacity(T) - scale * films
         self._matrix.setDiagonal(self._diagonal, PETSc.InsertMode.ADD_VALUES)
         pivot = max_over_ranks(self.comm, self.at.capacity)
         self._matrix.zeroRowsColumns(self._rows, diag=pivot)
 
     def _solve(self, heat: np.ndarray) -> np.ndarray:
-        self._rhs.array_w[:] = heat * self._free
+        writable(self._rhs)[:] = heat * self._free
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        if self._ksp.getConvergedReason() <= 0:
-            raise SolveError("the heat equation was not solved: its linear solver failed")
-        return np.asarray(self._solution.array_r.copy())
+        end = ended(self._ksp)
+        if not end.converged:
+            raise SolveError(
+                f"the heat equation was not solved by its linear solver: {end.sentence}"
+            )
+        return readable(self._solution).copy()
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -18,6 +18,7 @@ from dolfinx.fem import petsc as fem_petsc
 
 from staffa.backend import jit
 from staffa.backend.parallel import any_over_ranks, max_over_ranks
+from staffa.backend.vectors import readable, writable
 from staffa.errors import InputError, LoadError
 from staffa.heat.thermal_body import (
     Conduction,
@@ -277,9 +278,9 @@ class HeatOperators:
 
     def conducted(self, T: np.ndarray) -> np.ndarray:
         """Heat that flows to the vertices from their neighbors (W), owned entries."""
-        self._in.array_w[:] = T - self._level  # of an even temperature exactly nothing flows
+        writable(self._in)[:] = T - self._level  # of an even temperature exactly nothing flows
         self.matrix.mult(self._in, self._out)
-        return np.asarray(-self._out.array_r)
+        return -readable(self._out)
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

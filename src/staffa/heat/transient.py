@@ -20,6 +20,8 @@ from dolfinx import fem
 
 from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import HEAT, apply, petsc_errors
+from staffa.backend.petsc_status import ended
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.heat.nonlinear import NonlinearSteps
 from staffa.heat.operators import HeatExchange, HeatOperators
@@ -208,13 +210,13 @@ class HeatEquation:
         at = self.operators
         at.matrix.copy(self._matrix, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self._matrix.scale(scale)
-        self._diagonal.array_w[:] = at.capacity + scale * coefficient
+        writable(self._diagonal)[:] = at.capacity + scale * coefficient
         self._matrix.setDiagonal(self._diagonal, PETSc.InsertMode.ADD_VALUES)
         self._matrix.zeroRowsColumns(self._rows, diag=self._pivot)
         self._made_for = (scale, coefficient)
 
     def _solve(self, gain: np.ndarray) -> np.ndarray:
-        self._rhs.array_w[:] = gain * self._free
+        writable(self._rhs)[:] = gain * self._free
         size = self._rhs.norm()
         if size == 0:
             return np.zeros_like(gain)
@@ -222,13 +224,13 @@ class HeatEquation:
         self._rhs.scale(1 / size)
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        reason = self._ksp.getConvergedReason()
-        if reason <= 0:
+        end = ended(self._ksp)
+        if not end.converged:
             raise SolveError(
-                f"the heat equation was not solved: its linear solver ended with reason {reason} "
-                f"of PETSc's KSPConvergedReason; take shorter time steps"
+                f"the heat equation was not solved by its linear solver: {end.sentence}; take "
+                f"shorter time steps"
             )
-        return np.asarray(size * self._solution.array_r)
+        return np.asarray(size * readable(self._solution))
 
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
@@ -271,7 +273,7 @@ class HeatEquation:
             self._gained(began, T),
             self._gained(self._initial, T, sizes=True),
             capacity @ np.abs(T),
-            length * float(self._diagonal.array_r @ np.abs(T)),
+            length * float(readable(self._diagonal) @ np.abs(T)),
             *(entered[name] for name in names),
         ]
         stored, since, content, flows, *parts = sum_over_ranks(self.comm, np.array(mine)).tolist()

@@ -8,7 +8,7 @@ from typing import Any
 
 from staffa.arguments import path_of
 from staffa.errors import InputError
-from staffa.io.run_directory import MANIFEST, Run, read_run
+from staffa.io.run_directory import MANIFEST, Run, open_run
 
 RESULTS = "ensemble.csv"
 BESIDE = (RESULTS, "cells.csv", "report.html", "pictures")
@@ -76,7 +76,7 @@ def read_ensemble(path: str | Path) -> Ensemble:
     """
     path = path_of(path, "path")
     begun = {s: place for s, place in members(path).items() if (place / MANIFEST).is_file()}
-    runs = {seed: read_run(place) for seed, place in begun.items()}
+    runs = {seed: open_run(place) for seed, place in begun.items()}
     found = Ensemble(path=path, runs=runs)
     for run in runs.values():
         if _fixed(run) != _fixed(found.first):

@@ -1,7 +1,5 @@
-"""A crack network as files: VTP, which VTK's tools read, and CSV, which everything reads."""
+"""A crack network as a VTP file, which VTK's tools read."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -40,12 +38,3 @@ def write_vtp(
     writer.WriteToOutputStringOn()  # VTK ends the process on a full disk
     writer.Write()
     write_aside(path, writer.GetOutputString())
-
-
-def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
-    """Columns of one length, under a row of their names."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    write_aside(path, text.getvalue())

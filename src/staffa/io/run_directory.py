@@ -10,15 +10,20 @@ from hashlib import sha256
 from itertools import count
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from staffa.arguments import path_of
 from staffa.backend.lock import LOCK
 from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
+from staffa.io.step_columns import frame_of
 from staffa.records.json_form import json_form
 from staffa.records.manifest import Manifest
-from staffa.records.step import REJECTED, Step, kept, made
+from staffa.records.status import Status
+from staffa.records.step import Step, kept, made
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 FORMAT = 1
 CASE, MANIFEST, STEPS, FIELDS, LOG = (
@@ -54,7 +59,11 @@ class Run:
         if not self.steps:
             return False
         last = self.steps[-1]
-        return last.time == self.manifest.times[-1] and last.status == "converged"
+        return last.time == self.manifest.times[-1] and last.status == Status.CONVERGED
+
+    def to_frame(self) -> "DataFrame":
+        """Return the steps as a pandas frame, see `frame_of`."""
+        return frame_of(self.manifest, self.steps)
 
     def wants(self, step: Step) -> bool:
         """Whether the time of a step was asked for as an output."""
@@ -215,7 +224,7 @@ def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
     write_aside(path / FIELDS / SERIES, json.dumps(index, indent=1) + "\n")
 
 
-def read_run(path: str | Path) -> Run:
+def open_run(path: str | Path) -> Run:
     """Read a run directory, also one that is still being written or was killed.
 
     Raises
@@ -227,11 +236,14 @@ def read_run(path: str | Path) -> Run:
     """
     path = path_of(path, "path")
     if not (path / MANIFEST).is_file():
-        raise InputError(f"{path} is no run directory: it has no {MANIFEST}")
+        raise InputError(
+            f"{path} is no run directory: it has no {MANIFEST}; name a folder that `staffa run` "
+            f"made"
+        )
     manifest = read_manifest(path)
     steps = _read_steps(path)
     standing = kept(steps)
-    rejected = tuple(step for step in steps if step.status == REJECTED)
+    rejected = tuple(step for step in steps if step.status == Status.REJECTED)
     known = {id(step) for step in (*standing, *rejected)}
     return Run(
         path=path,
@@ -244,7 +256,7 @@ def read_run(path: str | Path) -> Run:
 
 
 def read_manifest(path: Path) -> Manifest:
-    """What a run is; errors as of `read_run`."""
+    """What a run is; errors as of `open_run`."""
     file = path / MANIFEST
     try:
         record = parsed(_text(file))
@@ -296,7 +308,7 @@ def _is_whole(manifest: Manifest) -> None:
 
 
 def read_case_text(path: Path) -> str:
-    """The case of a run, as TOML; errors as of `read_run`."""
+    """The case of a run, as TOML; errors as of `open_run`."""
     file = path / CASE
     try:
         return _text(file)

@@ -7,6 +7,7 @@ from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.minimize import convex
 from staffa.minimize.bounded import BoundedEnergy, BoundedSolver, projected_gradient
@@ -15,6 +16,7 @@ from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
+from staffa.records.status import Status
 from staffa.records.step import CANCELED, Energies, Outcome, SolverStatistics, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
@@ -126,9 +128,10 @@ def alternate(
         equilibrium(problem, values)
         tally.balance(problem.energies())
         residual = projected_gradient(problem.damage, problem.alpha, lower, upper, problem.work)
+    status = Status.CONVERGED if converged else Status.NOT_CONVERGED
     return Outcome(
-        converged=converged,
-        reason=_reason(converged, number, change, residual, stop),
+        status=status,
+        reason=_reason(status, number, change, residual, stop),
         sweeps=number,
         change=float(change),
         residual=float(residual),
@@ -167,7 +170,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
         for number in range(2 * CORRECTIONS):
             problem.forces(forces)
             total = forces.norm()
-            forces.array_w[elastic.held] = 0.0
+            writable(forces)[elastic.held] = 0.0
             left = forces.norm()
             carried = max(total**2 - left**2, 0.0) ** 0.5
             if left <= max(most * max(applied, carried), elastic.linear.round_off(problem.u)):
@@ -189,7 +192,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
 def support_reactions(problem: Alternation) -> np.ndarray:
     """Forces of the supports on the entries prescribed, in their order. Collective."""
     problem.forces(problem.elastic.rhs)
-    return np.asarray(problem.elastic.rhs.array_r[problem.elastic.fixed].copy())
+    return np.asarray(readable(problem.elastic.rhs)[problem.elastic.fixed].copy())
 
 
 @dataclass(kw_only=True)
@@ -306,12 +309,13 @@ def _minimize_damage(
     return float(problem.before.norm(PETSc.NormType.NORM_INFINITY))
 
 
-def _reason(converged: bool, sweeps: int, change: float, residual: float, stop: Stop) -> str:
+def _reason(status: Status, sweeps: int, change: float, residual: float, stop: Stop) -> str:
     figures = f"damage changed by {change:.1e} in the last sweep, unbalanced force {residual:.1e}"
-    if converged:
-        return f"converged in {sweeps} sweeps: {figures}"
+    said = f"{status} in {sweeps} sweeps: {figures}"
+    if status is Status.CONVERGED:
+        return said
     return (
-        f"not converged in {sweeps} sweeps: {figures}, against {stop.change:.0e} and "
+        f"{said}, against {stop.change:.0e} and "
         f"{stop.residual:.0e} asked for; try shorter time steps, a larger solver.sweeps, or "
         f"looser solver.change and solver.residual"
     )

@@ -9,6 +9,8 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import apply, petsc_errors
+from staffa.backend.petsc_status import Ended, ended
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 
 
@@ -116,9 +118,9 @@ def held_by_bounds(
     force : the derivative. x, lower, upper : the point and its bounds.
     slack : a derivative of this size or less does not press against a bound, shape (n_owned,).
     """
-    derivative, at = force.array_r, x.array_r
-    at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
-    return np.asarray(((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper))
+    derivative, at = readable(force), readable(x)
+    at_lower, at_upper = at <= readable(lower) + AT_BOUND, at >= readable(upper) - AT_BOUND
+    return ((derivative > slack) & at_lower) | ((derivative < -slack) & at_upper)
 
 
 def projected_gradient(
@@ -131,7 +133,7 @@ def projected_gradient(
     energy.move_to(x)
     energy.gradient(work)
     held = held_by_bounds(work, x, lower, upper)
-    work.array_w[:] = np.where(held, 0.0, np.abs(work.array_r)) / energy.unit.array_r
+    writable(work)[:] = np.where(held, 0.0, np.abs(readable(work))) / readable(energy.unit)
     return float(work.norm(PETSc.NormType.NORM_INFINITY))
 
 
@@ -174,8 +176,7 @@ class TaoSolver:
         with petsc_errors("the damage was not minimized", self.tao.comm):
             self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
-        reason = self.tao.getConvergedReason()
-        _require(reason > 0, f"TAO ended with reason {reason}", x, self.gradient)
+        _require("TAO", ended(self.tao), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -225,8 +226,7 @@ class SnesSolver:
         with petsc_errors("the damage was not minimized", self.snes.comm):
             self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
-        reason = self.snes.getConvergedReason()
-        _require(reason > 0, f"SNES ended with reason {reason}", x, self.gradient)
+        _require("SNES", ended(self.snes), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -240,13 +240,15 @@ class SnesSolver:
 SOLVERS: dict[str, type[TaoSolver] | type[SnesSolver]] = {"tao": TaoSolver, "snes": SnesSolver}
 
 
-def _require(converged: bool, how: str, x: PETSc.Vec, gradient: PETSc.Vec) -> None:
-    finite = np.isfinite(x.norm()) and np.isfinite(gradient.norm())
-    if not (converged and finite):
-        what = how if finite else "the result, or the force on it, is not finite"
-        raise SolveError(f"the damage was not minimized: {what}")
+def _require(solver: str, end: Ended, x: PETSc.Vec, gradient: PETSc.Vec) -> None:
+    if not (np.isfinite(x.norm()) and np.isfinite(gradient.norm())):
+        raise SolveError(
+            "the damage was not minimized: the result, or the force on it, is not finite"
+        )
+    if not end.converged:
+        raise SolveError(f"the damage was not minimized by {solver}: {end.sentence}")
 
 
 def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
     """Remove what round-off left outside."""
-    np.clip(x.array_r, lower.array_r, upper.array_r, out=x.array_w)
+    np.clip(readable(x), readable(lower), readable(upper), out=writable(x))

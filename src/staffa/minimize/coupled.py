@@ -8,6 +8,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import apply
+from staffa.backend.vectors import readable, writable
 from staffa.minimize.bounded import BoundedEnergy, held_by_bounds
 from staffa.minimize.elastic import ElasticSolver
 
@@ -82,13 +83,13 @@ class CoupledModel:
         """
         force_u, force_alpha = force.getNestSubVecs()
         self.coupling.forces(force_u)
-        force_u.array_w[self.elastic.fixed] = 0.0
+        writable(force_u)[self.elastic.fixed] = 0.0
         self.damage.move_to(alpha)
         self.damage.gradient(force_alpha)
-        allowed = slack * self.damage.unit.array_r
+        allowed = slack * readable(self.damage.unit)
         held = held_by_bounds(force_alpha, alpha, lower, upper, allowed)
         self.held = np.flatnonzero(held).astype(np.int32)
-        force_alpha.array_w[self.held] = 0.0
+        writable(force_alpha)[self.held] = 0.0
         H = self.damage.matrix
         self.damage.hessian(H)
         H.zeroRowsColumns(self.held + H.getOwnershipRange()[0], diag=self._pivot(H))
@@ -105,10 +106,10 @@ class CoupledModel:
         C = self.coupling.matrix
         self.elastic.resist(u, force_u)
         C.multTransposeAdd(alpha, force_u, force_u)
-        force_u.array_w[self.elastic.fixed] = 0.0
+        writable(force_u)[self.elastic.fixed] = 0.0
         self.damage.matrix.mult(alpha, force_alpha)
         C.multAdd(u, force_alpha, force_alpha)
-        force_alpha.array_w[self.held] = 0.0
+        writable(force_alpha)[self.held] = 0.0
 
     def precondition(self, force: PETSc.Vec, move: PETSc.Vec) -> None:
         """Overwrite move by block elimination with approximate blocks; symmetric, as CG needs it.
@@ -123,7 +124,7 @@ class CoupledModel:
             self.elastic.precondition(force_u, u)
             C.mult(u, alpha)
             self.alpha_work.axpy(-1.0, alpha)
-            self.alpha_work.array_w[self.held] = 0.0
+            writable(self.alpha_work)[self.held] = 0.0
         self.ksp.solve(self.alpha_work, alpha)
         C.multTranspose(alpha, u)
         self.u_work.axpy(-1.0, u)
@@ -144,11 +145,11 @@ class CoupledModel:
         v = self.elastic.rhs.duplicate()
         try:
             v.set(0.0)
-            self.alpha_work.array_w[:] = b
+            writable(self.alpha_work)[:] = b
             self.coupling.matrix.multTranspose(self.alpha_work, self.u_work)
             self.u_work.scale(-1.0)
             self.elastic.respond(self.u_work, v)
-            return np.asarray(v.array_r.copy())
+            return readable(v).copy()
         finally:
             v.destroy()
 
@@ -167,11 +168,11 @@ class CoupledModel:
         move, force, answer = self.pair(), self.pair(), self.damage.unit.duplicate()
         try:
             parts = move.getNestSubVecs()
-            parts[0].array_w[:], parts[1].array_w[:] = v, b
-            parts[1].array_w[self.held] = 0.0
+            writable(parts[0])[:], writable(parts[1])[:] = v, b
+            writable(parts[1])[self.held] = 0.0
             self.apply(move, force)
             self.ksp.solve(force.getNestSubVecs()[1], answer)
-            return parts[1].array_r - answer.array_r, float(move.dot(force))
+            return readable(parts[1]) - readable(answer), float(move.dot(force))
         finally:
             destroy_pairs(move, force)
             answer.destroy()

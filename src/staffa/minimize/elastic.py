@@ -7,6 +7,7 @@ from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.vectors import readable, writable
 from staffa.minimize.linear import LinearSolver
 
 
@@ -82,7 +83,7 @@ class ElasticSolver:
 
     def _vector(self, values: np.ndarray) -> PETSc.Vec:
         vector = self.rhs.duplicate()
-        vector.array_w[:] = values[: vector.getLocalSize()]
+        writable(vector)[:] = values[: vector.getLocalSize()]
         return vector
 
     def minimize(self, u: PETSc.Vec, values: np.ndarray, *, reduction: float = 0.0) -> None:
@@ -106,7 +107,7 @@ class ElasticSolver:
         self.stiffness.getDiagonal(self.diagonal)
         self.linear.changed()
         self.force.set(0.0)
-        self.force.array_w[self.fixed] = values
+        writable(self.force)[self.fixed] = values
         self.applied = self.load.norm()
         self.load.copy(self.rhs)
         self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
@@ -125,7 +126,7 @@ class ElasticSolver:
         for mode, response, force in zip(self.modes, self.responses, self.forces, strict=True):
             self.stiffness.mult(mode, self.rhs)
             self.rhs.scale(-1.0)
-            self.rhs.array_w[self.held] = self.pivot * mode.array_r[self.held]
+            writable(self.rhs)[self.held] = self.pivot * readable(mode)[self.held]
             self.linear.solve(self.rhs, response)
             self.stiffness.mult(response, force)
         self.mode_stiffness = np.array([[m.dot(f) for f in self.forces] for m in self.modes])
@@ -146,9 +147,9 @@ class ElasticSolver:
         damage of the last `minimize`. Overwrites `rhs`.
         """
         force.copy(self.rhs)
-        self.rhs.array_w[self.held] = 0.0
+        writable(self.rhs)[self.held] = 0.0
         self.linear.ksp.pc.apply(self.rhs, u)
-        u.array_w[self.held] = 0.0
+        writable(u)[self.held] = 0.0
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
@@ -162,7 +163,7 @@ class ElasticSolver:
             As `minimize` does.
         """
         force.copy(self.rhs)
-        self.rhs.array_w[self.held] = 0.0
+        writable(self.rhs)[self.held] = 0.0
         self.linear.solve(self.rhs, u)
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
@@ -170,7 +171,7 @@ class ElasticSolver:
     def meets(self, u: PETSc.Vec, values: np.ndarray) -> bool:
         """Whether u has these prescribed values on `fixed` already."""
         self.force.set(0.0)
-        self.force.array_w[self.fixed] = u.array_r[self.fixed] - values
+        writable(self.force)[self.fixed] = readable(u)[self.fixed] - values
         return bool(self.force.norm(PETSc.NormType.NORM_INFINITY) == 0.0)
 
     def curvature(self, u: PETSc.Vec) -> float:
@@ -181,7 +182,7 @@ class ElasticSolver:
     def resist(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
         """Overwrite force by K u, for a u that the supports at rest allow; 0 where they hold."""
         self.stiffness.mult(u, force)
-        force.array_w[self.fixed] = 0.0
+        writable(force)[self.fixed] = 0.0
 
     def destroy(self) -> None:
         """Free the PETSc objects."""

@@ -15,6 +15,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
+from staffa.backend.vectors import readable
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
 # The space is complete where a new direction is shorter than this, over the one before.
@@ -85,7 +86,7 @@ def _direction(model: CoupledModel, start: PETSc.Vec, weights: np.ndarray) -> np
     # One direction more would cost an iteration.
     for weight, (way, _, _) in zip(weights, _lanczos(model, start), strict=False):
         found.axpy(float(weight), way.getNestSubVecs()[1])
-    b = found.array_r / found.norm(PETSc.NormType.NORM_INFINITY)
+    b = readable(found) / found.norm(PETSc.NormType.NORM_INFINITY)
     found.destroy()
     return np.asarray(b)
 

@@ -7,6 +7,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import DIRECT, apply, petsc_errors
+from staffa.backend.petsc_status import DONE, Ended, ended
 from staffa.errors import SolveError
 
 # A new factorization gives 1e-12 or so; what is worse than this has not been solved.
@@ -174,10 +175,10 @@ class LinearSolver:
                 self.ksp.pc.setUp()
         goal = max(self.rtol * scale, reduction * before)
         if scale > 0:
-            reason, spent = self._correct(rhs, u, before, goal)
+            end, spent = self._correct(rhs, u, before, goal)
         else:  # no load, no displacement
             u.set(0.0)
-            self.left, reason, spent = 0.0, 1, 0
+            self.left, end, spent = 0.0, DONE, 0
         self.iterations += spent
         after = self.left
         if not self.direct:
@@ -185,14 +186,15 @@ class LinearSolver:
         # CG's own residual drifts from the true one by round-off: a tenth more is no failure. A
         # new factorization may end at its own round-off, above what CG was asked for.
         good = after <= 1.1 * goal or after <= self.round_off(u)
-        if good or (after <= LARGEST_RESIDUAL * scale and (reason > 0 or (self.direct and fresh))):
+        if good or (
+            after <= LARGEST_RESIDUAL * scale and (end.converged or (self.direct and fresh))
+        ):
             return ""
-        return (
-            f"the linear solver ended with {_name(reason)} and a relative residual of "
-            f"{after / scale:.1e}"
-        )
+        return f"its linear solver left a relative residual of {after / scale:.1e}: {end.sentence}"
 
-    def _correct(self, rhs: PETSc.Vec, u: PETSc.Vec, before: float, goal: float) -> tuple[int, int]:
+    def _correct(
+        self, rhs: PETSc.Vec, u: PETSc.Vec, before: float, goal: float
+    ) -> tuple[Ended, int]:
         """Add to u the displacements that answer what it leaves unbalanced, until that is `goal`.
 
         Each correction starts from zero, and its forces are scaled to about one: neither the last
@@ -200,9 +202,9 @@ class LinearSolver:
 
         Returns
         -------
-        PETSc's reason, and its iterations.
+        The end of the last correction, and the iterations of all.
         """
-        correction, reason, spent = u.duplicate(), 1, 0
+        correction, end, spent = u.duplicate(), DONE, 0
         self.left = before
         try:
             for number in range(PASSES):
@@ -213,17 +215,17 @@ class LinearSolver:
                 self.ksp.setTolerances(rtol=0.0, atol=goal / size, divtol=NEVER)
                 with petsc_errors("the displacement was not solved for", self.ksp.comm):
                     self.ksp.solve(self.force, correction)
-                reason, spent = self.ksp.getConvergedReason(), spent + self.ksp.getIterationNumber()
+                end, spent = ended(self.ksp), spent + self.ksp.getIterationNumber()
                 u.axpy(size, correction)
                 last, self.left = self.left, self._unbalanced(rhs, u)
                 if not self.left < last:
                     u.axpy(-size, correction)
                     self.left = self._unbalanced(rhs, u)
-                if not self.left < HALF * last or (reason < 0 and not self.direct):
+                if not self.left < HALF * last or (not end.converged and not self.direct):
                     break
         finally:
             correction.destroy()
-        return reason, spent
+        return end, spent
 
     def round_off(self, u: PETSc.Vec) -> float:
         """The force that round-off of u itself leaves unbalanced (N; N/m in 2-D)."""
@@ -249,8 +251,3 @@ class LinearSolver:
         """Free the PETSc objects."""
         for thing in (self.ksp, self.kept, self.force):
             thing.destroy()
-
-
-def _name(reason: int) -> str:
-    names = {v: k for k, v in vars(PETSc.KSP.ConvergedReason).items() if isinstance(v, int)}
-    return str(names.get(reason, str(reason)))

@@ -16,6 +16,7 @@ from staffa.backend.stack import PETSc
 
 import numpy as np
 
+from staffa.backend.vectors import readable, writable
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
 # The linear system is solved to this fraction of its right-hand side, or for so many iterations:
@@ -73,7 +74,7 @@ class CoupledNewton:
         def energy_at(t: float) -> float:
             u.waxpy(t, du, origin[0])
             alpha.waxpy(t, dalpha, origin[1])
-            np.clip(alpha.array_r, lower.array_r, upper.array_r, out=alpha.array_w)
+            np.clip(readable(alpha), readable(lower), readable(upper), out=writable(alpha))
             return total()
 
         taken, energy = search(energy_at, before)

@@ -17,6 +17,8 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import INERTIA, ON_THE_CONE, apply, petsc_errors
+from staffa.backend.petsc_status import ended
+from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, SnesSolver
 
@@ -81,8 +83,8 @@ class SecondVariation:
         self.size = int(sum_over_ranks(self.comm, len(self.free)))
         # M bears on the damage alone.
         self.mass = self.A.createVecRight()
-        self.mass.array_w[: self.n_v] = 0.0
-        self.mass.array_w[self.n_v :] = mass.array_r[self.free]
+        writable(self.mass)[: self.n_v] = 0.0
+        writable(self.mass)[self.n_v :] = readable(mass)[self.free]
         for thing in (nest, K, CW, C, CT, H, chosen, columns):
             thing.destroy()
 
@@ -149,13 +151,13 @@ class SecondVariation:
 
     def _mode(self, value: float, z: PETSc.Vec, negative: int) -> Mode:
         b = np.zeros(self.n_damage)
-        b[self.free] = z.array_r[self.n_v :]
+        b[self.free] = readable(z)[self.n_v :]
         most, least = max_over_ranks(self.comm, b), max_over_ranks(self.comm, -b)
         scale = most if most >= least else -least
         v, way = self.ways.createVecLeft(), self.ways.createVecRight()
-        way.array_w[:] = z.array_r[: self.n_v]
+        writable(way)[:] = readable(z)[: self.n_v]
         self.ways.mult(way, v)
-        found = Mode(value=value, v=v.array_r / scale, b=b / scale, negative=negative)
+        found = Mode(value=value, v=readable(v) / scale, b=b / scale, negative=negative)
         for vector in (z, v, way):
             vector.destroy()
         return found
@@ -182,7 +184,7 @@ class _Factored:
         apply("inertia_", INERTIA)
         self.ksp.setOperators(matrix)
         self.ksp.setFromOptions()
-        self.root = np.sqrt(variation.mass.array_r[variation.n_v :])
+        self.root = np.sqrt(readable(variation.mass)[variation.n_v :])
         self.load, self.z = variation.mass.duplicate(), variation.mass.duplicate()
         matrix.destroy()  # the solver keeps it
         try:
@@ -199,14 +201,17 @@ class _Factored:
     def mult(self, _: PETSc.Mat, y: PETSc.Vec, out: PETSc.Vec) -> None:
         """S^-1 y, as PETSc's shell matrices call it."""
         self._solve(y)
-        out.array_w[:] = self.root * self.z.array_r[self.variation.n_v :]
+        writable(out)[:] = self.root * readable(self.z)[self.variation.n_v :]
 
     def _solve(self, y: PETSc.Vec) -> None:
         self.load.set(0.0)
-        self.load.array_w[self.variation.n_v :] = self.root * y.array_r
+        writable(self.load)[self.variation.n_v :] = self.root * readable(y)
         self.ksp.solve(self.load, self.z)
-        if self.ksp.getConvergedReason() < 0:
-            raise SolveError("the second derivative of the energy could not be solved with")
+        end = ended(self.ksp)
+        if not end.converged:
+            raise SolveError(
+                f"the second derivative of the energy was not inverted: {end.sentence}"
+            )
 
     def nearest(self) -> tuple[float, PETSc.Vec]:
         """The smallest value, if none lies below the shift, and where it is taken."""
@@ -227,8 +232,7 @@ class _Factored:
         try:
             if eps.getConverged() < 1:
                 raise SolveError(
-                    f"the smallest eigenvalue was not found: SLEPc ended with "
-                    f"{eps.getConvergedReason()}"
+                    f"the smallest eigenvalue was not found by SLEPc: {ended(eps).sentence}"
                 )
             value = self.shift + 1 / float(eps.getEigenpair(0, y).real)
             self._solve(y)
@@ -252,7 +256,7 @@ class _OnTheCone:
         self.z, self.load, self.work = (mass.duplicate() for _ in range(3))
         self.lower, self.upper, self.unit = (mass.duplicate() for _ in range(3))
         self.lower.set(0.0)
-        self.lower.array_w[: variation.n_v] = PETSc.NINFINITY
+        writable(self.lower)[: variation.n_v] = PETSc.NINFINITY
         self.upper.set(PETSc.INFINITY)
         self.unit.set(mass.max()[1])
         self.filled = self.matrix.duplicate()
@@ -277,13 +281,13 @@ class _OnTheCone:
 
     def from_damage(self, b: np.ndarray) -> tuple[float, PETSc.Vec]:
         """The quotient at the end, and where it is taken; the caller destroys the vector."""
-        self.z.array_w[: self.variation.n_v] = 0.0
-        self.z.array_w[self.variation.n_v :] = b
+        writable(self.z)[: self.variation.n_v] = 0.0
+        writable(self.z)[self.variation.n_v :] = b
         value = float("inf")
         for _ in range(SOLVES):
             self.load.pointwiseMult(self.variation.mass, self.z)
             self.solver.minimize(self.z, self.lower, self.upper)
-            damage = self.z.array_r[self.variation.n_v :]
+            damage = readable(self.z)[self.variation.n_v :]
             self.z.scale(1 / max_over_ranks(self.variation.comm, damage))
             before, value = value, self._quotient()
             if abs(before - value) <= ACCURACY * (value - self.shift):

@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import fem, la
 
 from staffa.backend.parallel import any_over_ranks
+from staffa.backend.vectors import readable, writable
 from staffa.errors import InputError, StaffaError
 from staffa.model.domain import Domain
 from staffa.physics.locking import LINEAR, QUADRATIC, REDUCED, cures
@@ -129,13 +130,13 @@ def owned(function: fem.Function) -> np.ndarray:
 
 def write_vector(vector: PETSc.Vec, function: fem.Function) -> None:
     """Copy a solver's vector into a function, ghosts included. Collective."""
-    owned(function)[:] = vector.array_r
+    owned(function)[:] = readable(vector)
     function.x.scatter_forward()
 
 
 def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
     """Copy a function into a solver's vector."""
-    vector.array_w[:] = owned(function)
+    writable(vector)[:] = owned(function)
 
 
 def at_vertices(u: fem.Function, spaces: Spaces) -> np.ndarray:

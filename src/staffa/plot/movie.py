@@ -1,15 +1,14 @@
 """The cracks growing, as an animated picture: in 3-D in perspective, in 2-D the damage."""
 
-import io
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as imageio
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from PIL import Image
 
 from staffa.errors import StaffaError
 from staffa.io.own_files import write_aside
@@ -19,7 +18,7 @@ from staffa.plot.frames import read_frames
 from staffa.plot.labels import moment
 from staffa.plot.rendering import CRACKS, ROCK
 from staffa.plot.style import RC, WIDTH, new_figure
-from staffa.plot.volume import add_depths, deepest, depth_label, draw_view, rendered
+from staffa.plot.volume import add_depths, deepest, depth_label, rendered
 from staffa.records.step import Step
 
 FEWEST, MOST = 3, 40  # moments that make a movie, and that it shows at most
@@ -46,26 +45,20 @@ def write_movie(
     """
     draw = _flat if len(run.manifest.size) == 2 else _solid
     with rc_context(RC):
-        drawn = [Image.fromarray(picture) for picture in draw(run, steps, told)]
-    if not drawn:
+        pictures = list(draw(run, steps, told))
+    if not pictures:
         raise StaffaError("the fields of its steps cannot be read")
-    # The last has all of the colors; palettes of their own would leave the scale of others few.
-    palette = drawn[-1].quantize(dither=Image.Dither.NONE)
-    pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in drawn]
     while len(movie := _gif(pictures)) > LARGEST and len(pictures) > 1:
         pictures = pictures[::-2][::-1]  # every other one, the last among them
     write_aside(path, movie)
 
 
-def _gif(pictures: Sequence[Image.Image]) -> bytes:
-    first, *others = pictures
-    stay = [*[SECONDS] * len(others), REST]
-    written = io.BytesIO()
-    first.save(
-        written, format="GIF", save_all=True, append_images=others,
-        duration=[round(1000 * seconds) for seconds in stay], loop=0,
+def _gif(pictures: Sequence[np.ndarray]) -> bytes:
+    stay = [*[SECONDS] * (len(pictures) - 1), REST]
+    return imageio.imwrite(
+        "<bytes>", np.stack(pictures), extension=".gif", loop=0,
+        duration=[round(1000 * seconds) for seconds in stay],
     )  # fmt: skip
-    return written.getvalue()
 
 
 def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
@@ -89,14 +82,15 @@ def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) ->
         pixels=PIXELS,
         ready=lambda: told(next(count), len(looks) * len(steps)),
     )
-    tallest = max(row[0].image.shape[0] / row[0].image.shape[1] for row in rows)
+    tallest = max(row.shape[1] / row.shape[2] for row in rows)
     figure = new_figure(WIDTH / 2 * tallest + 0.95)
     panels = figure.subplots(1, 2)
     add_depths(figure, panels, manifest.shown.length.of(bottom), depth_label(manifest))
     for step, *views in zip(steps, *rows, strict=True):
         for axes, view in zip(panels, views, strict=True):
             axes.clear()
-            draw_view(axes, manifest, view)
+            axes.imshow(view, interpolation="antialiased")
+            axes.set_axis_off()
         panels[0].set_title(moment(manifest, step), loc="left")
         yield _pixels(figure)
 

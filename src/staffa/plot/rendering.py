@@ -1,11 +1,7 @@
-"""What the child process of `volume` does: renders views of cracks with PyVista, off screen.
-
-A line on its standard output tells of each view that is ready.
-"""
+"""The child process of `volume`: renders views of cracks with PyVista, off screen."""
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,23 +27,26 @@ STONE = LinearSegmentedColormap.from_list(
 BESIDE_THE_MIDDLE = 0.4987
 MATT: Any = {"ambient": 0.36, "diffuse": 0.72, "show_scalar_bar": False}
 OUTWARD = 0.04  # how far outside of the body its sizes are written, over its largest
+ROOM = 0.85  # of the image that the body may take, so that its sizes have room beside it
+LETTERS = 1 / 46  # height of the letters over the edge of the image
 
 
-def render(job: dict[str, Any]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Images of each file, one look after the other, each with the places for the body's sizes.
-
-    An image has shape (pixels, pixels, 3); the places, one for each axis, are in pixels from its
-    upper left corner, shape (3, 2).
+def render(job: dict[str, Any]) -> None:
+    """Write an image of each file in each look, and print a line when one is ready.
 
     Parameters
     ----------
-    job : looks, of `ROCK` and `CRACKS`; files; lower corner and size of the body; face, the side of
+    job : result, the file to write, of shape (looks, files, pixels, pixels, 3); looks, of `ROCK`
+        and `CRACKS`; files; lower corner, size and sizes (as text) of the body; face, the side of
         a box that depth counts from; turned, whether that is up where it is looked at; deepest,
         where the colors end; crack, the damage to draw; colors; pixels, the edge of an image.
     """
-    for look in job["looks"]:
-        for file in job["files"]:
-            yield _view(job, _body(job, file), look)
+    images = np.zeros((len(job["looks"]), len(job["files"]), *[job["pixels"]] * 2, 3), np.uint8)
+    for k, look in enumerate(job["looks"]):
+        for n, file in enumerate(job["files"]):
+            images[k, n] = _view(job, _body(job, file), look)
+            print("ready", flush=True)
+    np.save(job["result"], images)
 
 
 def _body(job: dict[str, Any], file: str) -> Any:
@@ -63,33 +62,38 @@ def _body(job: dict[str, Any], file: str) -> Any:
     return body
 
 
-def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.ndarray]:
+def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
     import pyvista
 
-    away, up = _seen_from(job, look)
+    bounds, (away, up) = body.bounds, _seen_from(job, look)
     plotter = pyvista.Plotter(
-        off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="none"
+        off_screen=True, window_size=(job["pixels"], job["pixels"]), lighting="three lights"
     )
     plotter.set_background("white")
-    _add_lights(plotter, away, up)
+    plotter.add_point_labels(
+        _beside(job, away, up), job["sizes"], show_points=False, shape=None,
+        always_visible=True, bold=False, text_color="#555555",
+        font_size=round(LETTERS * job["pixels"]),
+        justification_horizontal="center", justification_vertical="center",
+    )  # fmt: skip
     plotter.add_mesh(_edges(body), color=LINE, line_width=2)
     if look == ROCK:
-        quarter, rest = _quartered(job, body, away)
-        for rim in _rims(job, body, away):
+        body, rest, rims = _cut_open(job, body, away)
+        for rim in rims:
             plotter.add_mesh(rim, color=LINE, line_width=2)
-        _add_rock(plotter, rest)
-        _add_cracks(plotter, job, quarter)
-    else:
-        _add_cracks(plotter, job, body)
+        for part in rest:
+            colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
+            plotter.add_mesh(_surface(part), **colors, **MATT, interpolate_before_map=True)
+    _add_cracks(plotter, job, body)
     middle = np.array(job["lower"]) + np.array(job["size"]) / 2
     plotter.camera_position = [tuple(middle + away), tuple(middle), tuple(up)]
     plotter.camera.view_angle = LENS
-    plotter.reset_camera(bounds=body.bounds)
+    plotter.reset_camera(bounds=bounds)
+    plotter.camera.zoom(ROOM)
     plotter.enable_anti_aliasing("ssaa")
     image = np.asarray(plotter.screenshot(None, return_img=True))
-    places = [_on_screen(plotter, point) for point in _beside(job, body, away, up)]
     plotter.close()
-    return image, np.array(places)
+    return image
 
 
 def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
@@ -99,63 +103,38 @@ def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
     if walls.n_cells:
         walls = walls.smooth_taubin(n_iter=ROUNDS, pass_band=PASS)  # which leaves its rim in place
         plotter.add_mesh(walls, **colors, **MATT, smooth_shading=True)
-    skin = body.extract_surface(algorithm="dataset_surface")
-    ends = skin.clip_scalar(scalars="alpha", value=job["crack"], invert=False)
+    ends = _surface(body).clip_scalar(scalars="alpha", value=job["crack"], invert=False)
     if ends.n_cells:
         plotter.add_mesh(ends, **colors, **MATT)
 
 
-def _add_rock(plotter: Any, parts: list[Any]) -> None:
-    """Its surface, dark where it is broken."""
-    for part in parts:
-        skin = part.extract_surface(algorithm="dataset_surface")
-        colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
-        plotter.add_mesh(skin, **colors, **MATT, interpolate_before_map=True)
+def _cut_open(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any], list[Any]]:
+    """Return the quarter nearest to who looks, all through from the cooled face, rest and rims.
 
-
-def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
-    """A strong one from the upper left of who looks, a weaker one from the right."""
-    import pyvista
-
-    right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
-    for position, intensity in ((away + 1.2 * up - 0.9 * right, 0.8), (away + 1.2 * right, 0.5)):
-        light = pyvista.Light(position=tuple(position), light_type="scene light")
-        light.positional, light.intensity = False, intensity
-        plotter.add_light(light)
-
-
-def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
-    """The quarter nearest to who looks, all through from the cooled face, and the parts left."""
-    quarter, parts = body, []
-    for axis, plane in _cuts(job):
-        parts.append(quarter.clip(**plane, invert=bool(away[axis] > 0)))
-        quarter = quarter.clip(**plane, invert=bool(away[axis] < 0))
-    return quarter, parts
-
-
-def _cuts(job: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
-    """The two planes that cut out the quarter, each after the axis across it."""
+    Rims, where a cut meets the surface of the body, are not the edges of what was cut: between
+    cells in all directions a cut leaves slivers with bends.
+    """
     middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
     level = sorted({0, 1, 2} - {SIDES[3][job["face"]][0]})
-    return [(axis, {"normal": np.eye(3)[axis], "origin": middle}) for axis in level]
+    one, other = ({"normal": np.eye(3)[axis], "origin": middle} for axis in level)
+    near, close = (bool(away[axis] < 0) for axis in level)
+    half, surface = body.clip(**one, invert=near), _surface(body)
+    rest = [body.clip(**one, invert=not near), half.clip(**other, invert=not close)]
+    rims = [
+        surface.slice(**one).clip(**other, invert=close),
+        surface.slice(**other).clip(**one, invert=near),
+    ]
+    return half.clip(**other, invert=close), rest, rims
 
 
-def _rims(job: dict[str, Any], body: Any, away: np.ndarray) -> Iterator[Any]:
-    """Where each cut meets the surface of the body, beside the quarter.
-
-    Not the edges of what was cut: between cells in all directions a cut leaves slivers with bends.
-    """
-    surface = body.extract_surface(algorithm="dataset_surface")
-    one, other = _cuts(job)
-    for (_, plane), (axis, across) in ((one, other), (other, one)):
-        yield surface.slice(**plane).clip(**across, invert=bool(away[axis] < 0))
+def _surface(body: Any) -> Any:
+    return body.extract_surface(algorithm="dataset_surface")
 
 
 def _edges(body: Any) -> Any:
     """Where the surface of the body has a bend: of a box its edges, of a bore its rims."""
-    surface = body.extract_surface(algorithm="dataset_surface")
     bends = {"boundary_edges": False, "non_manifold_edges": False, "manifold_edges": False}
-    return surface.extract_feature_edges(feature_angle=BEND, **bends)
+    return _surface(body).extract_feature_edges(feature_angle=BEND, **bends)
 
 
 def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
@@ -171,44 +150,13 @@ def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
     return away / np.linalg.norm(away), np.eye(3)[axis] * end
 
 
-def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
-    """For each axis a point beside what bounds the view along it: the body at the left, below
-    an edge of its box."""
+def _beside(job: dict[str, Any], away: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Return a point beside an edge of the box along each axis, at the left or below, (3, 3)."""
     half = np.array(job["size"]) / 2
-    middle, near = np.array(job["lower"]) + half, np.sign(away)
-    height = int(np.argmax(np.abs(up)))
-    points = []
-    for axis in range(3):
-        aside = near * (np.arange(3) != axis)
-        if axis == height:
-            right = np.cross(up, away)
-            place = np.array(body.points[np.argmin(body.points @ right)])
-            place[height] = middle[height]
-            outward = -1.4 * right / np.linalg.norm(right)
-        else:
-            outward = aside * (np.arange(3) != height) - up * 0.5
-            aside[height] = -up[height]
-            place = middle + half * aside
-        points.append(place + OUTWARD * max(job["size"]) * outward)
-    return points
-
-
-def _on_screen(plotter: Any, point: np.ndarray) -> list[float]:
-    """Where a point of space is in the image, in pixels from its upper left corner."""
-    from vtkmodules.vtkRenderingCore import vtkCoordinate
-
-    place = vtkCoordinate()
-    place.SetCoordinateSystemToWorld()
-    place.SetValue(*point)
-    x, y = place.GetComputedDoubleDisplayValue(plotter.renderer)
-    return [x, plotter.window_size[1] - y]
+    level, left = np.where(up, -up, np.sign(away)), -np.sign(np.cross(up, away))
+    sides = np.array([left if height else level for height in up]) * (1 - np.eye(3))
+    return np.asarray(job["lower"] + half + (half + OUTWARD * max(job["size"])) * sides)
 
 
 if __name__ == "__main__":
-    task = json.load(sys.stdin)
-    images, places = [], []
-    for image, beside in render(task):
-        images.append(image)
-        places.append(beside)
-        print("ready", flush=True)
-    np.savez(task["result"], images=images, places=places)
+    render(json.load(sys.stdin))

@@ -1,20 +1,17 @@
 """The cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
 
 import json
-import subprocess
-import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from threading import Timer
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from staffa.backend.child_process import output_of
 from staffa.backend.isolation import isolated_python
 from staffa.errors import StaffaError
 from staffa.geometry.block import SIDES
@@ -29,17 +26,8 @@ RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
 PIXELS = 1200  # edge of a rendered view
 SHARE = 0.8  # of the picture's width that a view takes
-MARGIN = 0.05  # of a view's edge that is left white around what is drawn, for the sizes
+MARGIN = 0.02  # of a view's edge that is left white around what is drawn
 PATIENCE = 240  # seconds that rendering one view may take before it is given up
-
-
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """A rendered image, shape (height, width, 3), and where the size of the body along each axis is
-    to be written (pixels), shape (3, 2)."""
-
-    image: np.ndarray
-    places: np.ndarray
 
 
 def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
@@ -52,27 +40,18 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
     """
     bottom, looks = deepest(manifest, [frame.step]), (ROCK, CRACKS)
     views = [row[0] for row in rendered(manifest, [frame.path], bottom, looks, pixels=PIXELS)]
-    heights = [view.image.shape[0] / view.image.shape[1] for view in views]
+    heights = [view.shape[0] / view.shape[1] for view in views]
     figure = new_figure(SHARE * WIDTH * sum(heights) + 1.2)
     panels = figure.subplots(2, 1, height_ratios=heights)
     for axes, view in zip(panels, views, strict=True):
-        draw_view(axes, manifest, view)
+        axes.imshow(view, interpolation="antialiased")
+        axes.set_axis_off()
     known = bool(manifest.cooled_side)
     face, tips = (f", its {manifest.surface} up", ", turned over") if known else ("", "")
     panels[0].set_title(f"{moment(manifest, frame.step)}: the rock{face}", loc="left")
     panels[1].set_title(f"the cracks alone{tips}", loc="left")
     add_depths(figure, panels[-1], manifest.shown.length.of(bottom), depth_label(manifest))
     return figure
-
-
-def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
-    """An image, and the size of the body along its edges."""
-    axes.imshow(view.image, interpolation="antialiased")
-    axes.set_axis_off()
-    for length, (x, y) in zip(manifest.size, view.places, strict=True):
-        said = manifest.shown.length.text(length, 3)
-        style: Any = {"ha": "center", "va": "center", "fontsize": 8, "color": "#555555"}
-        axes.text(x, y, said, **style, in_layout=False)  # within the image
 
 
 def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
@@ -97,28 +76,40 @@ def rendered(
     *,
     pixels: int,
     ready: Callable[[], None] = lambda: None,
-) -> list[list[View]]:
-    """Views in each look (`rendering.ROCK` or `CRACKS`) of each file of fields, alike in one look.
-
-    bottom: depth (m) at which the colors end. pixels: edge of an image before what is white around
-    all of its look is cut off. ready: called after each view.
+) -> list[np.ndarray]:
+    """Render views of files of fields; those of one look have one size.
 
     VTK ends its process where it finds neither a display nor a software renderer, so a child
     renders, and only the picture is lost.
+
+    Parameters
+    ----------
+    manifest : of the run.
+    files : files of fields.
+    bottom : depth (m) at which the colors end.
+    looks : `rendering.ROCK`, `rendering.CRACKS` or both.
+    pixels : edge of an image, before the white around all of a look is cut off.
+    ready : called after each view.
+
+    Returns
+    -------
+    list of ndarray
+        The images of each look, shape (files, height, width, 3).
 
     Raises
     ------
     StaffaError
         Rendering is not possible here.
     """
-    with tempfile.TemporaryDirectory(prefix="staffa-") as folder:
-        result = Path(folder) / "views.npz"
+    with TemporaryDirectory(prefix="staffa-") as folder:
+        result = f"{folder}/views.npy"
         job = {
-            "result": str(result),
+            "result": result,
             "looks": list(looks),
             "files": [str(file.resolve()) for file in files],
             "lower": manifest.corner,
             "size": manifest.size,
+            "sizes": [manifest.shown.length.text(length, 3) for length in manifest.size],
             "face": _face(manifest),
             "turned": bool(manifest.face),
             "deepest": bottom,
@@ -126,17 +117,20 @@ def rendered(
             "colors": DEPTHS,
             "pixels": pixels,
         }
-        said = _in_a_child(json.dumps(job), PATIENCE * len(looks) * len(files), ready)
-        if not result.is_file():
-            raise StaffaError(
-                f"VTK cannot render off screen here ({said}); open the files in fields/ with "
-                f"ParaView, or run `staffa report` on a machine with OpenGL"
+        seconds = PATIENCE * len(looks) * len(files)
+        try:
+            output_of(
+                isolated_python(module=RENDERER),
+                seconds=seconds,
+                asked=json.dumps(job),
+                heard=ready,
             )
-        with np.load(result) as found:
-            images, places = found["images"], found["places"]
-    n = len(files)
-    rows = range(0, len(images), n)
-    return [_cropped(images[start : start + n], places[start : start + n]) for start in rows]
+        except StaffaError as error:
+            raise StaffaError(
+                f"VTK cannot render off screen here ({error}); open the files in fields/ with "
+                f"ParaView, or run `staffa report` on a machine with OpenGL"
+            ) from None
+        return [_cropped(images) for images in np.load(result)]
 
 
 def deepest(manifest: Manifest, steps: Sequence[Step]) -> float:
@@ -150,43 +144,9 @@ def _face(manifest: Manifest) -> str:
     return manifest.cooled_side or "top"
 
 
-def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
-    """Without the white around all of the images and places, which may lie beside an image."""
-    spare = images.shape[1] // 5
-    images = np.pad(images, ((0, 0), (spare,) * 2, (spare,) * 2, (0, 0)), constant_values=255)
-    places = places + spare
-    rows, columns = np.nonzero((images < 250).any(axis=(0, 3)))
-    drawn = np.concatenate([np.stack([columns, rows], axis=1), places.reshape(-1, 2)])
-    margin = MARGIN * images.shape[1]
-    left, top = np.maximum(drawn.min(axis=0) - margin, 0).astype(int)
-    right, bottom = (drawn.max(axis=0) + margin).astype(int)
-    cut = images[:, top:bottom, left:right]
-    pairs = zip(cut, places - [left, top], strict=True)
-    return [View(image=image, places=beside) for image, beside in pairs]
-
-
-def _in_a_child(job: str, patience: float, ready: Callable[[], None]) -> str:
-    """Run the renderer on a job; what it said last."""
-    command = isolated_python(module=RENDERER)
-    with (
-        tempfile.TemporaryFile("w+") as errors,
-        subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True
-        ) as child,
-    ):
-        stop = Timer(patience, child.kill)
-        stop.start()
-        try:
-            assert child.stdin is not None and child.stdout is not None
-            child.stdin.write(job)
-            child.stdin.close()
-            for _ in child.stdout:
-                ready()
-        except BrokenPipeError:
-            pass  # it ended before it read its job: what it said tells why
-        finally:
-            stop.cancel()
-        status = child.wait()
-        errors.seek(0)
-        told = errors.read().strip().splitlines()
-    return told[-1] if told else f"exit status {status}"
+def _cropped(images: np.ndarray) -> np.ndarray:
+    """Return images without the white around all of them, but for a margin."""
+    drawn = np.argwhere((images < 250).any(axis=(0, 3)))
+    margin = round(MARGIN * images.shape[1])
+    (top, left), (bottom, right) = drawn.min(axis=0) - margin, drawn.max(axis=0) + margin
+    return images[:, max(top, 0) : bottom, max(left, 0) : right]

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from staffa.records.status import Verdict
+
 
 @dataclass(frozen=True, kw_only=True)
 class Stability:
@@ -55,3 +57,12 @@ class Curvature:
     escapes: int = 0
     bifurcation: bool = False
     reason: str | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Result of the test; it follows from the other fields, so files do not hold it."""
+        if self.smallest is None and self.reason is not None:
+            return Verdict.NOT_TESTED
+        if self.bifurcation:
+            return Verdict.BIFURCATION
+        return Verdict.MINIMUM if self.reason is None else Verdict.SADDLE

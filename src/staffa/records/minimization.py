@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass, replace
 
 from staffa.records.energies import Energies
+from staffa.records.status import Status
 
 # An energy that is the difference of terms of this size is known to so much of them, at best, over
 # the least that an audit allows: a body that moves or expands freely stores none, but for this.
@@ -78,8 +79,8 @@ class Outcome:
 
     Attributes
     ----------
-    converged
-        True if the state counts as a minimum, see `Stop`.
+    status
+        The status that it ended with.
     reason
         The sentence on its end that a user reads.
     sweeps
@@ -100,7 +101,7 @@ class Outcome:
         Size of the terms that the energy is the difference of, see `ElasticSolver.spread`.
     """
 
-    converged: bool
+    status: Status
     reason: str
     sweeps: int
     change: float
@@ -110,6 +111,11 @@ class Outcome:
     before: float
     effort: SolverStatistics = SolverStatistics()
     spread: float = 0.0
+
+    @property
+    def converged(self) -> bool:
+        """True if it reached what `Stop` asks for."""
+        return self.status == Status.CONVERGED
 
     @property
     def scale(self) -> float:

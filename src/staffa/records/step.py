@@ -19,6 +19,7 @@ from staffa.records.minimization import CANCELED as CANCELED
 from staffa.records.minimization import Outcome as Outcome
 from staffa.records.minimization import SolverStatistics as SolverStatistics
 from staffa.records.minimization import Stop as Stop
+from staffa.records.status import Status
 from staffa.records.tip_release import Release
 
 
@@ -162,9 +163,6 @@ class Moment:
     tau: float | None
 
 
-REJECTED = "rejected"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Step:
     """One load state, as recorded in `steps.jsonl`.
@@ -183,9 +181,9 @@ class Step:
     sweeps
         Number of sweeps of its minimization.
     status
-        "converged"; "not converged" (out of sweeps); "failed" (a solver failed: the state is the
-        last one before that, without audit and measures); or "rejected" (the step was too long and
-        is taken again, or a return to it failed: it is no state of the run).
+        Converged; not converged (out of sweeps); failed (a solver failed: the state is the last
+        one before that, without audit and measures); or rejected (the step was too long and is
+        taken again, or a return to it failed: it is no state of the run).
     reason
         The sentence on its end that a user reads.
     audit
@@ -222,7 +220,7 @@ class Step:
     tau: float | None
     energies: Energies
     sweeps: int
-    status: str
+    status: Status
     reason: str
     audit: Audit | None = None
     measures: Measures | None = None
@@ -254,7 +252,7 @@ class Step:
 def kept(steps: Iterable[Step]) -> tuple[Step, ...]:
     """Return the steps that were neither rejected nor superseded by backtracking, in order."""
     found: list[Step] = []
-    for step in (step for step in steps if step.status != REJECTED):
+    for step in (step for step in steps if step.status != Status.REJECTED):
         while found and found[-1].index >= step.index:
             found.pop()
         found.append(step)

@@ -1,116 +1,154 @@
 """The report of a run, of an ensemble and of two runs, as one self-contained HTML page."""
 
+import re
+from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from staffa.compare.agreement import agreement
 from staffa.compare.differences import case_differences, manifest_differences
 from staffa.compare.pair import Pair, pair_title
 from staffa.compare.side_by_side import common_times, results
 from staffa.io.ensemble_directory import Ensemble
+from staffa.io.own_files import GENERATOR
 from staffa.io.run_directory import Run
-from staffa.records.manifest import Manifest
-from staffa.records.step import Step
-from staffa.report import html
 from staffa.report.captions import caption
 from staffa.results import slab_table
 from staffa.results.columns import columns
-from staffa.results.crack_network import Drawing, lines_of, words_on_openings
+from staffa.results.crack_network import Drawing, network_table
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
-from staffa.results.spacing import TITLE, spacing
+from staffa.results.spacing import spacing
 from staffa.results.summary import summary, title
+
+# Nothing runs on a page, and nothing is loaded: what is on it may come from anyone.
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+PLAIN = True  # tables of which no row stands out
 
 
 def page(
     run: Run, found: Sequence[Drawing], pictures: Sequence[Path], skipped: Sequence[str]
 ) -> str:
-    """A run's page: summary, comparison, cells, networks, pictures, case; pictures are embedded."""
-    parts = [
-        html.fact_list(summary(run)),
-        _compared(run),
-        _plain(TITLE, spacing(run)),
-        _networks(run, found),
-        *_pictures(pictures, skipped, run.manifest, run.steps),
-        html.case_text(run.case),
-        html.footer(_origin(run)),
-    ]
-    return html.document(title(run), parts)
+    """Return a run's page: summary, comparison, spacing, networks, pictures, case.
+
+    Parameters
+    ----------
+    run : the run.
+    found : its networks.
+    pictures : files of pictures, which are embedded.
+    skipped : a sentence on each that could not be drawn.
+    """
+    cracked = [drawn for drawn in found if drawn.network.size]
+    tables = [(spacing(run), PLAIN)]
+    if (compared := slab_table.table(run)) is not None:
+        tables.insert(0, (compared, not PLAIN))
+    if cracked:
+        tables.append((network_table(run, cracked), not PLAIN))
+    return _rendered(
+        run,
+        pictures,
+        title=title(run),
+        facts=summary(run),
+        tables=tables,
+        skipped=skipped,
+        cases=[("Case", run.case)],
+        origins=[_origin(run)],
+    )
 
 
 def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
-    """An ensemble's page: its members' numbers, their means and errors, cells, pictures, case."""
-    tables = [
-        html.table(
-            sheet.title,
-            ("seed", *sheet.names),
-            sheet.member_lines(),
-            totals=sheet.total_lines(),
-            under=sheet.notes,
-        )
-        for sheet in sheets(ensemble)
-    ]
-    parts = [
-        html.fact_list(facts(ensemble)),
-        *tables,
-        _columns(list(ensemble.finished.values())),
-        *_pictures(pictures, skipped, ensemble.first.manifest, ensemble.first.steps),
-        html.case_text(ensemble.first.case),
-        html.footer(f"of the first member: {_origin(ensemble.first)}"),
-    ]
-    return html.document(ensemble_title(ensemble), parts)
+    """Return an ensemble's page: its members' numbers, their means and errors, cells, pictures.
+
+    Parameters
+    ----------
+    ensemble : the ensemble.
+    pictures : files of pictures, which are embedded.
+    skipped : a sentence on each that could not be drawn.
+    """
+    tables = [(sheet, not PLAIN) for sheet in sheets(ensemble)]
+    runs = list(ensemble.finished.values())
+    if (cells := columns(runs)) is not None:
+        heading = f"Cells at the last step, {len(runs)} runs together"
+        tables.append((replace(cells, title=heading), PLAIN))
+    return _rendered(
+        ensemble.first,
+        pictures,
+        title=ensemble_title(ensemble),
+        facts=facts(ensemble),
+        tables=tables,
+        skipped=skipped,
+        cases=[("Case", ensemble.first.case)],
+        origins=[f"of the first member: {_origin(ensemble.first)}"],
+    )
 
 
 def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
-    """The page of two runs: whether they agree, what differs, results, pictures, cases."""
-    parts = [
-        html.fact_list(agreement(pair)),
-        _plain("What differs in the cases", case_differences(pair)),
-        _plain("What differs in the runs", manifest_differences(pair)),
-        _plain("Results", results(pair)),
-        _plain("At common times", common_times(pair)),
-        *_pictures(pictures, skipped, pair.first.run.manifest, pair.first.run.steps),
-        *(html.case_text(side.run.case, f"Case of {side.name}") for side in pair.sides),
-        *(html.footer(f"{side.name}: {_origin(side.run)}") for side in pair.sides),
-    ]
-    return html.document(pair_title(pair), parts)
+    """Return the page of two runs: whether they agree, what differs, results, pictures, cases.
 
-
-def _plain(heading: str, found: slab_table.Table) -> str:
-    return html.table(heading, found.header, found.rows, under=found.notes, plain=True)
-
-
-def _compared(run: Run) -> str:
-    compared = slab_table.table(run)
-    if compared is None:
-        return ""
-    heading = "Nucleation and arrests, beside published numbers"
-    return html.table(heading, compared.header, compared.rows, under=compared.notes)
-
-
-def _columns(runs: Sequence[Run]) -> str:
-    found = columns(runs)
-    if found is None:
-        return ""
-    heading = f"Cells at the last step, {len(runs)} runs together"
-    return html.table(heading, found.header, found.rows, under=found.notes, plain=True)
-
-
-def _networks(run: Run, found: Sequence[Drawing]) -> str:
-    header, rows = lines_of(run, found)
-    if not rows:
-        return ""
-    note = (
-        "One row for each moment whose fields were kept; the volume is the integral of the opening."
+    Parameters
+    ----------
+    pair : the two runs.
+    pictures : files of pictures, which are embedded.
+    skipped : a sentence on each that could not be drawn.
+    """
+    tables = (
+        case_differences(pair),
+        manifest_differences(pair),
+        results(pair),
+        common_times(pair),
     )
-    under = [note, *words_on_openings(run, found)]
-    return html.table("Crack network", header, rows, under=under)
+    return _rendered(
+        pair.first.run,
+        pictures,
+        title=pair_title(pair),
+        facts=agreement(pair),
+        tables=[(table, PLAIN) for table in tables],
+        skipped=skipped,
+        cases=[(f"Case of {side.name}", side.run.case) for side in pair.sides],
+        origins=[f"{side.name}: {_origin(side.run)}" for side in pair.sides],
+    )
 
 
-def _pictures(
-    pictures: Sequence[Path], skipped: Sequence[str], manifest: Manifest, steps: Sequence[Step]
-) -> list[str]:
-    figures = (html.figure(path, caption(path.stem, manifest, steps)) for path in pictures)
-    return ["<h2>Pictures</h2>", *figures, html.notes(skipped)]
+def _rendered(run: Run, pictures: Sequence[Path], **parts: Any) -> str:
+    """Return the page of these parts, with the captions of a run."""
+    captions = {path.stem: caption(path.stem, run.manifest, run.steps) for path in pictures}
+    return (
+        _templates()
+        .get_template("page.html")
+        .render(
+            generator=GENERATOR,
+            policy=POLICY,
+            pictures=pictures,
+            captions=captions,
+            **parts,
+        )
+    )
+
+
+def _templates() -> Environment:
+    """Return the templates; what they are given is escaped."""
+    found = Environment(
+        loader=PackageLoader("staffa.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    found.filters |= {"embedded": _embedded, "symbol": _symbol}
+    return found
+
+
+def _embedded(picture: Path) -> str:
+    """Return a picture, a PNG or a GIF, as an address that holds all of it."""
+    return f"data:image/{picture.suffix[1:]};base64,{b64encode(picture.read_bytes()).decode()}"
+
+
+def _symbol(name: str) -> tuple[str, str, str]:
+    """Return the name of a column in three parts, the second its index: tau1 is τ, 1."""
+    match = re.fullmatch(r"(a|t|tau)(\d+)( \(.+\))?", name)
+    return (match[1].replace("tau", "τ"), match[2], match[3] or "") if match else (name, "", "")
 
 
 def _origin(run: Run) -> str:

@@ -7,9 +7,8 @@ from staffa.io.run_directory import Run
 from staffa.measure.borders import Junction
 from staffa.measure.patterns import Estimate, Pattern, pattern
 from staffa.records.step import CellSection, Step
-from staffa.results.ensemble_means import number
-from staffa.results.series import clock_header, csv_text, time_columns
-from staffa.results.slab_table import Table
+from staffa.results.series import clock_columns, time_columns
+from staffa.results.tables import Cell, Column, Table, columns_of, number
 
 ESTIMATES = (
     *("area", "whole_area", "diameter", "spacing", "area_cv"),
@@ -43,15 +42,15 @@ def columns(runs: Sequence[Run]) -> Table | None:
 
 def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | None:
     """The table of these patterns; None without any. unit: of lengths."""
-    rows = [
-        (f"{unit.of(depth):.4g}", str(found.number), str(found.interior), *_shown(found, unit))
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (depth, found.number, found.interior, *_shown(found, unit))
         for depth, found in patterns.items()
-    ]
+    )
     if not rows:
         return None
-    names = (_power(unit, key).header(name) for key, name in SHOWN.items())
-    header = (unit.header("depth"), "cells", "inside", *names)
-    return Table(header=header, rows=tuple(rows), notes=NOTES)
+    sizes = (Column(name=name, unit=_power(unit, key)) for key, name in SHOWN.items())
+    columns = (Column(name="depth", unit=unit), *columns_of("cells", "inside"), *sizes)
+    return Table(columns=columns, rows=rows, notes=NOTES)
 
 
 def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
@@ -63,49 +62,49 @@ def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
     return {depth: pattern(sections) for depth, sections in sorted(found.items())}
 
 
-def cells_table(run: Run) -> str | None:
-    """One row for each step and depth; None without any."""
+def cells_table(run: Run) -> Table:
+    """Return a row for each step and depth."""
     m, unit = run.manifest, run.manifest.shown.length
-    rows = (
-        [*time_columns(m, step), unit.of(section.depth), *_numbers(pattern([section]), unit)]
+    rows = tuple(
+        (*time_columns(step), section.depth, *_numbers(pattern([section])))
         for step in run.steps
         for section in _sections(step)
     )
-    return csv_text([*clock_header(m), unit.column("depth"), *_names(unit)], rows)
+    depth = Column(name="depth", unit=unit)
+    return Table(columns=(*clock_columns(m), depth, *_columns(unit)), rows=rows)
 
 
-def pooled_table(runs: Iterable[Run]) -> str | None:
-    """One row for each depth, of the last steps of all runs; None without any."""
+def pooled_table(runs: Iterable[Run]) -> Table:
+    """Return a row for each depth, of the last steps of all runs."""
     runs = list(runs)
     unit = runs[0].manifest.shown.length if runs else NONE
-    rows = (
-        [unit.of(depth), found.sections, *_numbers(found, unit)]
-        for depth, found in by_depth(runs).items()
+    rows = tuple(
+        (depth, found.sections, *_numbers(found)) for depth, found in by_depth(runs).items()
     )
-    return csv_text([unit.column("depth"), "sections", *_names(unit)], rows)
+    columns = (Column(name="depth", unit=unit), Column(name="sections"), *_columns(unit))
+    return Table(columns=columns, rows=rows)
 
 
-def _names(unit: Unit) -> list[str]:
-    """The columns of both tables, each estimate with its standard error."""
-    pairs = ((name, ending) for name in ESTIMATES for ending in ("", "_error"))
-    estimates = (_power(unit, name).column(name + ending) for name, ending in pairs)
-    return ["cells", "interior", *Junction, *estimates]
+def _columns(unit: Unit) -> tuple[Column, ...]:
+    """Return the columns of both tables, each estimate with its standard error."""
+    estimates = (
+        column
+        for name in ESTIMATES
+        for column in columns_of(name, f"{name}_error", unit=_power(unit, name))
+    )
+    return (*columns_of("cells", "interior", *Junction), *estimates)
 
 
 def _power(unit: Unit, name: str) -> Unit:
-    """The unit of an estimate, from that of a length."""
+    """Return the unit of an estimate, from that of a length."""
     return unit.power(POWERS[name]) if name in POWERS else NONE
 
 
-def _numbers(found: Pattern, unit: Unit) -> list[object]:
-    """A row of these columns; what is not known is empty."""
-    numbers: list[object] = []
-    for name in ESTIMATES:
-        estimate: Estimate = getattr(found, name)
-        of = _power(unit, name).of
-        numbers += ["" if n is None else of(n) for n in (estimate.value, estimate.error)]
+def _numbers(found: Pattern) -> tuple[Cell, ...]:
+    """Return a row of these columns."""
+    estimates: list[Estimate] = [getattr(found, name) for name in ESTIMATES]
     counts = (found.number, found.interior, *(found.junctions[kind] for kind in Junction))
-    return [*counts, *numbers]
+    return (*counts, *(cell for e in estimates for cell in (e.value, e.error)))
 
 
 def _sections(step: Step) -> tuple[CellSection, ...]:

@@ -1,21 +1,22 @@
 """The crack networks of a run as files, one pair for each moment whose fields were kept."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from staffa.display_units import NONE, Unit
-from staffa.io.network_files import write_table, write_vtp
-from staffa.io.own_files import make_folder
+from staffa.io.network_files import write_vtp
+from staffa.io.own_files import make_folder, write_aside
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.records.step import Step
+from staffa.results.series import clock_columns, time_columns
+from staffa.results.tables import Cell, Column, Table
 
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
@@ -86,16 +87,10 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     for drawn in found:
         path = folder / f"cracks-{drawn.step.index:04d}.vtp"
         _write_vtp(path, drawn.network)
-        write_table(path.with_suffix(".csv"), _elements(drawn.network, run))
+        write_aside(path.with_suffix(".csv"), _elements(drawn.network, run).csv())
         written += [path, path.with_suffix(".csv")]
-    rows = [list(_numbers(drawn, run)) for drawn in found]
-    if rows:
-        names = [unit.column(name) for name, unit, _ in rows[0]]
-        values = zip(*([value for *_, value in row] for row in rows), strict=True)
-        table = {
-            name: np.array(column, dtype=object) for name, column in zip(names, values, strict=True)
-        }
-        write_table(run.path / TABLE, table)
+    if found:
+        write_aside(run.path / TABLE, network_table(run, found).csv())
         written.append(run.path / TABLE)
     return written
 
@@ -106,13 +101,41 @@ def without_openings(found: Sequence[Drawing]) -> bool:
     return bool(volumes) and bool(np.isnan(volumes).all())
 
 
-def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:
-    """The table of all networks as a page shows it: its header, and a row a moment."""
-    rows = [list(_numbers(drawn, run)) for drawn in found if drawn.network.size]
-    if not rows:
-        return [], []
-    header = [unit.header(name.replace("_", " ")) for name, unit, _ in rows[0]]
-    return header, [[v if isinstance(v, str) else f"{v:.4g}" for *_, v in row] for row in rows]
+def network_table(run: Run, found: Sequence[Drawing]) -> Table:
+    """Return the sizes of the networks, a row a moment.
+
+    Parameters
+    ----------
+    run : the run.
+    found : its networks.
+    """
+    shown = run.manifest.shown
+    openings = ("mean_opening", "largest_opening", "mean_uncertainty")
+    return Table(
+        title="Crack network",
+        columns=(
+            *clock_columns(run.manifest),
+            Column(name="cracks"),
+            Column(name="length" if run.manifest.plane else "area", unit=shown.crack),
+            Column(name="volume", unit=shown.volume),
+            *(Column(name=n, unit=shown.opening, label=n.replace("_", " ")) for n in openings),
+        ),
+        rows=tuple((*time_columns(drawn.step), *_sizes(drawn.network)) for drawn in found),
+        notes=(
+            "One row for each moment whose fields were kept; the volume is the integral of the "
+            "opening.",
+            *words_on_openings(run, found),
+        ),
+    )
+
+
+def _sizes(cracks: Network) -> tuple[Cell, ...]:
+    """Return number, size, volume, and mean and largest opening with the mean uncertainty."""
+    count = int(cracks.cracks.max(initial=-1)) + 1
+    mean = cracks.volume / cracks.size if cracks.size else 0.0
+    largest = float(cracks.opening.max(initial=0.0))
+    uncertain = cracks.uncertain_volume / cracks.size if cracks.size else 0.0
+    return count, cracks.size, cracks.volume, mean, largest, uncertain
 
 
 def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
@@ -164,41 +187,25 @@ def _write_vtp(path: Path, cracks: Network) -> None:
     )
 
 
-def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
-    """The columns of a network's table, a row a segment or triangle."""
+def _elements(cracks: Network, run: Run) -> Table:
+    """Return a network as a table, a row a segment or triangle."""
     axes, corners = "xyz"[: len(run.manifest.size)], cracks.elements.shape[1]
-    shown = run.manifest.shown
-    columns = {"crack": cracks.cracks}
+    shown, elements = run.manifest.shown, cracks.elements
+    found: list[tuple[Column, np.ndarray]] = [(Column(name="crack"), cracks.cracks)]
     if corners == 2:
-        columns["branch"] = cracks.branches
-    for corner in range(corners):
-        for k, axis in enumerate(axes):
-            places = cracks.points[cracks.elements[:, corner], k]
-            columns[shown.length.column(f"{axis}{corner}")] = shown.length.of(places)
-    name = "length" if run.manifest.plane else "area"
-    columns[shown.crack.column(name)] = shown.crack.of(cracks.sizes)
-    across = normals(cracks.points, cracks.elements)
-    columns |= {f"n{axis}": across[:, k] for k, axis in enumerate(axes)}
-    opening = cracks.opening[cracks.elements].mean(axis=1)
-    columns[shown.opening.column("opening")] = shown.opening.of(opening)
-    uncertainty = cracks.uncertainty[cracks.elements].mean(axis=1)
-    columns[shown.opening.column("uncertainty")] = shown.opening.of(uncertainty)
-    return columns
-
-
-def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, Unit, str | float]]:
-    """A row of the table of all networks: names, units, and numbers counted in these."""
-    step, cracks, shown = drawn.step, drawn.network, run.manifest.shown
-    yield "step", NONE, step.index
-    yield "time", shown.time, shown.time.of(step.time)
-    yield "tau", NONE, "" if step.tau is None else step.tau
-    yield "cracks", NONE, int(cracks.cracks.max(initial=-1)) + 1
-    name = "length" if run.manifest.plane else "area"
-    yield name, shown.crack, shown.crack.of(cracks.size)
-    yield "volume", shown.volume, shown.volume.of(cracks.volume)
-    mean = cracks.volume / cracks.size if cracks.size else 0.0
-    largest = float(cracks.opening.max(initial=0.0))
-    uncertain = cracks.uncertain_volume / cracks.size if cracks.size else 0.0
-    openings = {"mean_opening": mean, "largest_opening": largest, "mean_uncertainty": uncertain}
-    for name, opening in openings.items():
-        yield name, shown.opening, shown.opening.of(opening)
+        found.append((Column(name="branch"), cracks.branches))
+    found += [
+        (Column(name=f"{axis}{n}", unit=shown.length), cracks.points[elements[:, n], k])
+        for n in range(corners)
+        for k, axis in enumerate(axes)
+    ]
+    size = "length" if run.manifest.plane else "area"
+    found.append((Column(name=size, unit=shown.crack), cracks.sizes))
+    across = normals(cracks.points, elements)
+    found += [(Column(name=f"n{axis}"), across[:, k]) for k, axis in enumerate(axes)]
+    found += [
+        (Column(name=name, unit=shown.opening), values[elements].mean(axis=1))
+        for name, values in (("opening", cracks.opening), ("uncertainty", cracks.uncertainty))
+    ]
+    columns, values = zip(*found, strict=True)
+    return Table(columns=columns, rows=tuple(zip(*(v.tolist() for v in values), strict=True)))

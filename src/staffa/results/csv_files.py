@@ -12,6 +12,7 @@ from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
 from staffa.results.release_table import release_table
 from staffa.results.series import probes_table, reactions_table
+from staffa.results.tables import Table
 from staffa.results.tips import tips_table
 
 CELLS = "cells.csv"
@@ -53,12 +54,12 @@ def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
         return _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
 
 
-def _written(path: Path, text: str | None) -> tuple[Path, ...]:
-    """Write over an earlier table, or take that away if there is none now."""
-    if text is None:
+def _written(path: Path, table: Table) -> tuple[Path, ...]:
+    """Write over an earlier table, or remove that if there are no rows now."""
+    if not table.rows:
         path.unlink(missing_ok=True)
         return ()
-    write_aside(path, text)
+    write_aside(path, table.csv())
     return (path,)
 
 

@@ -1,19 +1,17 @@
 """The numbers of an ensemble: those of each finished member, and their means and errors."""
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from io import StringIO
 
-from staffa.display_units import NONE, Unit
+from staffa.display_units import Unit
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
-from staffa.measure.averages import Average, average
+from staffa.measure.averages import average
 from staffa.records.manifest import Manifest
-from staffa.results.slab_table import ABSENT, GENERATIONS, definitions, run_arrests, tip
+from staffa.results.slab_table import GENERATIONS, definitions, run_arrests, tip
 from staffa.results.summary import Fact, summary
+from staffa.results.tables import Column, Table, columns_of
 
 MEANS = (
     "error: standard error of the mean, s/sqrt(n), s^2 the sum of squared differences from the "
@@ -21,49 +19,14 @@ MEANS = (
     "none, and one without a k-th generation has no ak and tauk."
 )
 BY_ENERGY = "from the surface energy over Gc and the discrete toughness"
-Column = tuple[str, Unit]  # its name, and the unit that its numbers are counted in
 Numbers = Mapping[Column, float | None]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sheet:
-    """A table of numbers: a row for each seed, and the average of each column."""
+def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
+    """Return the paper's numbers where a face is cooled, and the last step's crack network.
 
-    title: str
-    columns: tuple[Column, ...]
-    rows: dict[int, tuple[float | None, ...]]
-    averages: tuple[Average, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Headings of the columns for people."""
-        return tuple(unit.header(name) for name, unit in self.columns)
-
-    @property
-    def totals(self) -> dict[str, tuple[float | None, ...]]:
-        """The rows below those of the members."""
-        return {
-            "mean": tuple(a.mean for a in self.averages),
-            "error": tuple(a.error for a in self.averages),
-            "members": tuple(a.members for a in self.averages),
-        }
-
-    def member_lines(self) -> list[tuple[str, ...]]:
-        """The rows of the members as text: seed, then its numbers."""
-        return [(str(seed), *map(number, row)) for seed, row in self.rows.items()]
-
-    def total_lines(self) -> list[tuple[str, ...]]:
-        """The rows below them as text: name, then its numbers, an error to two digits."""
-        digits = {"error": 2}
-        return [
-            (name, *(number(value, digits.get(name, 4)) for value in row))
-            for name, row in self.totals.items()
-        ]
-
-
-def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
-    """The paper's numbers where a face is cooled, and the crack network of the last step."""
+    A row for each seed; below them the mean, its error, and the number of members.
+    """
     arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
     ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
     manifest = ensemble.first.manifest
@@ -72,40 +35,45 @@ def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
         _sheet(ensemble, "Nucleation and arrests", arrests, told),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
     )
-    return tuple(sheet for sheet in found if sheet.names)
+    return tuple(sheet for sheet in found if len(sheet.columns) > 1)
 
 
 def _sheet(
     ensemble: Ensemble, title: str, found: Mapping[int, Numbers], notes: tuple[str, ...]
-) -> Sheet:
-    most = max((len(numbers) for numbers in found.values()), default=0)
+) -> Table:
     # Members differ in how many generations they have: the names of most begin with those of all.
-    names = next((tuple(numbers) for numbers in found.values() if len(numbers) == most), ())
-    rows = {seed: tuple(found.get(seed, {}).get(name) for name in names) for seed in ensemble.runs}
-    averages = tuple(average(column) for column in zip(*rows.values(), strict=True))
-    return Sheet(title=title, columns=names, rows=rows, averages=averages, notes=notes)
+    columns = max((tuple(numbers) for numbers in found.values()), key=len, default=())
+    rows = [tuple(found.get(seed, {}).get(name) for name in columns) for seed in ensemble.runs]
+    averages = [average(column) for column in zip(*rows, strict=True)]
+    return Table(
+        title=title,
+        columns=(Column(name="seed"), *columns),
+        rows=tuple((seed, *row) for seed, row in zip(ensemble.runs, rows, strict=True)),
+        totals=tuple(
+            (name, *(getattr(a, name) for a in averages)) for name in ("mean", "error", "members")
+        ),
+        notes=notes,
+    )
 
 
 def _arrests(run: Run) -> Numbers:
-    """The run's line of the paper's table, in its units, and times; nothing without a cooled
-    face."""
+    """Return the run's line of the paper's table, and times; nothing without a cooled face."""
     found, m = run_arrests(run), run.manifest
     if found is None:
         return {}
-    start, clock = found.nucleation, m.shown.time
-    numbers = _length(m, "p", start.spacing if start else None)
+    start, length = found.nucleation, _length(m)
+    numbers = {Column(name="p", unit=length): start.spacing if start else None}
     for k, reached in enumerate((start, *found.generations)):
-        numbers |= _length(m, f"a{k}", reached.depth if reached else None)
+        numbers[Column(name=f"a{k}", unit=length)] = reached.depth if reached else None
         if not m.scaled:
-            numbers[f"t{k}", clock] = clock.of(reached.time) if reached else None
-        numbers[f"tau{k}", NONE] = reached.tau if reached else None
+            numbers[Column(name=f"t{k}", unit=m.shown.time)] = reached.time if reached else None
+        numbers[Column(name=f"tau{k}")] = reached.tau if reached else None
     return numbers
 
 
-def _length(manifest: Manifest, name: str, value: float | None) -> dict[Column, float | None]:
-    """A column of a length (m): over L in a scaled case."""
-    unit = Unit(size=manifest.L) if manifest.scaled else manifest.shown.length
-    return {(name, unit): None if value is None else unit.of(value)}
+def _length(manifest: Manifest) -> Unit:
+    """Return the unit of lengths: L in a scaled case."""
+    return Unit(size=manifest.L) if manifest.scaled else manifest.shown.length
 
 
 def _definitions(manifest: Manifest) -> tuple[str, ...]:
@@ -116,24 +84,26 @@ def _definitions(manifest: Manifest) -> tuple[str, ...]:
 
 
 def _end(run: Run) -> Numbers:
-    """The measures of the last step: cracks at each depth, then lengths and areas in the units of
-    the case; over L and L^2 in a scaled one."""
+    """Return the measures of the last step: cracks at each depth, lengths and areas.
+
+    In a scaled case lengths are over L, areas over L^2.
+    """
     measures, manifest = run.steps[-1].measures, run.manifest
     if measures is None:
         return {}
     found: dict[Column, float | None] = {
-        (f"cracks at {manifest.shown.length.text(section.height, 6)}", NONE): section.cracks
-        for section in measures.sections
+        Column(name=f"cracks at {manifest.shown.length.text(s.height, 6)}"): s.cracks
+        for s in measures.sections
     }
     if manifest.face:
-        found |= _length(manifest, "front", manifest.deepest(measures))
+        found[Column(name="front", unit=_length(manifest))] = manifest.deepest(measures)
     name, power = ("length", 1) if manifest.plane else ("area", 2)
     unit = Unit(size=manifest.L**power) if manifest.scaled else manifest.shown.crack
-    return found | {(name, unit): unit.of(measures.length_surface)}
+    return found | {Column(name=name, unit=unit): measures.length_surface}
 
 
 def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, ...]:
-    names = {name for numbers in found.values() for name, _ in numbers}
+    names = {column.name for numbers in found.values() for column in numbers}
     manifest = ensemble.first.manifest
     L = f"L = {manifest.shown.length.text(manifest.L)}"
     over, square = (f" over {L}", f" over L^2, {L}") if manifest.scaled else ("", "")
@@ -174,7 +144,7 @@ def write_results(ensemble: Ensemble) -> None:
         The directory cannot be written to.
     """
     try:
-        write_aside(ensemble.path / RESULTS, as_csv(ensemble, sheets(ensemble)))
+        write_aside(ensemble.path / RESULTS, _joined(ensemble, sheets(ensemble)).csv(digits=6))
     except OSError as error:
         raise StaffaError(
             f"{ensemble.path / RESULTS} cannot be written: {error.strerror}; copy the ensemble to "
@@ -182,26 +152,25 @@ def write_results(ensemble: Ensemble) -> None:
         ) from None
 
 
-def as_csv(ensemble: Ensemble, found: Sequence[Sheet]) -> str:
-    """All sheets side by side, to six digits; an empty cell where there is no number."""
-    text = StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    names = (unit.column(name) for sheet in found for name, unit in sheet.columns)
-    rows.writerow(["seed", "status", *names])
-    for seed, run in ensemble.runs.items():
-        status = next(fact.text for fact in summary(run) if fact.name == "status")
-        rows.writerow([seed, status, *(_digits(v) for sheet in found for v in sheet.rows[seed])])
-    for name in ("mean", "error", "members"):
-        rows.writerow([name, "", *(_digits(v) for sheet in found for v in sheet.totals[name])])
-    return text.getvalue()
-
-
-def number(value: float | None, digits: int = 4) -> str:
-    """A cell of a table: whole numbers whole."""
-    if value is None:
-        return ABSENT
-    return str(value) if isinstance(value, int) else f"{value:.{digits}g}"
-
-
-def _digits(value: float | None) -> str:
-    return "" if value is None else f"{value:.6g}"
+def _joined(ensemble: Ensemble, found: Sequence[Table]) -> Table:
+    """Return all sheets side by side, with the status of each member."""
+    status = [
+        next(fact.text for fact in summary(run) if fact.name == "status")
+        for run in ensemble.runs.values()
+    ]
+    rows = zip(ensemble.runs, status, *(sheet.rows for sheet in found), strict=True)
+    totals = zip(("mean", "error", "members"), *(sheet.totals for sheet in found), strict=True)
+    return Table(
+        columns=(
+            *columns_of("seed", "status"),
+            *(column for sheet in found for column in sheet.columns[1:]),
+        ),
+        rows=tuple(
+            (seed, said, *(cell for numbers in cells for cell in numbers[1:]))
+            for seed, said, *cells in rows
+        ),
+        totals=tuple(
+            (name, None, *(cell for numbers in cells for cell in numbers[1:]))
+            for name, *cells in totals
+        ),
+    )

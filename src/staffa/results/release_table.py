@@ -5,39 +5,50 @@ from math import dist
 from staffa.io.run_directory import Run
 from staffa.records.step import Step
 from staffa.records.tip_release import Release
-from staffa.results.series import clock_header, csv_text, time_columns
+from staffa.results.series import clock_columns, time_columns
+from staffa.results.tables import Column, Table, columns_of
 
 # A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.
 SAME_TIP = 3.0
 
 
-def release_table(run: Run) -> str | None:
-    """One row for each step whose fields were kept, and each tip of its network; None without any.
+def release_table(run: Run) -> Table:
+    """Return a row for each step whose fields were kept, and each tip of its network.
 
     reason: why G is not known where it is not.
     """
     m = run.manifest
-    axes, length = "xyz"[: len(m.size)], m.shown.length
-    rate = m.shown.release
-    header = [
-        *clock_header(m), "tip", *(length.column(axis) for axis in axes), *(f"d{a}" for a in axes),
-        rate.column("G"), rate.column("uncertainty"), length.column("radius"), "reason",
-    ]  # fmt: skip
-    rows: list[list[object]] = []
-    for step in run.steps:
-        for number, tip in enumerate(step.released):
-            values = [*rates(run, tip), "" if tip.radius is None else length.of(tip.radius)]
-            place = [*map(length.of, tip.position), *tip.direction]
-            rows.append([*time_columns(m, step), number, *place, *values, tip.reason or ""])
-    return csv_text(header, rows)
+    axes, shown = "xyz"[: len(m.size)], m.shown
+    columns = (
+        *clock_columns(m),
+        Column(name="tip"),
+        *columns_of(*axes, unit=shown.length),
+        *columns_of(*(f"d{axis}" for axis in axes)),
+        *columns_of("G", "uncertainty", unit=shown.release),
+        Column(name="radius", unit=shown.length),
+        Column(name="reason"),
+    )
+    rows = tuple(
+        (
+            *time_columns(step),
+            number,
+            *tip.position,
+            *tip.direction,
+            *rates(tip),
+            tip.radius,
+            tip.reason,
+        )
+        for step in run.steps
+        for number, tip in enumerate(step.released)
+    )
+    return Table(columns=columns, rows=rows)
 
 
-def rates(run: Run, tip: Release | None) -> list[object]:
-    """G and its uncertainty in the run's unit, empty where they are not known."""
-    unit = run.manifest.shown.release
+def rates(tip: Release | None) -> tuple[float | None, float | None]:
+    """Return G and its uncertainty (J/m^2), None where they are not known."""
     if tip is None or tip.G is None or tip.uncertainty is None:
-        return ["", ""]
-    return [unit.of(tip.G), unit.of(tip.uncertainty)]
+        return None, None
+    return tip.G, tip.uncertainty
 
 
 def release_at(step: Step, position: tuple[float, ...], ell: float) -> Release | None:

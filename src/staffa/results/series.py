@@ -1,89 +1,67 @@
-"""What was read off at every step, as tables that a spreadsheet reads: reactions and probes."""
-
-import csv
-import io
-from collections.abc import Iterable, Sequence
+"""Readings of every step as tables: reactions and probes."""
 
 import numpy as np
 
 from staffa.io.run_directory import Run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
-
-# With these a cell begins that a spreadsheet takes for a formula.
-COMPUTED = ("=", "+", "-", "@", "\t", "\r")
+from staffa.results.tables import Cell, Column, Table, columns_of
 
 
-def reactions_table(run: Run) -> str | None:
-    """One row for each step and held side: the force on the body there; None without any."""
+def reactions_table(run: Run) -> Table:
+    """Return the force on the body of each constrained side, a row a step and side."""
     axes, unit = "xyz"[: len(run.manifest.size)], run.manifest.shown.force
-    rows = [
-        [*time_columns(run.manifest, step), side, *map(unit.of, force)]
+    rows = tuple(
+        (*time_columns(step), side, *force)
         for step in run.steps
         for side, force in step.reactions.items()
-    ]
-    header = [*clock_header(run.manifest), "side", *(unit.column(f"f{axis}") for axis in axes)]
-    return csv_text(header, rows)
+    )
+    forces = columns_of(*(f"f{axis}" for axis in axes), unit=unit)
+    return Table(columns=(*clock_columns(run.manifest), Column(name="side"), *forces), rows=rows)
 
 
-def probes_table(run: Run) -> str | None:
-    """One row for each step, probe and point; s: distance from the probe's first point.
+def probes_table(run: Run) -> Table:
+    """Return the fields at the probes, a row a step, probe and point.
 
-    T: the change of temperature, as in the fields; temperature: itself, where the case tells it.
+    s: distance from the first point of the probe. T: change of temperature, as in the fields;
+    temperature: absolute, where the case has it.
     """
     m, shown = run.manifest, run.manifest.shown
-    axes, probes, known = "xyz"[: len(m.size)], m.probes, m.reference is not None
-    places = []
-    for probe in probes:
+    axes, known = "xyz"[: len(m.size)], m.reference is not None
+    places: list[tuple[Cell, ...]] = []
+    for probe in m.probes:
         points = np.array(probe.points)
         along = np.linalg.norm(points - points[0], axis=1)
-        places += [
-            [probe.name, *map(shown.length.of, (float(s), *p))]
-            for s, p in zip(along, probe.points, strict=True)
-        ]
-
-    def read(T: float, *others: float) -> list[float]:
-        itself = [shown.temperature.of((m.reference or 0.0) + T)] if known else []
-        return [shown.difference.of(T), *itself, *map(shown.length.of, others[:-1]), others[-1]]
-
-    rows = [
-        [*time_columns(m, step), *place, *read(*values)]
+        places += [(probe.name, float(s), *p) for s, p in zip(along, probe.points, strict=True)]
+    rows = tuple(
+        (*time_columns(step), *place, T, *([(m.reference or 0.0) + T] if known else []), *others)
         for step in run.steps
-        for place, values in zip(places, step.probed, strict=False)  # a failed step has none
-    ]
-    fields = [
-        shown.difference.column("T"),
-        *([shown.temperature.column("temperature")] if known else []),
-        *(shown.length.column(f"u{axis}") for axis in axes),
-        "alpha",
-    ]
-    where = [shown.length.column(name) for name in ("s", *axes)]
-    return csv_text([*clock_header(m), "name", *where, *fields], rows)
+        for place, (T, *others) in zip(places, step.probed, strict=False)  # none of a failed step
+    )
+    temperature = columns_of("temperature", unit=shown.temperature) if known else ()
+    return Table(
+        columns=(
+            *clock_columns(m),
+            Column(name="name"),
+            *columns_of("s", *axes, unit=shown.length),
+            Column(name="T", unit=shown.difference),
+            *temperature,
+            *columns_of(*(f"u{axis}" for axis in axes), unit=shown.length),
+            Column(name="alpha"),
+        ),
+        rows=rows,
+    )
 
 
-def clock_header(manifest: Manifest) -> list[str]:
-    """Names of the columns that tell when."""
-    return ["step", manifest.shown.time.column("time"), "tau"]
+def clock_columns(manifest: Manifest) -> tuple[Column, ...]:
+    """Return the columns that tell when."""
+    return (
+        Column(name="step"),
+        Column(name="time", unit=manifest.shown.time),
+        Column(name="tau"),
+    )
 
 
-def time_columns(manifest: Manifest, step: Step) -> list[object]:
-    """The columns that tell when: tau is empty where nothing diffuses."""
-    time = manifest.shown.time.of(step.time)
-    return [step.index, time, "" if step.tau is None else step.tau]
-
-
-def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | None:
-    """Rows below a header; None without any."""
-    rows = list(rows)
-    if not rows:
-        return None
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([_as_text(cell) for cell in row] for row in rows)
-    return text.getvalue()
-
-
-def _as_text(cell: object) -> object:
-    """A cell; of a text that a spreadsheet would compute, with a quote before it."""
-    return f"'{cell}" if isinstance(cell, str) and cell.startswith(COMPUTED) else cell
+def time_columns(step: Step) -> tuple[Cell, ...]:
+    """Return the cells of these columns; tau is None where nothing diffuses."""
+    return (step.index, step.time, step.tau)

@@ -1,7 +1,6 @@
 """The paper's table 1 with a run's own line: nucleation and arrests, beside the published ones."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain
 
 from staffa.geometry.block import face_axis
@@ -9,19 +8,10 @@ from staffa.io.run_directory import Run
 from staffa.measure.generations import Arrests, arrests
 from staffa.records.manifest import Manifest
 from staffa.results.published import BAHR, PAPER, SEVERITY, Published
+from staffa.results.tables import ABSENT, Table, columns_of
 
-ABSENT = "-"
 # Beyond this difference in severity the published lengths and times are not comparable.
 LIKENESS = 0.02
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """Cells as text: a header, rows as long as it, and the sentences that belong under it."""
-
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...]
 
 
 def table(run: Run) -> Table | None:
@@ -38,7 +28,8 @@ def table(run: Run) -> Table | None:
     names = chain.from_iterable((f"a{k}", f"tau{k}") for k in range(most + 1))
     lines = (BAHR, PAPER, own_line(found, manifest))
     return Table(
-        header=("", "p", *names),
+        title="Nucleation and arrests, beside published numbers",
+        columns=columns_of("", "p", *names),
         rows=tuple(_row(line, most) for line in lines),
         notes=(*definitions(manifest), *_remarks(run, found)),
     )

@@ -15,9 +15,8 @@ from staffa.plot.labels import moment
 from staffa.records.manifest import Manifest
 from staffa.records.step import CracksAtHeight, Measures
 from staffa.results.columns import cells_by_depth, columns
-from staffa.results.ensemble_means import number
 from staffa.results.sections import planes_of
-from staffa.results.slab_table import Table
+from staffa.results.tables import Cell, Column, Table
 
 ROWS = 5  # depths, where the case gives none
 TITLE = "Spacing by depth, at the last step"
@@ -42,25 +41,25 @@ def spacing(run: Run) -> Table:
     if m.cooled_side is None:
         return _without("the body has no flat cooled face from which depths are measured")
     if not m.flat:
-        return columns([run]) or by_fields(run) or _without("no crack, or no fields to look at")
+        cells = columns([run]) or by_fields(run)
+        none = _without("no crack, or no fields to look at")
+        return replace(cells, title=TITLE) if cells else none
     found = step.measures.sections or by_tips(m, step.measures)
     if not found:
         if not step.energies.surface > 0:
             return _without("nothing is damaged")
         return _without("no crack goes deeper than the layer at the face that is broken all over")
     unit = m.shown.length
-    rows = [
-        (
-            number(unit.of(crossed.height)),
-            str(crossed.cracks),
-            number(None if crossed.spacing is None else unit.of(crossed.spacing)),
-        )
-        for crossed in found
-    ]
+    rows: list[tuple[Cell, ...]] = [(s.height, s.cracks, s.spacing) for s in found]
     notes = [ALONG, _by_damage(m) if step.measures.sections else BY_TIPS]
     notes += [RINGS] if m.axial else []
-    header = (unit.header("depth"), "cracks", unit.header("spacing"))
-    return Table(header=header, rows=tuple(rows), notes=tuple(notes))
+    depth, apart = (Column(name=name, unit=unit) for name in ("depth", "spacing"))
+    return Table(
+        title=TITLE,
+        columns=(depth, Column(name="cracks"), apart),
+        rows=tuple(rows),
+        notes=tuple(notes),
+    )
 
 
 def _by_damage(m: Manifest) -> str:
@@ -80,7 +79,7 @@ def _by_damage(m: Manifest) -> str:
 
 
 def _without(why: str) -> Table:
-    return Table(header=(), rows=(), notes=(f"No spacing by depth: {why}.",))
+    return Table(title=TITLE, notes=(f"No spacing by depth: {why}.",))
 
 
 def by_tips(manifest: Manifest, measures: Measures) -> list[CracksAtHeight]:

@@ -9,6 +9,7 @@ from staffa.display_units import Unit
 from staffa.io.run_directory import Run
 from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
+from staffa.records.status import Status, Verdict
 from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
 from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
@@ -75,7 +76,7 @@ def _progress(run: Run) -> Iterator[Fact]:
         yield Fact(name="status", text=f"no step is finished yet{planned and ',' + planned}")
         return
     count = f"{len(steps)}{planned} steps"
-    if steps[-1].status != "converged":
+    if steps[-1].status != Status.CONVERGED:
         text = f"{steps[-1].status} at step {steps[-1].index}, {count}: {steps[-1].reason}"
         yield Fact(name="status", text=text, alarm=True)
     elif run.finished:
@@ -278,14 +279,14 @@ def _second_order(steps: Sequence[Step]) -> str:
 def _curvature(steps: Sequence[Step]) -> str:
     """The results of the search for directions along which the energy falls."""
     found = [(step.index, step.curvature) for step in steps if step.curvature is not None]
-    tested = [(n, c) for n, c in found if c.smallest is not None or c.reason is None]
-    many = [n for n, c in tested if c.bifurcation]
-    saddles = [n for n, c in tested if c.reason is not None and not c.bifurcation]
-    reasons = Counter(c.reason for _, c in found if c.smallest is None and c.reason is not None)
+    tested = [(n, c) for n, c in found if c.verdict is not Verdict.NOT_TESTED]
+    many = [n for n, c in found if c.verdict is Verdict.BIFURCATION]
+    saddles = [n for n, c in found if c.verdict is Verdict.SADDLE]
+    minima = [c for _, c in found if c.verdict is Verdict.MINIMUM]
+    reasons = Counter(c.reason for _, c in found if c.verdict is Verdict.NOT_TESTED)
     parts = []
     if tested:
-        sound = len(tested) - len(many) - len(saddles)
-        parts.append(f"no way down found from {sound} of {len(tested)} states tested")
+        parts.append(f"no way down found from {len(minima)} of {len(tested)} states tested")
     if many:
         parts.append(f"a bifurcation at {_steps(many)}, where only healing would lower the energy")
     if saddles:
@@ -293,7 +294,7 @@ def _curvature(steps: Sequence[Step]) -> str:
     escapes = sum(c.escapes for _, c in tested)
     if escapes:
         parts.append(f"a saddle was left {escapes} times")
-    values = [c.smallest for _, c in tested if c.smallest is not None and c.reason is None]
+    values = [c.smallest for c in minima if c.smallest is not None]
     if values:
         parts.append(f"smallest curvature found {min(values):.2g} of 1")
     parts += [f"{number} states {reason}" for reason, number in reasons.items()]

@@ -18,13 +18,14 @@ from staffa.backend.jit import chosen_flags
 from staffa.backend.parallel import on_root
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.errors import InputError, StaffaError, StoppedError
-from staffa.evolution.restart_state import FACES, RestartState, restart_state
+from staffa.evolution.restart_state import FACES, MEMORY, RestartState, restart_state
 from staffa.evolution.system import System
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
 from staffa.model.fields import owned
-from staffa.records.step import REJECTED, Step
+from staffa.records.status import Status
+from staffa.records.step import Step
 from staffa.runs.provenance import version
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
@@ -101,7 +102,7 @@ class CheckpointWriter:
         """Write a step's record."""
         with on_disk(self.directory):
             on_root(self.comm, lambda: self.journal.append(step))
-        self._steps += step.status != REJECTED
+        self._steps += step.status != Status.REJECTED
 
     def keep(self, stands: RestartState, now: bool) -> None:
         """Write where the loop stands, if it is due or must be now."""
@@ -116,7 +117,7 @@ class CheckpointWriter:
         if self._mesh is None:
             self._mesh = self._write({"points": self._numbering.points})
         numbers = stands.numbers()
-        whole = {k: self._of(k).whole(v) for k, v in stands.fields().items()}
+        whole = self._whole(stands.fields(), stands.kept.thermal.memory)
         faces = stands.faces()
         for numbering, field in zip(self._of_cells, self._system.energy.frozen, strict=True):
             assert faces is not None
@@ -125,9 +126,7 @@ class CheckpointWriter:
         state = self._write(whole)
         known = {number: self._names.get(number) for number in stands.states}
         for number, name in known.items():
-            known[number] = name or self._write(
-                {k: self._of(k).whole(v) for k, v in stands.past_fields(number).items()}
-            )
+            known[number] = name or self._write(self._whole(*stands.past_fields(number)))
         self._names = {number: str(name) for number, name in known.items()}
         past = list(self._names.values())
         page = {
@@ -141,6 +140,13 @@ class CheckpointWriter:
                 self.comm,
                 lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
             )
+
+    def _whole(
+        self, fields: Mapping[str, np.ndarray], memory: np.ndarray
+    ) -> dict[str, np.ndarray | None]:
+        """Fields of all ranks on rank 0, None elsewhere; and the memory, where there is one."""
+        whole = {name: self._of(name).whole(values) for name, values in fields.items()}
+        return whole | ({MEMORY: memory} if memory.size else {})
 
     def _is_due(self, now: bool) -> bool:
         """On rank 0, which alone knows of lines and of time."""
@@ -206,8 +212,10 @@ class CheckpointWriter:
         shared = {
             field: self._with_ghosts(self._of(field).share(arrays.get(field)))
             for field in names
-            if field != FACES
+            if field not in (FACES, MEMORY)
         }
+        if MEMORY in arrays:  # on rank 0
+            shared[MEMORY] = arrays[MEMORY]
         for numbering, frozen in zip(self._of_cells, self._system.energy.frozen, strict=True):
             if FACES in names:
                 own = numbering.share(arrays.get(FACES))

@@ -131,7 +131,7 @@ def _is_finished(place: Path) -> bool:
             f"{place} holds a run that was cut before it began; remove it to have it run again, or "
             f"choose seeds without it with --first"
         )
-    return run_directory.read_run(place).finished
+    return run_directory.open_run(place).finished
 
 
 def run_ensemble(

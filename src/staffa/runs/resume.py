@@ -212,7 +212,7 @@ def take(directory: Path) -> Taken:
 def _steps(directory: Path) -> tuple[Step, ...]:
     """Those of a run, whatever became of its checkpoints: one that is finished needs none."""
     with suppress(StaffaError):
-        return run_directory.read_run(directory).steps
+        return run_directory.open_run(directory).steps
     return ()
 
 

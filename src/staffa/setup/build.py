@@ -20,6 +20,7 @@ from staffa.case.values.elements import elements_of
 from staffa.case.values.given_files import factors, in_body
 from staffa.case.values.heat_equation import conduction
 from staffa.case.values.property_functions import in_space
+from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -133,7 +134,7 @@ def _load(
     """Return the source of the temperature; one of a script's own is tried. Collective."""
     if own is None:
         return conduction(case) if case.heat else load(case, derived)
-    if not isinstance(own, Conduction):
+    if in_closed_form(own):
         tried_load(own, domain, (plan.times[0], plan.times[-1]))
     return own
 

@@ -15,8 +15,8 @@ from staffa.backend.parallel import best_candidate, max_over_ranks
 from staffa.case.schema.case import Case
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
+from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import Problem
-from staffa.heat.thermal_body import Conduction
 from staffa.loads.closed_form import Load
 from staffa.model.domain import Domain
 from staffa.physics.damage import DamageLaw
@@ -165,7 +165,7 @@ def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own
         found["split"] = Own(identity=object_identity(given.split), values=values)
     load = given.temperature
     if load is not None:
-        known = () if isinstance(load, Conduction) else tried_load(load, setup.domain, at)
+        known = tried_load(load, setup.domain, at) if in_closed_form(load) else ()
         found["temperature"] = Own(identity=object_identity(load), values=known, at=at)
     return found
 
@@ -251,7 +251,7 @@ def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     if len(one) != len(other):
         return False
     a, b = np.array(one), np.array(other)
-    return bool(np.all(np.abs(a - b) <= SAME * max(1e-300, *np.abs(a), *np.abs(b))))
+    return bool(np.all(np.abs(a - b) <= SAME * max([1e-300, *np.abs(a), *np.abs(b)])))
 
 
 def object_identity(thing: Any) -> str:
