@@ -43,7 +43,7 @@ class Unit:
 
     @property
     def behind(self) -> str:
-        """Text that follows a number: a blank and the name, or nothing."""
+        """Return the text that follows a number: a blank and the name, or nothing."""
         return f" {self.name}" if self.name else ""
 
     def header(self, name: str) -> str:
@@ -60,7 +60,7 @@ class Unit:
         return f"{name}_{plain}" if plain else name
 
     def power(self, exponent: int) -> "Unit":
-        """This unit of length as one of area or volume."""
+        """Return this unit of length as one of area or volume."""
         if exponent == 1 or not self.name:
             return self
         return Unit(name=self.name + POWERS[exponent], size=self.size**exponent)

@@ -66,19 +66,20 @@ class StaffaWarning(UserWarning):
 
 
 def printable(text: str) -> str:
-    """The text on one line, what cannot be printed (a user may write anything) spelled out."""
+    """Return the text on one line, with what cannot be printed (a user may write anything) spelled
+    out."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
-    """The question after a wrong name, " Did you mean 'face'?", or nothing if none is close."""
+    """Return the question after a wrong name, " Did you mean 'face'?"; nothing if none is close."""
     names = {valid_name.casefold(): valid_name for valid_name in valid}
     near = get_close_matches(name.casefold(), names, n=1, cutoff=0.6)
     return f" Did you mean '{names[near[0]]}'?" if near else ""
 
 
 def choices(name: str, valid: Iterable[str]) -> str:
-    """Sentence end that lists the valid names and, where one is close, proposes it."""
+    """Return the sentence end that lists the valid names and proposes one that is close."""
     names = sorted(valid)
     if not names:
         return "it has none"

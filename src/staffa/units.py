@@ -190,7 +190,7 @@ def _unit(unit: str, example: str) -> pint.Quantity:
 
 
 def unit_of(quantity: Quantity, dimension: str) -> Unit | None:
-    """The unit that a quantity is written in; None if it has none, or one of another dimension."""
+    """Return the unit of a quantity as it is written; None without one of this dimension."""
     written = WRITTEN.fullmatch(quantity.given) if isinstance(quantity.given, str) else None
     if written is None:
         return None

@@ -37,7 +37,7 @@ class Table:
 
 
 class Tabled:
-    """What a table is to the time loop: one way, from heat to mechanics."""
+    """Coupling by a table: one way, from heat to mechanics."""
 
     agreement = None
 

@@ -1,4 +1,4 @@
-"""How solvers and steps end: one enumeration, read from files of old and from PETSc's codes."""
+"""Status of solvers and steps: one enumeration, read from old files and from PETSc's codes."""
 
 import json
 from types import SimpleNamespace

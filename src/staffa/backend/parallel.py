@@ -16,13 +16,13 @@ TOGETHER = 20.0
 
 
 def sum_over_ranks[N: (float, np.ndarray)](comm: MPI.Comm, value: N) -> N:
-    """Sum of a number, or an array of one shape, that each rank holds a part of. Collective."""
+    """Return the sum over all ranks of a number, or of an array of one shape. Collective."""
     total: N = comm.allreduce(value, op=MPI.SUM)
     return total
 
 
 def max_over_ranks(comm: MPI.Comm, values: np.ndarray | float) -> float:
-    """Largest entry over all ranks; a rank may hold none; NaN anywhere gives NaN. Collective."""
+    """Return the largest entry over all ranks; a rank may hold none; NaN gives NaN. Collective."""
     values = np.atleast_1d(values)
     here = float(values.max()) if values.size else -np.inf
     found_nan = comm.allreduce(bool(np.isnan(here)), op=MPI.LOR)

@@ -109,7 +109,7 @@ def _renumbered(block: Block, used: np.ndarray) -> Block:
 def _cells(
     x: np.ndarray, blocks: Sequence[Block], where: str
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The points, with the middles of quadrilaterals, the simplices, and the name of each."""
+    """Return points, with the middles of quadrilaterals, simplices, and the name of each."""
     found, names = [], []
     for block in blocks:
         cells, name = block.corners, block.name
@@ -135,7 +135,7 @@ def _facets(blocks: Sequence[Block], dim: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _notes(blocks: Sequence[Block], where: str) -> list[str]:
-    """Notes on what reading the cells changed."""
+    """Return notes on changes that reading the cells made."""
     found = []
     for (dim, corners), kind in CELLS.items():
         of_it = [b for b in blocks if (b.dim, b.corners.shape[1]) == (dim, corners)]

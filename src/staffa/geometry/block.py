@@ -27,7 +27,7 @@ def face_axis(face: str, dim: int) -> int:
 
 
 def face_position(face: str, size: tuple[float, ...]) -> float:
-    """Coordinate of a side along its axis (m)."""
+    """Return the coordinate of a side along its axis (m)."""
     axis, end = SIDES[len(size)][face]
     return float(size[axis]) if end > 0 else 0.0
 
@@ -104,7 +104,7 @@ def cells_and_vertices(size: tuple[float, ...], h: float, cells: str) -> tuple[i
 
 
 def broken_layer_thickness(dim: int, cells: str) -> float:
-    """Thickness in h, in the mean, of the layer of cells that a crack breaks.
+    """Return the mean thickness, in h, of the layer of cells that a crack breaks.
 
     Of unstructured cells as `evolution.toughness` finds it, from ell = 3 h to 6 h, with both laws.
     """

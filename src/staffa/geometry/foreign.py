@@ -158,7 +158,7 @@ def _names(mesh: Any, path: Path, where: str) -> list[np.ndarray]:
 
 
 def _sets(mesh: Any, path: Path, where: str) -> dict[str, list[np.ndarray]]:
-    """The sets of cells by name, their numbers in each block; of Abaqus those of *ELSET first."""
+    """Return the sets of cells by name, their numbers in each block; of Abaqus *ELSET first."""
     found = {name: _aligned(mesh, name, of, where) for name, of in mesh.cell_sets.items()}
     if path.suffix.lower() == ".inp":
         heads = ELEMENTS.findall(path.read_text(errors="replace"))

@@ -76,7 +76,7 @@ def opened(what: str, way_out: str) -> Iterator[Any]:
 
 
 def _take_back_signals() -> None:
-    """Gmsh takes SIGTERM and others from the process, which then could not be stopped in order."""
+    """Take back SIGTERM and others from Gmsh, so that the process can be stopped in order."""
     if current_thread() is main_thread():
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, signal.getsignal(number) or signal.SIG_DFL)

@@ -72,7 +72,7 @@ def _components(n: int, links: np.ndarray) -> np.ndarray:
 
 
 def _cover(beside: np.ndarray, weight: np.ndarray) -> list[int]:
-    """Sides, as few cells as it needs, of which each facet has one: the most telling first."""
+    """Return as few sides as give one to each facet, the one with most facets first."""
     chosen: list[int] = []
     while len(beside):
         names, count = np.unique(beside, return_counts=True)

@@ -63,7 +63,7 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
 
 
 def _is_held(dim: int, name: str, held: set[str], where: str) -> None:
-    """A name that a file announces was read with what it names."""
+    """Require that a name that a file announces was read with its cells or facets."""
     if '"' in name:
         raise InputError(
             f"{where}: '{name}' has quotes in it, at which Gmsh ends a name; call it otherwise"
@@ -110,7 +110,7 @@ def collected(gmsh: Any, where: str, unit: float) -> Simplices:
 
 
 def _names(gmsh: Any, dim: int, where: str) -> dict[tuple[int, int], str]:
-    """The name of each physical group, by its dimension and tag; one without goes by its number."""
+    """Return the name of each physical group by dimension and tag; its number without a name."""
     groups = gmsh.model.getPhysicalGroups()
     names = {(d, tag): gmsh.model.getPhysicalName(d, tag).strip() for d, tag in groups}
     told = listed(sorted({name for name in names.values() if name}))

@@ -69,12 +69,12 @@ class Outline:
 
     @property
     def dim(self) -> int:
-        """2 or 3."""
+        """Return the dimension, 2 or 3."""
         return len(self.lower)
 
     @property
     def size(self) -> tuple[float, ...]:
-        """Extent of the box along each axis (m)."""
+        """Return the extent of the box along each axis (m)."""
         return tuple(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
     def axis(self, face: str) -> int | None:
@@ -83,7 +83,7 @@ class Outline:
         return plane.axis if plane else None
 
     def across(self, face: str) -> str | None:
-        """The face on the other end of the body; else the first flat one; None without any."""
+        """Return the face on the other end of the body, else the first flat one, else None."""
         plane = self.faces[face]
         others = {name: p for name, p in self.faces.items() if p and name != face}
         facing = [

@@ -32,7 +32,7 @@ class Shape(Protocol):
         """Return the pairs of faces that share an edge or a corner."""
 
     def boxes(self) -> tuple[tuple[str, Bounds], ...]:
-        """The boxes that it is made of, or cut out of: the region of each, and its corners."""
+        """Return the boxes that it is made of, or cut out of: region and corners of each."""
 
     def contains(self, x: np.ndarray, h: float) -> np.ndarray:
         """Which points of these boxes, shape (3, n), are in it, and in cells of edge h too, which
@@ -45,7 +45,7 @@ class Shape(Protocol):
         """Return the shape enlarged by a factor."""
 
     def draw(self, occ: Any) -> dict[str, list[int]]:
-        """Model it with Gmsh; the tags of each region."""
+        """Model it with Gmsh; return the tags of each region."""
 
 
 def shape_outline(shape: Shape, h: float) -> Outline:

@@ -36,12 +36,12 @@ class Simplices:
 
     @property
     def dim(self) -> int:
-        """2 or 3."""
+        """Return the dimension, 2 or 3."""
         return int(self.x.shape[1])
 
 
 def keys(rows: np.ndarray) -> np.ndarray:
-    """A number for each row of corners, the same for the same corners in any order, shape (k,)."""
+    """Return a number for each row of corners, the same for any order of them, shape (k,)."""
     ordered = np.sort(rows, axis=1)
     largest = int(ordered.max(initial=0)) + 1
     if largest ** rows.shape[1] < 2**63:
@@ -50,7 +50,7 @@ def keys(rows: np.ndarray) -> np.ndarray:
 
 
 def facets(cells: np.ndarray) -> np.ndarray:
-    """The facets of each cell, the one across from corner i in place i: (m, dim + 1, dim)."""
+    """Return the facets of each cell, opposite to corner i in place i: (m, dim + 1, dim)."""
     width = cells.shape[1]
     return np.stack([np.delete(cells, i, axis=1) for i in range(width)], axis=1)
 
@@ -107,7 +107,7 @@ def _sample(x: np.ndarray, cells: np.ndarray) -> Sample:
 
 
 def _corners(x: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Some of the corners of facets."""
+    """Return some of the corners of facets."""
     corners = np.unique(rows)
     return as_space_points(x[corners[some(len(corners))]])
 

@@ -31,7 +31,7 @@ def sides(cells: np.ndarray, dim: int) -> list[np.ndarray]:
 
 
 def around_middle(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """The middles of quadrilaterals, and four triangles around each, which favor no diagonal.
+    """Return middles of quadrilaterals and four triangles around each, which favor no diagonal.
 
     Parameters
     ----------
@@ -71,7 +71,8 @@ def fans(faces: np.ndarray) -> np.ndarray:
 
 
 def tetrahedra(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Hexahedra, prisms or pyramids as tetrahedra on the same points, and the cell that each is of.
+    """Split hexahedra, prisms or pyramids into tetrahedra on the same points; return their cells
+    too.
 
     Each cell is a cone from its corner of the least number to its faces beyond, which are parted
     likewise (Dompierre et al., How to subdivide pyramids, prisms and hexahedra into tetrahedra,
@@ -119,7 +120,7 @@ def _are_convex(contents: np.ndarray, where: str) -> None:
 
 
 def bulge(x: np.ndarray, corners: int) -> float:
-    """Largest distance of an edge's middle from the straight edge, of cells of second order.
+    """Return the largest distance of an edge's middle from the straight edge, of second order.
 
     A node beside the corners belongs to the two of them that it is nearest to the middle of: also
     nodes in the middle of a face or a cell, which are in the middle of a diagonal.

@@ -16,7 +16,7 @@ class Load(Protocol):
     """
 
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
-        """Temperature change (K) at the points x, shape (3, n), at time t (s); shape (n,)."""
+        """Return the temperature change (K), shape (n,), at points x, shape (3, n), and time t."""
         ...
 
 
@@ -36,7 +36,7 @@ class Face:
     inward: int
 
     def depth(self, x: np.ndarray) -> np.ndarray:
-        """Distance (m) from the face of the points x, shape (3, n)."""
+        """Return the distance (m) from the face of the points x, shape (3, n)."""
         return np.asarray(self.inward * (x[self.axis] - self.position))
 
 
@@ -44,7 +44,7 @@ class NoLoad:
     """T = 0 always: for cases driven by prescribed displacements."""
 
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
-        """Zeros, shape (n,)."""
+        """Return zeros, shape (n,)."""
         return np.zeros(x.shape[1])
 
 

@@ -12,13 +12,13 @@ def turned_by(angle: float) -> np.ndarray:
 
 
 def with_third(axes: Sequence[Sequence[float]]) -> np.ndarray:
-    """Unit axes from the first two, which are perpendicular and of any length."""
+    """Return unit axes from the first two, which are perpendicular and of any length."""
     first, second = (np.array(a, dtype=float) / np.linalg.norm(a) for a in axes)
     return np.array([first, second, np.cross(first, second)])
 
 
 def with_axis(axis: Sequence[float]) -> np.ndarray:
-    """Unit axes of which the third is this one; of a 2-D body the first lies in its plane."""
+    """Return unit axes whose third is this one; of a 2-D body the first lies in its plane."""
     third = np.zeros(3)
     third[: len(axis)] = axis
     third /= np.linalg.norm(third)

@@ -45,7 +45,7 @@ class MeshField:
     slack: float = 0.0
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Interpolated at points x, shape (3, n), straight within each cell; NaN outside."""
+        """Interpolate at points x, shape (3, n), linear within each cell; NaN outside."""
         import pyvista  # takes seconds to load, and few cases need it
 
         if x.shape[1] == 0:
@@ -66,7 +66,7 @@ class MeshField:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corners of the box around its mesh (m), shape (3,) each."""
+        """Return the corners of the box around its mesh (m), shape (3,) each."""
         return self.points.min(axis=0), self.points.max(axis=0)
 
     def cells_around(self, x: np.ndarray) -> np.ndarray | None:
@@ -87,7 +87,7 @@ class MeshField:
         return pyvista.UnstructuredGrid(self.cells, self.types, self.points)
 
     def _beside(self, mesh: Any, places: np.ndarray) -> np.ndarray:
-        """The values at the places of the mesh nearest to these, shape (n, 3); NaN beyond slack."""
+        """Return values at the nearest places of the mesh, NaN beyond slack; places: (n, 3)."""
         cells, nearest = mesh.find_closest_cell(places, return_closest_point=True)
         values = np.full(len(places), np.nan)
         near = np.linalg.norm(nearest - places, axis=1) <= self.slack
@@ -178,7 +178,7 @@ def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
 
 
 def _numbers(values: np.ndarray, name: str, component: int | None) -> np.ndarray:
-    """One number at each place, of a vector one of its components."""
+    """Return one number at each place, of a vector one of its components."""
     if values.dtype.kind in "fiu" and component is not None:
         if values.ndim == 2 and component < values.shape[1]:
             return values[:, component]

@@ -31,7 +31,7 @@ def check_files(case: Case, domain: Domain) -> None:
 
 
 def _vertices(domain: Domain, side: str | None) -> np.ndarray:
-    """Vertices of this rank, of the body or of a side (m), shape (3, n)."""
+    """Return vertices of this rank, of the body or of a side (m), shape (3, n)."""
     x = domain.mesh.geometry.x
     if side is not None:
         facets = domain.facets(side)

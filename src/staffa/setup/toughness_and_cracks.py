@@ -36,7 +36,7 @@ def cracks_of_case(case: Case) -> tuple[Segment | Disc, ...]:
 
 
 def cracked(case: Case, h: float) -> PointFunction:
-    """True on both sides of a crack of the case, h wide in all and h/2 beyond its ends.
+    """Return True on both sides of a crack of the case, h wide in all and h/2 beyond its ends.
 
     The distance is counted with its sign, and one end of the range is left out: so that exactly
     one layer of cells of edge h breaks, also where a crack lies on their vertices.
@@ -54,7 +54,7 @@ def cracked(case: Case, h: float) -> PointFunction:
 
 
 def _segment(crack: Segment, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance across the crack's line, with its sign, and beyond its ends along it (m)."""
+    """Return the signed distance across the crack's line, and that beyond its ends (m)."""
     start, end = np.array(crack.start, dtype=float), np.array(crack.end, dtype=float)
     length = float(np.linalg.norm(end - start))
     along, offset = (end - start) / length, x[:2] - start[:, None]
@@ -64,7 +64,7 @@ def _segment(crack: Segment, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _disc(crack: Disc, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance across the disc's plane, with its sign, and beyond its rim in it (m)."""
+    """Return the signed distance across the disc's plane, and that beyond its rim (m)."""
     normal = np.array(crack.normal, dtype=float) / np.linalg.norm(crack.normal)
     offset = x - np.array(crack.center, dtype=float)[:, None]
     across = normal @ offset
@@ -73,7 +73,8 @@ def _disc(crack: Disc, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def flat_cracks(case: Case) -> tuple[FlatCrack, ...]:
-    """The cracks of a case by their shapes, for unstructured cells: the cells that they cut break.
+    """Return the cracks of a case by their shapes, for unstructured cells: the cells they cut
+    break.
 
     Their vertices lie anywhere: those within h of a line leave cells whole across it, which held a
     plate in traction together with 5 to 16 % of its stiffness.

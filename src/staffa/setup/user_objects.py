@@ -255,7 +255,7 @@ def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
 
 
 def object_identity(thing: Any) -> str:
-    """The name and the parameters of an object: its text `identity`, or its class with its fields.
+    """Return name and parameters of an object: its text `identity`, or its class with its fields.
 
     The fields are those of a dataclass, else the attributes whose names do not begin with "_".
     """
