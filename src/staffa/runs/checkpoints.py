@@ -17,7 +17,6 @@ from dolfinx import fem
 from staffa.backend.jit import chosen_flags
 from staffa.backend.parallel import on_root
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
-from staffa.runs.provenance import version
 from staffa.errors import InputError, StaffaError, StoppedError
 from staffa.evolution.restart_state import FACES, Standing, standing
 from staffa.evolution.system import System
@@ -26,6 +25,7 @@ from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
 from staffa.model.fields import owned
 from staffa.records.step import REJECTED, Step
+from staffa.runs.provenance import version
 
 # Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
 SAME_PLACE = 1e-6

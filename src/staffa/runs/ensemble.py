@@ -9,16 +9,16 @@ from staffa.backend.stack import MPI
 
 from staffa.arguments import path_of
 from staffa.backend.parallel import on_root
-from staffa.runs.run import Watcher, run
-from staffa.case.schema.case import Case
-from staffa.case.schema.property_keys import RandomField
 from staffa.case.reading.read import read_case
-from staffa.runs.resume import resume
+from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import RockKeys
+from staffa.case.schema.property_keys import RandomField
 from staffa.case.schema.toml_text import to_toml
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
 from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
+from staffa.runs.resume import resume
+from staffa.runs.run import Watcher, run
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
 

@@ -12,16 +12,12 @@ import numpy as np
 
 from staffa.arguments import path_of, require, settings_of
 from staffa.backend.parallel import on_root
-from staffa.case.values.attached_files import CHANGEABLE, attached, identity
-from staffa.setup.build import COMM, problem
-from staffa.runs.run import Watcher, built, march_on, probes, watching, writing
-from staffa.runs.checkpoints import Keeper, on_disk, versions
-from staffa.case.schema.case import Case
-from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
-from staffa.case.values.pressing_loads import pressing
 from staffa.case.reading.read import parse_case, setting_names
 from staffa.case.rules.time_rules import counts_in
+from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import CHANGEABLE, attached, identity
+from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
@@ -33,6 +29,10 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
+from staffa.runs.checkpoints import Keeper, on_disk, versions
+from staffa.runs.run import Watcher, built, march_on, probes, watching, writing
+from staffa.setup.build import COMM, problem
+from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
 
 # Of the end of a run: times nearer to one another are the same.
 SAME_TIME = 1e-9

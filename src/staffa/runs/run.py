@@ -13,19 +13,15 @@ from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
 from staffa.backend.parallel import any_over_ranks, best_candidate, on_root, require_together
 from staffa.backend.petsc_options import petsc_errors
-from staffa.case.values.attached_files import attached, identity
-from staffa.setup.build import CASE, COMM, problem
-from staffa.runs.checkpoints import FLAGS, Keeper, on_disk
-from staffa.case.schema.case import Case
-from staffa.case.scales.case_scales import Numbers, numbers
-from staffa.setup.user_objects import Given, recorded
 from staffa.case.check.preview import split_facts
-from staffa.case.schema.probe_keys import Line
-from staffa.runs.provenance import commit, now, version
 from staffa.case.rules import is_scaled
+from staffa.case.scales.case_scales import Numbers, numbers
 from staffa.case.scales.shown_units import reference, units
-from staffa.case.values.default_split import for_any_load
+from staffa.case.schema.case import Case
+from staffa.case.schema.probe_keys import Line
 from staffa.case.schema.toml_text import to_toml
+from staffa.case.values.attached_files import attached, identity
+from staffa.case.values.default_split import for_any_load
 from staffa.errors import StaffaError, StoppedError
 from staffa.evolution.effective_toughness import toughness_factor
 from staffa.evolution.march import Observers, march
@@ -45,6 +41,10 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest, Own, Probe
 from staffa.records.step import Moment, Step, kept
+from staffa.runs.checkpoints import FLAGS, Keeper, on_disk
+from staffa.runs.provenance import commit, now, version
+from staffa.setup.build import CASE, COMM, problem
+from staffa.setup.user_objects import Given, recorded
 
 
 @dataclass(frozen=True, kw_only=True)
