@@ -147,7 +147,7 @@ problem = body((1.0, 0.6), 0.05, material=rock(cracks=(crack,)), sides=(
     SideSupport(side="left", components={0: lambda x, t: 0.0, 1: lambda x, t: 0.0}), pull))
 system = build(problem)
 looks = Probes(problem.domain, [LINE, SPOT])
-(step,) = march(problem, system, Observers(probe=lambda: looks(system.state)))
+(step,) = march(problem, system, Observers(probe=lambda session: looks(session.state)))
 gauge = Gauge(face=None, depths=(), threshold=0.8, prominence=0.1, h=0.05, toughness_factor=1.0)
 volume = crack_volume(problem.domain, system.state, system.energy, gauge)
 if MPI.COMM_WORLD.rank == 0:

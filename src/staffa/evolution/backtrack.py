@@ -14,7 +14,8 @@ limited.
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -115,6 +116,25 @@ class History:
     def temperature(self, index: int) -> np.ndarray:
         """The temperature change (K) of a step."""
         return self.state(self.states[index + 1])[1]
+
+    def move(
+        self,
+        transfer: Callable[[np.ndarray], np.ndarray],
+        prescribed: Callable[[float], np.ndarray],
+    ) -> None:
+        """Take every state to another mesh. Collective.
+
+        Parameters
+        ----------
+        transfer : from values at the vertices of the one mesh to those of the other.
+        prescribed : displacements (m) that supports of the other mesh prescribe at a time (s).
+        """
+        for number in self.states:
+            np.save(self._file(number), np.stack([transfer(f) for f in self.state(number)]))
+        self.steps = [
+            replace(past, loads=Loads(time=past.loads.time, values=prescribed(past.loads.time)))
+            for past in self.steps
+        ]
 
     def _file(self, number: int) -> Path:
         return Path(self._folder.name) / f"{number}.npy"

@@ -7,7 +7,6 @@ from functools import cached_property, partial
 
 from staffa.backend.stack import PETSc
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem, la
@@ -23,7 +22,7 @@ from staffa.model.domain import Domain
 from staffa.model.external_loads import External, crack_volume
 from staffa.model.fields import Spaces, State, read_vector
 from staffa.model.openings import Openings, cell_integrals
-from staffa.model.quadrature import DEGREE, in_the_middle
+from staffa.model.quadrature import DEGREE, cell_middle, in_the_middle
 from staffa.model.temperature_properties import Spent
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
@@ -333,9 +332,7 @@ class Energy:
         if pores is not None:
             biot = self.external.forces.biot
             stress -= biot * pores * ufl.Identity(stress.ufl_shape[0])
-        cell = self._mesh.basix_cell()
-        middle = basix.geometry(cell).mean(axis=0)[None, :]
-        return jit.expression(stress, middle, self.comm)
+        return jit.expression(stress, cell_middle(self._mesh), self.comm)
 
     def thermal_power(self) -> float:
         """Derivative of the energy along the temperature change held in `direction`."""

@@ -24,13 +24,13 @@ from staffa.evolution.schedule import Schedule
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
-from staffa.measure.probes import Probes
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import Keeper, on_disk, versions
-from staffa.runs.run import Watcher, built, march_on, probes, watching, writing
+from staffa.runs.observers import Watcher, probes, probing, watching
+from staffa.runs.run import march_on, opened, writing
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
 
@@ -66,7 +66,7 @@ def resume(
     ----------
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
-        `cases.own.identity`.
+        `setup.user_objects.identity`.
 
     Raises
     ------
@@ -101,10 +101,12 @@ def resume(
         require_same(given, manifest.own, setup, str(directory))
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
-        with built(setup) as system:
+        opening = opened(setup, manifest.toughness_factor)
+        del setup  # the session alone owns what belongs to a mesh
+        with opening as session:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = Keeper(comm, directory, system, manifest.h, case.output.checkpoint, journal)
-            looks = Probes(setup.domain, manifest.probes)
+            keeper = Keeper(directory, session, case.output.checkpoint, journal)
+            session.tool(probing, manifest.probes)
             standing = keeper.take_up(taken.page) if taken.page else None
             if standing and settings:
                 standing = standing.anew()
@@ -115,9 +117,7 @@ def resume(
             for sentence in filter(None, said):
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
-            return march_on(
-                case, setup, system, manifest, watcher, keeper, looks, standing, taken.steps
-            )
+            return march_on(case, session, manifest, watcher, keeper, standing, taken.steps)
 
 
 def _pressed(old: Case, case: Case) -> str | None:
