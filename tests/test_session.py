@@ -29,7 +29,7 @@ from staffa.setup.build import problem
 TRIANGLE, QUADRILATERAL = 5, 9  # vtkCellType.h
 WELL = 'output.probes=[{name="well",point=[0.3,0.1]}]'
 FIRST, SECOND = "domain.cells=triangle", "domain.cells=quadrilateral"
-PLAIN = ("output.fields=all", WELL)
+PLAIN = ("output.steps=all", WELL)
 CHANGED_AFTER = 3
 
 

@@ -81,7 +81,7 @@ def _finished(path: Path) -> Run:
 
 def _case(run: Run) -> Case:
     try:
-        return parse_case(run.case, folder=run.path)
+        return parse_case(run.case, folder=run.path, of_run=True)
     except InputError as error:
         raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
 

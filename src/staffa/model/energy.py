@@ -23,6 +23,7 @@ from staffa.model.external_loads import External, crack_volume
 from staffa.model.fields import Spaces, State, read_vector
 from staffa.model.openings import Openings, cell_integrals
 from staffa.model.quadrature import DEGREE, cell_middle, in_the_middle
+from staffa.model.strain import elastic_strain
 from staffa.model.temperature_properties import Spent
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
@@ -49,6 +50,7 @@ class Energy:
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
     forms are compiled once; every method evaluates at the state that was given. All methods are
     collective. intact_stress: the stress (Pa) of rock without damage at the current strain.
+    total_strain; elastic_density (J/m^3), of damaged rock; Gc (J/m^2): in forms.
     """
 
     def __init__(
@@ -140,6 +142,8 @@ class Energy:
         in_cracks = crack_volume(domain, u, alpha, cold) * dx
         self._in_cracks = (in_cracks, alpha * cold * dx, u, v)
 
+        self.total_strain = elastic_strain(u, ufl.zero((3, 3)), rock.state)
+        self.elastic_density, self.Gc = density(strain(u, T, rock)), rock.Gc
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
         self.intact_stress = ufl.diff(rock.elasticity.strained(e).psi, e)

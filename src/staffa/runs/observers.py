@@ -14,6 +14,7 @@ from staffa.case.schema.probe_keys import Line
 from staffa.errors import StoppedError
 from staffa.evolution.measures import releasing
 from staffa.evolution.observers import Observers
+from staffa.evolution.output_fields import field_values
 from staffa.evolution.session import Session
 from staffa.io import run_directory
 from staffa.io.field_output import FieldWriter
@@ -93,14 +94,13 @@ def observers(
     def save(session: Session, moment: Moment, converged: bool) -> str | None:
         time = moment.time
         asked = plan.wants(time) or time == plan.times[-1]
-        if not (case.output.fields == "all" or asked or not converged):
+        if not (case.output.steps == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        energy = session.system.energy
-        in_cells = {"stress": energy.stress().reshape(-1, 9), **energy.openings.strains()}
+        at_vertices, in_cells = field_values(session, case.output.fields)
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         with on_disk(directory):
-            session.tool(writer).write(directory / name, session.state, in_cells)
+            session.tool(writer).write(directory / name, at_vertices, in_cells)
             on_root(comm, lambda: run_directory.write_series(directory, written))
         return name
 

@@ -162,8 +162,8 @@ def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
                 f"{setting} --out ANOTHER` begins a new one"
             )
     return (
-        parse_case(text, name=name, folder=directory),
-        parse_case(text, settings, name=name, folder=directory),
+        parse_case(text, name=name, folder=directory, of_run=True),
+        parse_case(text, settings, name=name, folder=directory, of_run=True),
     )
 
 
