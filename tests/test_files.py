@@ -97,6 +97,7 @@ def test_every_file_is_told(place: Path) -> None:
     assert of_a_run <= named("A run")
     # Of 3-D, of a damaged run, and of cracks whose damage has a crest.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
+    others |= {"quantities.csv"}  # of a script
     assert named("A run") - of_a_run <= others
     of_all = {name for name in written(place / "all") if not name.startswith("seed-")}
     assert of_all <= named("An ensemble") and "ensemble.csv" in of_all

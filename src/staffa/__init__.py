@@ -15,6 +15,7 @@ _WHERE = {
     "build": "staffa.evolution.system",
     "march": "staffa.evolution.march",
     "read_run": "staffa.io.run_directory",
+    "StepQuantity": "staffa.evolution.step_quantities",
 }
 __all__ = sorted(_WHERE)
 

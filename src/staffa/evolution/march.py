@@ -297,6 +297,7 @@ def _accepted(
 ) -> Step:
     """The record of a step that stands, converged or not, after measuring and saving its state."""
     outcome = advance.outcome
+    quantities = observers.quantities(session)  # first: where one is none, nothing is written
     fields = observers.save(session, moment, outcome.converged)
     return Step(
         **vars(moment),
@@ -316,6 +317,7 @@ def _accepted(
         heat=advance.all_heat,
         reactions=_reactions(session.system),
         probed=observers.probe(session),
+        quantities=quantities,
     )
 
 

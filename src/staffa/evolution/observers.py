@@ -23,6 +23,7 @@ class Observers:
     measure : measures of the state; by default those that the problem asks for.
     probe : values of the fields at points.
     save : (session, moment, converged) -> name of the file that was written, or None.
+    quantities : numbers of the script's own quantities, by name; stops the run where one is none.
     release : G at the tips of a state that was saved.
     watch : called after each sweep, with the step's moment.
     keep : called before each step and after the last with the restart state, and True if it must be
@@ -33,6 +34,7 @@ class Observers:
     measure: Callable[[Session], Measures | None] = measured
     probe: Callable[[Session], tuple[tuple[float, ...], ...]] = lambda session: ()
     save: Callable[[Session, Moment, bool], str | None] = lambda session, moment, converged: None
+    quantities: Callable[[Session], dict[str, tuple[float, ...]]] = lambda session: {}
     release: Callable[[Session], tuple[Release, ...]] = lambda session: ()
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     keep: Callable[[Standing, bool], None] = lambda standing, now: None

@@ -29,6 +29,34 @@ class Own:
 
 
 @dataclass(frozen=True, kw_only=True)
+class QuantityRecord:
+    """A quantity of a script's own, as a run records it at each step.
+
+    Attributes
+    ----------
+    name : name of the quantity.
+    unit : unit of its numbers; "" for none.
+    numbers : how many numbers it gives at a step.
+    """
+
+    name: str
+    unit: str
+    numbers: int = 1
+
+    @property
+    def shown(self) -> Unit:
+        """Its unit, in which its numbers are recorded and shown."""
+        return Unit(name="" if self.unit == "1" else self.unit)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """A name for each of its numbers."""
+        if self.numbers == 1:
+            return (self.name,)
+        return tuple(f"{self.name}_{number}" for number in range(1, self.numbers + 1))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Manifest:
     """What a run is: written once, before its first step.
 
@@ -49,7 +77,8 @@ class Manifest:
     units: in which results are shown, by the names of `display_units.Shown`; empty if scaled.
     axial: the body is one of revolution, and its numbers are of all of it.
     reference: the temperature (K) from which the field T counts, if that is one and is known.
-    elements: of the displacement, see `physics.locking`.
+    elements: of the displacement, see `physics.locking`. quantities: of a script, recorded at
+    each step.
     """
 
     version: str
@@ -89,6 +118,7 @@ class Manifest:
     reference: float | None = None
     axial: bool = False
     elements: str = "linear"
+    quantities: tuple[QuantityRecord, ...] = ()
     format: int = 1
 
     @cached_property

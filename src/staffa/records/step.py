@@ -327,7 +327,7 @@ class Step:
     of its fields, if kept.
     reactions: the force that each held side exerts on the body (N; N/m in 2-D). probed: T (K), u
     (m), alpha at the manifest's probes in turn. hoop: see `measure.hoop`. released: at the tips,
-    where fields are kept.
+    where fields are kept. quantities: numbers of the script's own quantities, by name.
     """
 
     index: int
@@ -350,6 +350,7 @@ class Step:
     probed: tuple[tuple[float, ...], ...] = ()
     hoop: float | None = None
     released: tuple[Release, ...] = ()
+    quantities: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def to_record(self) -> dict[str, Any]:
         """The step as a dictionary that JSON can hold, the total energy written out."""

@@ -1,4 +1,4 @@
-"""What was read off at every step, as tables that a spreadsheet reads: reactions and probes."""
+"""Readings of every step as tables for a spreadsheet: reactions, probes, own quantities."""
 
 import csv
 import io
@@ -59,6 +59,18 @@ def probes_table(run: Run) -> str | None:
     ]
     where = [shown.length.column(name) for name in ("s", *axes)]
     return csv_text([*clock_header(m), "name", *where, *fields], rows)
+
+
+def quantities_table(run: Run) -> str | None:
+    """One row for each step: the numbers of the script's own quantities; None without any."""
+    m, known = run.manifest, run.manifest.quantities
+    columns = [q.shown.column(name) for q in known for name in q.columns]
+    rows = [
+        [*clock(m, step), *(number for q in known for number in step.quantities[q.name])]
+        for step in run.steps
+        if step.quantities
+    ]
+    return csv_text([*clock_header(m), *columns], rows)
 
 
 def clock_header(manifest: Manifest) -> list[str]:

@@ -1,6 +1,6 @@
 """Observers of a run: who follows it, and what is read off and written at each step."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from staffa.backend.stack import MPI  # noqa: F401
@@ -16,6 +16,7 @@ from staffa.evolution.measures import releasing
 from staffa.evolution.observers import Observers
 from staffa.evolution.output_fields import field_values
 from staffa.evolution.session import Session
+from staffa.evolution.step_quantities import Recorded, evaluated_quantities
 from staffa.io import run_directory
 from staffa.io.field_output import FieldWriter
 from staffa.measure.probes import Probes
@@ -76,6 +77,7 @@ def observers(
     watcher: Watcher,
     keeper: Keeper,
     steps: tuple[Step, ...],
+    quantities: Sequence[Recorded] = (),
 ) -> Observers:
     """Return what is done at each step of a run.
 
@@ -87,6 +89,7 @@ def observers(
     watcher : who follows it.
     keeper : writes its checkpoints.
     steps : those that stand already.
+    quantities : those of a script, which are recorded at each step.
     """
     comm, plan, directory = session.comm, session.problem.schedule, keeper.directory
     written = [(step.fields, step.time) for step in steps if step.fields]
@@ -112,6 +115,7 @@ def observers(
 
     return Observers(
         probe=lambda session: session.tool(probing, manifest.probes)(session.state),
+        quantities=lambda session: evaluated_quantities(session, quantities, manifest.quantities),
         save=save,
         release=released,
         watch=watcher.swept,

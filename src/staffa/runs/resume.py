@@ -21,6 +21,12 @@ from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import Schedule
+from staffa.evolution.step_quantities import (
+    Recorded,
+    known_quantities,
+    require_same_quantities,
+    tried_quantities,
+)
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
@@ -58,6 +64,7 @@ def resume(
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
     temperature: Load | None = None,
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Go on with a run from its last good checkpoint to its end, on any number of ranks; give the
     steps that stand. Collective.
@@ -67,6 +74,7 @@ def resume(
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
         `setup.user_objects.identity`.
+    quantities : those that `run` was given: by their names and units.
 
     Raises
     ------
@@ -79,6 +87,7 @@ def resume(
     directory, watcher = path_of(directory, "directory"), watching(watcher)
     settings = settings_of(settings)
     require(comm, MPI.Comm, "comm", COMM)
+    quantities = known_quantities(quantities)
     given = Given(damage=damage, split=split, temperature=temperature)
     on_root(comm, lambda: _require_run(directory))
     with writing(comm, directory) as said_by_lock:
@@ -91,6 +100,7 @@ def resume(
                 on_root(comm, lambda: own_files.remove_halves(directory))
             return steps
         require_given(given, manifest.own, str(directory))
+        require_same_quantities(quantities, manifest.quantities, str(directory))
         taken = on_root(comm, lambda: take(directory))
         if finished and settings:
             _require_checkpoint(directory, taken, settings)
@@ -107,6 +117,7 @@ def resume(
             journal = run_directory.Journal(directory, taken.lines)
             keeper = Keeper(directory, session, case.output.checkpoint, journal)
             session.tool(probing, manifest.probes)
+            tried_quantities(session, quantities)
             standing = keeper.take_up(taken.page) if taken.page else None
             if standing and settings:
                 standing = standing.anew()
@@ -117,7 +128,9 @@ def resume(
             for sentence in filter(None, said):
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
-            return march_on(case, session, manifest, watcher, keeper, standing, taken.steps)
+            return march_on(
+                case, session, manifest, watcher, keeper, standing, taken.steps, quantities
+            )
 
 
 def _pressed(old: Case, case: Case) -> str | None:

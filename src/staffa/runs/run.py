@@ -1,6 +1,6 @@
 """Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from staffa.evolution.march import march_session
 from staffa.evolution.problem import Problem
 from staffa.evolution.restart_state import Standing
 from staffa.evolution.session import Session
+from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
 from staffa.evolution.system import build
 from staffa.io import run_directory
 from staffa.io.lock import Lock
@@ -32,7 +33,7 @@ from staffa.measure.tip import reach
 from staffa.model.domain import cell_count
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
-from staffa.records.manifest import Manifest, Own
+from staffa.records.manifest import Manifest, Own, QuantityRecord
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import FLAGS, Keeper, on_disk
 from staffa.runs.observers import Watcher as Watcher
@@ -51,6 +52,7 @@ def run(
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
     temperature: Load | None = None,
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
 
@@ -58,6 +60,8 @@ def run(
     ----------
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
         the manifest keeps their identity, and `resume` asks for them.
+    quantities : quantities of your own, see `staffa.StepQuantity`, which are recorded at each step;
+        `resume` asks for them.
 
     Raises
     ------
@@ -71,6 +75,7 @@ def run(
     require(case, Case, "case", CASE)
     require(comm, MPI.Comm, "comm", COMM)
     directory, watcher = path_of(directory, "directory"), watching(watcher)
+    quantities = known_quantities(quantities)
     on_root(comm, lambda: _require_free(directory))
     if temperature is not None:
         case = for_any_load(case)  # as it is written into the directory
@@ -79,7 +84,8 @@ def run(
     own, opening = recorded(given, setup), opened(setup, toughness_factor(setup))
     del setup  # the session alone owns what belongs to a mesh
     with opening as session:
-        manifest = on_root(comm, lambda: describe(case, session, own))
+        tried = tried_quantities(session, quantities)
+        manifest = on_root(comm, lambda: describe(case, session, own, tried))
         files = on_root(comm, lambda: attached(case))
         session.tool(probing, manifest.probes)  # refuses a point outside before all is written
         with writing(comm, directory, new=True) as said_by_lock:
@@ -91,7 +97,7 @@ def run(
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
             keeper = Keeper(directory, session, case.output.checkpoint, journal)
-            return march_on(case, session, manifest, watcher, keeper)
+            return march_on(case, session, manifest, watcher, keeper, quantities=quantities)
 
 
 @contextmanager
@@ -167,10 +173,11 @@ def march_on(
     keeper: Keeper,
     standing: Standing | None = None,
     steps: tuple[Step, ...] = (),
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """March from where a run stands, after these steps, to its end; the steps that stand.
     Collective."""
-    looking_on = observers(case, session, manifest, watcher, keeper, steps)
+    looking_on = observers(case, session, manifest, watcher, keeper, steps, quantities)
     begun_with = len(steps)
     try:
         for step in march_session(session, looking_on, standing):
@@ -198,6 +205,7 @@ def describe(
     case: Case,
     session: Session,
     own: dict[str, Own],
+    quantities: tuple[QuantityRecord, ...] = (),
 ) -> Manifest:
     """Describe this run for its manifest.
 
@@ -206,6 +214,7 @@ def describe(
     case : case of the run.
     session : owner of its first mesh.
     own : laws, splits and loads that a script gives in place of the case's.
+    quantities : quantities of a script, recorded at each step.
     """
     setup, system = session.problem, session.system
     own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
@@ -256,6 +265,7 @@ def describe(
         axial=domain.axial,
         reference=None if own_load else reference(case),
         elements=setup.elements,
+        quantities=quantities,
     )
 
 
