@@ -31,6 +31,7 @@ WELL = 'output.probes=[{name="well",point=[0.3,0.1]}]'
 FIRST, SECOND = "domain.cells=triangle", "domain.cells=quadrilateral"
 PLAIN = ("output.steps=all", WELL)
 CHANGED_AFTER = 3
+FEW = ("time.tau=[0.1,0.3]", "output.at=[]", "solver.stability=none")  # ranks are slow
 
 
 def run_with_change(directory: Path, *settings: str, after: int = CHANGED_AFTER) -> Run:
@@ -58,7 +59,7 @@ def run_with_change(directory: Path, *settings: str, after: int = CHANGED_AFTER)
                 old = {"system": weakref.ref(session.system), "mesh": weakref.ref(session.domain)}
                 new = problem(other)
                 session.replace(new, interpolated(session, new))
-        assert session.changes == 1 and keeper.journal.lines == 6
+        assert session.changes == 1 and step.index > after
     return read_run(directory)
 
 
@@ -129,8 +130,8 @@ def test_a_state_is_interpolated_with_its_bound() -> None:
 ON_RANKS = """
 from pathlib import Path
 from staffa.backend.stack import MPI
-from test_session import run_with_change
-run = run_with_change(Path({folder!r}))
+from test_session import FEW, run_with_change
+run = run_with_change(Path({folder!r}), *FEW, after=0)
 if MPI.COMM_WORLD.rank == 0:
     for step in run.steps:
         print(step.energies.total, step.measures.length_surface, *step.probed[0])
@@ -141,9 +142,11 @@ if MPI.COMM_WORLD.rank == 0:
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", RANKS)
 def test_the_mesh_changes_on_any_ranks(ranks: int, tmp_path: Path) -> None:
-    alone, found = (
-        np.array(printed_on(n, ON_RANKS.format(folder=str(tmp_path / str(n)))), dtype=float)
-        for n in (1, ranks)
+    alone = [
+        [step.energies.total, step.measures.length_surface, *step.probed[0]]
+        for step in run_with_change(tmp_path / "alone", *FEW, after=0).steps
+    ]
+    found = printed_on(ranks, ON_RANKS.format(folder=str(tmp_path / "found")))
+    assert np.array(found, dtype=float) == pytest.approx(np.array(alone), rel=1e-4, abs=1e-5), (
+        "to the stop of the minimization"
     )
-    assert alone.shape == (6, 6)
-    assert found == pytest.approx(alone, rel=1e-3, abs=1e-3), "to the stop of the minimization"
