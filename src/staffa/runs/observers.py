@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from staffa.backend.stack import MPI  # noqa: F401
+from staffa.backend.stack import MPI
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from staffa.errors import StoppedError
 from staffa.evolution.measures import releasing
 from staffa.evolution.observers import Observers
 from staffa.evolution.output_fields import field_values
+from staffa.evolution.schedule import Schedule
 from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, evaluated_quantities
 from staffa.io import run_directory
@@ -91,7 +93,24 @@ def observers(
     steps : those that stand already.
     quantities : those of a script, which are recorded at each step.
     """
-    comm, plan, directory = session.comm, session.problem.schedule, keeper.directory
+    return Observers(
+        probe=lambda session: session.tool(probing, manifest.probes)(session.state),
+        quantities=lambda session: evaluated_quantities(session, quantities, manifest.quantities),
+        save=_saving(case, session.problem.schedule, keeper.directory, steps),
+        release=released,
+        watch=watcher.swept,
+        keep=keeper.keep,
+        pause=_pausing(session.comm, watcher),
+    )
+
+
+def _saving(
+    case: Case, plan: Schedule, directory: Path, steps: tuple[Step, ...]
+) -> Callable[[Session, Moment, bool], str | None]:
+    """The function that writes the fields of a step, if they are to be kept, and gives their file.
+
+    steps: those that stand already.
+    """
     written = [(step.fields, step.time) for step in steps if step.fields]
 
     def save(session: Session, moment: Moment, converged: bool) -> str | None:
@@ -104,8 +123,14 @@ def observers(
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         with on_disk(directory):
             session.tool(writer).write(directory / name, at_vertices, in_cells)
-            on_root(comm, lambda: run_directory.write_series(directory, written))
+            on_root(session.comm, lambda: run_directory.write_series(directory, written))
         return name
+
+    return save
+
+
+def _pausing(comm: MPI.Comm, watcher: Watcher) -> Callable[[], None]:
+    """The function that stops the run on all ranks where the watcher of one asks for it."""
 
     def pause() -> None:
         reason = watcher.stop()
@@ -113,15 +138,7 @@ def observers(
             told = best_candidate(comm, None if reason is None else (reason,))
             raise StoppedError(str(told and told[0]))
 
-    return Observers(
-        probe=lambda session: session.tool(probing, manifest.probes)(session.state),
-        quantities=lambda session: evaluated_quantities(session, quantities, manifest.quantities),
-        save=save,
-        release=released,
-        watch=watcher.swept,
-        keep=keeper.keep,
-        pause=pause,
-    )
+    return pause
 
 
 def probes(case: Case) -> tuple[Probe, ...]:

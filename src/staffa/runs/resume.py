@@ -8,19 +8,15 @@ from typing import Any
 
 from staffa.backend.stack import MPI
 
-import numpy as np
-
 from staffa.arguments import path_of, require, settings_of
 from staffa.backend.parallel import on_root
 from staffa.case.reading.read import parse_case, setting_names
-from staffa.case.rules.time_rules import counts_in
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import CHANGEABLE, attached, identity
 from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
-from staffa.evolution.schedule import Schedule
 from staffa.evolution.step_quantities import (
     Recorded,
     known_quantities,
@@ -37,11 +33,9 @@ from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import Keeper, on_disk, versions
 from staffa.runs.observers import Watcher, probes, probing, watching
 from staffa.runs.run import march_on, opened, writing
+from staffa.runs.times_ahead import schedule_ahead, with_times
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
-
-# Of the end of a run: times nearer to one another are the same.
-SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +104,7 @@ def resume(
         _is_the_same(setup, manifest, directory)
         require_same(given, manifest.own, setup, str(directory))
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
-        manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
+        manifest = replace(with_times(manifest, setup), ranks=comm.size, probes=probes(case))
         opening = opened(setup, manifest.toughness_factor)
         del setup  # the session alone owns what belongs to a mesh
         with opening as session:
@@ -312,60 +306,3 @@ def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
 
 def _listed(found: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {version}" for name, version in found.items())
-
-
-def schedule_ahead(
-    case: Case, setup: Problem, manifest: Manifest, steps: Sequence[Step]
-) -> Schedule:
-    """The times that were asked for up to the last step, and those of the case from there on.
-
-    Raises
-    ------
-    InputError
-        The case would have had other times up to here.
-    """
-    plan = setup.schedule
-    if not steps:
-        return plan
-    now, near = steps[-1].time, SAME_TIME * steps[-1].time
-    name, clock = f"time.{counts_in(case)}", _clock(steps[-1])
-    if (plan.pace is not None) != manifest.adaptive:
-        raise InputError(
-            f"{name}: steps that adapt and steps that are given cannot follow one another; leave "
-            f"them as they are, or begin a new run"
-        )
-    behind = [(t, r) for t, r in zip(manifest.times, manifest.requested, strict=True) if t <= now]
-    asked = [t for t in plan.times if t <= now + near]
-    visited = [step.time for step in steps]
-    stand = set(_matched(asked, visited, near)) == {True}
-    if manifest.adaptive:
-        stand = stand and plan.times[-1] >= now - near
-    else:
-        stand = stand and len(asked) == len(visited)
-    if not stand:
-        raise InputError(
-            f"{name} and output.at: the run has gone to {clock}, and the times up to there cannot "
-            f"change; change later ones only"
-        )
-    ahead = [(t, r) for t, r in zip(plan.times, plan.requested, strict=True) if t > now + near]
-    times, requested = zip(*behind, *ahead, strict=True) if behind or ahead else ((), ())
-    return Schedule(times=tuple(times), requested=tuple(requested), pace=plan.pace)
-
-
-def _matched(times: Sequence[float], among: Sequence[float], near: float) -> list[bool]:
-    found = np.array(among)
-    return [bool(np.any(np.abs(found - time) <= near)) for time in times]
-
-
-def _clock(step: Step) -> str:
-    return f"t = {step.time:.6g}" if step.tau is None else f"tau = {step.tau:.6g}"
-
-
-def _with_times(manifest: Manifest, setup: Problem) -> Manifest:
-    plan, tau_of = setup.schedule, setup.tau_of
-    return replace(
-        manifest,
-        times=plan.times,
-        taus=tuple(None if tau_of is None else tau_of(t) for t in plan.times),
-        requested=plan.requested,
-    )
