@@ -75,6 +75,7 @@ LIGHT = [
     "staffa.io.checkpoint",
     "staffa.backend.lock",
     "staffa.io.vtkhdf",
+    "staffa.evolution.output_fields",
     "staffa.evolution.schedule",
     "staffa.case.reading.ready_cases",
     "staffa.case.check.preview",

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from staffa.case.reading.ready_cases import ready_case as ready_case
     from staffa.case.schema.case import Case as Case
     from staffa.evolution.march import march as march
+    from staffa.evolution.step_quantities import StepQuantity as StepQuantity
     from staffa.evolution.system import build as build
     from staffa.io.run_directory import open_run as open_run
     from staffa.runs.resume import resume as resume
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 else:
     _WHERE = {
         "Case": "staffa.case.schema.case",
+        "StepQuantity": "staffa.evolution.step_quantities",
         "build": "staffa.evolution.system",
         "march": "staffa.evolution.march",
         "open_run": "staffa.io.run_directory",

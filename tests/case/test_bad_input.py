@@ -216,7 +216,12 @@ VALUES = [
     ("output.at=[0.1,0.1]", "output.at: 0.1 is there twice", "leave one out"),
     ('output.at=["1 s"]', 'output.at = "1 s" has one', "give every number a unit, or none"),
     ("output.at=0.1", "output.at = 0.1", "write at like [0.1, 0.2, 0.4]"),
-    ('output.fields="some"', "output.fields", '"requested", "all"'),
+    ('output.steps="some"', "output.steps", '"requested", "all"'),
+    ('output.fields="all"', 'output.fields = "all"', "called output.steps now"),
+    ("output.fields=3", "output.fields = 3", 'write fields like ["u", "alpha"'),
+    ('output.fields=["alhpa"]', 'entry 1 = "alhpa"', "Did you mean 'alpha'?"),
+    ('output.fields=["u","alpha"]', 'lacks "T"', "add it"),
+    ('output.fields=["alpha","T","u","T"]', 'output.fields: "T" is there twice', "leave one out"),
     ("measures.depths=[1.0]", "measures.depths: 1.0", "take smaller depths"),
     ("measures.depths=[0.1,0.2,0.1]", "measures.depths: 0.1 is there twice", "leave one out"),
     ("measures.threshold=0", "measures.threshold = 0", "larger than 0"),
@@ -257,6 +262,14 @@ VALUES = [
     ("damage.=3", "--set damage.=3", "write it like --set damage.law=AT2"),
 ]
 COMBINED = [
+    (
+        [
+            *("material.E=1.0", "material.nu=0.2", "material.E_axis=0.5", "material.nu_axis=0.1"),
+            *("material.G_axis=0.3", "material.axis=[0,1]", 'output.fields=["alpha","T","E"]'),
+        ],
+        'output.fields: "E" is a number of isotropic rock',
+        "leave it out",
+    ),
     (
         ("material.nu=0.5", 'material.plane="strain"'),
         "in plane strain",

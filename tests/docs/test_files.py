@@ -11,6 +11,7 @@ from typing import Any, get_args, get_type_hints
 import h5py
 import pytest
 
+from staffa.evolution.output_fields import DEFAULT
 from staffa.io.run_directory import STEPS, open_run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
@@ -98,6 +99,7 @@ def test_every_file_is_told(place: Path) -> None:
     assert of_a_run <= named("A run")
     # Of 3-D, of a damaged run, and of cracks whose damage has a ridge.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
+    others |= {"quantities.csv"}  # of a script
     assert named("A run") - of_a_run <= others
     of_all = {name for name in written(place / "all") if not name.startswith("seed-")}
     assert of_all <= named("An ensemble") and "ensemble.csv" in of_all
@@ -118,7 +120,7 @@ def test_what_is_in_the_files_is_told(place: Path) -> None:
     for part in (directory / "fields").glob("*.vtkhdf"):
         with h5py.File(part) as file:
             held = {*file["VTKHDF/PointData"], *file["VTKHDF/CellData"]}
-        assert held == named("Fields")
+        assert held == set(DEFAULT) <= named("Fields")
     results = (PAGES / "results.md").read_text()
     for table in (*directory.glob("*.csv"), *directory.glob("network/*.csv")):
         for column in table.read_text().splitlines()[0].split(","):
@@ -149,7 +151,7 @@ def test_a_run_is_shown_and_reported_while_it_goes_on(tmp_path: Path) -> None:
             draw(found)
             assert own_files(tmp_path / "run") == before
 
-    run(small("output.fields=all"), tmp_path / "run", watcher=Watcher(stepped=look))
+    run(small("output.steps=all"), tmp_path / "run", watcher=Watcher(stepped=look))
     assert "2 of 6 steps; still going on, or stopped" in said, said
     assert (tmp_path / "run" / "report.html").exists() and open_run(tmp_path / "run").finished
 

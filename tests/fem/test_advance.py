@@ -134,7 +134,7 @@ def test_when_nothing_helps_the_state_before_is_saved() -> None:
 
     broken = with_solvers(system, Failing(system, at_the_second_step))
     observers = Observers(
-        save=lambda moment, converged: saved.append(owned(system.state.alpha).copy())
+        save=lambda session, moment, converged: saved.append(owned(system.state.alpha).copy())
     )
     with pytest.raises(SolveError, match=r"step 1 \(time 0.006\) failed: .*told to fail"):
         for step in march(problem, broken, observers):

@@ -61,7 +61,7 @@ Look = Callable[[System, int], None]
 def ran(problem: Problem, look: Look = lambda system, index: None) -> list[Step]:
     """All steps; look: called at the end of each."""
     system = build(problem)
-    observers = Observers(save=lambda moment, converged: look(system, moment.index))
+    observers = Observers(save=lambda session, moment, converged: look(system, moment.index))
     try:
         return list(march(problem, system, observers))
     finally:

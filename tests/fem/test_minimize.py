@@ -148,7 +148,9 @@ def test_irreversibility(crack_set_only: bool) -> None:
 def test_running_out_of_sweeps_is_said_and_yielded() -> None:
     system = build(problem := cooled(stop=Stop(change=1e-6, residual=1e-4, sweeps=2)))
     saved = []
-    observers = Observers(save=lambda moment, converged: saved.append((moment.index, converged)))
+    observers = Observers(
+        save=lambda session, moment, converged: saved.append((moment.index, converged))
+    )
     steps = []
     with pytest.raises(SolveError, match=r"not converged in 2 sweeps.*try shorter time steps"):
         for step in march(problem, system, observers):
@@ -185,7 +187,9 @@ def test_when_all_damage_solvers_fail_the_run_stops() -> None:
     )
     system = replace(system, alternation=replace(parts, bounded=[lame]))
     saved, steps = [], []
-    observers = Observers(save=lambda moment, converged: saved.append((moment.index, converged)))
+    observers = Observers(
+        save=lambda session, moment, converged: saved.append((moment.index, converged))
+    )
     with pytest.raises(SolveError, match=r"step 0 .* damage was not minimized.*try a shorter"):
         for step in march(problem, system, observers):
             steps.append(step)

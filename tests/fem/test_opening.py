@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from staffa.evolution.march import march
+from staffa.evolution.output_fields import field_values
 from staffa.evolution.problem import Problem
+from staffa.evolution.session import Session
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
 from staffa.io.vtkhdf import read_vtkhdf
@@ -74,10 +76,8 @@ def seen(problem: Problem, file: Path) -> Seen:
     system = build(problem)
     (_,) = march(problem, system)
     energy, ell, h = system.energy, problem.material.ell, problem.domain.h
-    stress = energy.stress().reshape(-1, 9)
-    FieldWriter(MPI.COMM_WORLD, system.spaces).write(
-        file, system.state, {"stress": stress, **energy.openings.strains()}
-    )
+    at_vertices, in_cells = field_values(Session(problem, system))
+    FieldWriter(MPI.COMM_WORLD, system.spaces).write(file, at_vertices, in_cells)
     gauge = Gauge(face=BOTTOM, depths=(), threshold=0.8, prominence=ell, h=h, toughness_factor=1.0)
     volume = crack_volume(problem.domain, system.state, energy, gauge)
     system.destroy()

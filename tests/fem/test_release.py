@@ -14,6 +14,7 @@ from report.test_report import drawn_manifest, drawn_step
 from staffa.evolution.march import march
 from staffa.evolution.measures import releasing
 from staffa.evolution.problem import Problem
+from staffa.evolution.session import Session
 from staffa.evolution.system import System, build
 from staffa.io.field_output import FieldWriter
 from staffa.io.run_directory import append_step, create, open_run
@@ -59,7 +60,8 @@ class Seen:
 def rates(problem: Problem, system: System) -> tuple[Release, ...]:
     """G at the tips of a system's state."""
     grid = FieldWriter(problem.domain.comm, system.spaces).grid
-    return releasing(problem, system, mesh=None if grid is None else (grid.points, grid.cells))()
+    mesh = None if grid is None else (grid.points, grid.cells)
+    return releasing(Session(problem, system), mesh=mesh)()
 
 
 def notched(depth: float, *, size=(1.0, 1.0), h=H, ell=ELL, state="plane stress", **more) -> Seen:

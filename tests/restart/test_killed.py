@@ -194,7 +194,7 @@ def remount(disk: Path, option: str) -> None:
 @pytest.mark.slow
 def test_a_full_disk_and_one_that_cannot_be_written_to_lose_nothing(disk: Path, tmp_path) -> None:
     """It fills up at whatever is written then; then it is larger, but read-only at first."""
-    case = small("output.fields=all")
+    case = small("output.steps=all")
     expected = whole_run(case, tmp_path / "whole")
     with pytest.raises(StoppedError, match="cannot be written to") as full:
         run(case, disk / "run")
@@ -286,7 +286,7 @@ def test_what_breaks_as_a_signal_comes_is_an_interruption() -> None:
             raise RuntimeError("the compiler was interrupted")
 
 
-STEADY = ["time.tau={start=0.0002,stop=0.4,steps=2000}", "output.fields=all", "output.at=[]"]
+STEADY = ["time.tau={start=0.0002,stop=0.4,steps=2000}", "output.steps=all", "output.at=[]"]
 
 
 def resident() -> float:

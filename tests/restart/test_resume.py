@@ -124,7 +124,7 @@ def test_before_its_first_step_a_run_may_still_change_its_ways(tmp_path: Path) -
 def test_a_rare_checkpoint_repeats_steps_and_gives_the_same(tmp_path: Path) -> None:
     """Killed between checkpoints: the steps since the last are computed again, each once on disk;
     a stop that is asked for saves where it is all the same."""
-    case = small("output.checkpoint={steps=4}", "output.fields=all")
+    case = small("output.checkpoint={steps=4}", "output.steps=all")
     expected = whole_run(case, tmp_path / "whole")
 
     class KilledError(Exception):

@@ -398,16 +398,16 @@ def test_a_member_that_fails_loses_none_of_the_others(
     from staffa.records.step import Stop
     from staffa.runs import run as experiment
 
-    calls, march = [], experiment.march
+    calls, march = [], experiment.march_session
 
-    def tiring(setup, system, observers, standing):
-        calls.append(setup)
-        stop = Stop(sweeps=1) if len(calls) == 2 else setup.solvers.stop
-        yield from march(
-            replace(setup, solvers=replace(setup.solvers, stop=stop)), system, observers, standing
-        )
+    def tiring(session, observers, standing):
+        calls.append(session)
+        if len(calls) == 2:
+            solvers = replace(session.problem.solvers, stop=Stop(sweeps=1))
+            session.problem = replace(session.problem, solvers=solvers)
+        yield from march(session, observers, standing)
 
-    monkeypatch.setattr(experiment, "march", tiring)
+    monkeypatch.setattr(experiment, "march_session", tiring)
     with pytest.raises(SolveError) as caught:
         run_members_and_follow(
             lambda: read_case(real / "small.toml"), tmp_path / "e", count=3, first=None, quiet=True

@@ -121,7 +121,7 @@ def test_a_step_that_does_not_converge_is_saved_and_said(tmp_path: Path) -> None
 @pytest.mark.slow
 def test_a_superseded_step_is_marked_and_not_erased(tmp_path: Path) -> None:
     directory = tmp_path / "run"
-    settings = ("--set", "solver.backtracking=true", "--set", "output.fields=all")
+    settings = ("--set", "solver.backtracking=true", "--set", "output.steps=all")
     done = launch(1, "run", CASES / "bar.toml", *settings, "--out", directory)
     assert done.returncode == 0, done.stderr
     run = open_run(directory)

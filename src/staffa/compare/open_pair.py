@@ -74,7 +74,7 @@ def _finished(path: Path) -> Run:
 def _side(name: str, run: Run, units: Shown | None) -> Side:
     """Return a run counted in units; without any over L and Gc L (in 3-D Gc L^2)."""
     try:
-        case = parse_case(run.case, folder=run.path)
+        case = parse_case(run.case, folder=run.path, of_run=True)
     except InputError as error:
         raise InputError(f"{run.path / CASE} is no case that this staffa reads: {error}") from None
     if units:

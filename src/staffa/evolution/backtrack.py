@@ -14,7 +14,8 @@ limited.
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -92,8 +93,11 @@ class StepHistory:
     def remember(self, alpha: np.ndarray, thermal: ThermalState) -> None:
         """Put the damage and the thermal state after the last step on disk."""
         number = next(self._given)
-        np.savez(self._file(number), alpha=alpha, T=thermal.T, memory=thermal.memory)
+        self._write(number, alpha, thermal)
         self.states.append(number)
+
+    def _write(self, number: int, alpha: np.ndarray, thermal: ThermalState) -> None:
+        np.savez(self._file(number), alpha=alpha, T=thermal.T, memory=thermal.memory)
 
     def state(self, number: int) -> tuple[np.ndarray, ThermalState]:
         """The damage and the thermal state, by their number in `states`."""
@@ -117,6 +121,26 @@ class StepHistory:
     def thermal(self, index: int) -> ThermalState:
         """The thermal state after a step."""
         return self.state(self.states[index + 1])[1]
+
+    def move(
+        self,
+        transfer: Callable[[np.ndarray], np.ndarray],
+        prescribed: Callable[[float], np.ndarray],
+    ) -> None:
+        """Take every state to another mesh. Collective.
+
+        Parameters
+        ----------
+        transfer : from values at the vertices of the one mesh to those of the other.
+        prescribed : displacements (m) that supports of the other mesh prescribe at a time (s).
+        """
+        for number in self.states:
+            alpha, thermal = self.state(number)
+            self._write(number, transfer(alpha), replace(thermal, T=transfer(thermal.T)))
+        self.steps = [
+            replace(past, loads=Loads(time=past.loads.time, values=prescribed(past.loads.time)))
+            for past in self.steps
+        ]
 
     def _file(self, number: int) -> Path:
         return Path(self._folder.name) / f"{number}.npz"

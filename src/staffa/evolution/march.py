@@ -1,66 +1,40 @@
 """The time loop: one minimization a step, its audit, and its record."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 from types import NoneType
 
-import numpy as np
-
 from staffa.arguments import require
 from staffa.backend.parallel import require_together
 from staffa.backend.vectors import readable
 from staffa.errors import PartedError, SolveError, StoppedError
-from staffa.evolution.advance import Advance, advance_to
-from staffa.evolution.audit import audit
+from staffa.evolution.advance import Advance
+from staffa.evolution.audit import Before, audit
 from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import come_to_rest
-from staffa.evolution.loose_parts import require_whole
-from staffa.evolution.measures import measuring
+from staffa.evolution.observers import Observers as Observers
 from staffa.evolution.problem import Problem
+from staffa.evolution.rejected_steps import not_returned, rejected
 from staffa.evolution.restart_state import Loop, RestartState
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
-from staffa.evolution.snapshot import Snapshot, restore, snapshot
+from staffa.evolution.session import Session
+from staffa.evolution.snapshot import restore
 from staffa.evolution.system import System
-from staffa.measure.growth import crack_advance
+from staffa.evolution.try_step import try_step
 from staffa.measure.reactions import reactions
-from staffa.minimize.alternate import Sweep, Watch
+from staffa.minimize.alternate import Sweep
 from staffa.records.status import Status
 from staffa.records.step import (
     Audit,
-    Measures,
     Moment,
-    Outcome,
-    Return,
     SolverStatistics,
     Stability,
     Step,
 )
-from staffa.records.tip_release import Release
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observers:
-    """What is done at each step by those who look on.
-
-    measure: the measures of the state, collective; None: those that the problem asks for. probe:
-    its fields where they are read off, collective; save: (moment, converged) -> the name of the
-    file written, or None, collective; release: G at the tips of a state that was saved, collective;
-    watch: called after each sweep, with the step's moment.
-    keep: offered where the loop stands before each step and after the last, and whether that must
-    be kept now, collective; pause: raises `StoppedError` where the run is to stop, on all ranks.
-    """
-
-    measure: Callable[[], Measures | None] | None = None
-    probe: Callable[[], tuple[tuple[float, ...], ...]] = lambda: ()
-    save: Callable[[Moment, bool], str | None] = lambda moment, converged: None
-    release: Callable[[], tuple[Release, ...]] = lambda: ()
-    watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
-    keep: Callable[[RestartState, bool], None] = lambda standing, now: None
-    pause: Callable[[], None] = lambda: None
 
 
 def march(
@@ -95,94 +69,199 @@ def march(
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     require(system, System, "system", "give a System, as staffa.build(problem) makes one")
     require(observers, (Observers, NoneType), "observers", "give staffa.evolution.march.Observers")
+    yield from march_session(Session(problem, system), observers, standing)
+
+
+def march_session(
+    session: Session, observers: Observers | None = None, standing: RestartState | None = None
+) -> Iterator[Step]:
+    """The same as `march`, for a session, whose mesh may change while a step is yielded.
+
+    Parameters
+    ----------
+    session : owner of the mesh and of all that is built for it.
+    observers : see `Observers`; None for none but the measures.
+    standing : restart state to go on from; None to begin.
+    """
     observers = observers or Observers()
-    observers = replace(observers, measure=observers.measure or measuring(problem, system))
-    if standing is None:
-        come_to_rest(problem, system, lambda sweep: observers.pause())
-        history = StepHistory(system) if problem.backtracking else None
-        rest = system.energy.total()
-        loop = Loop(walk=AdaptiveSteps(problem.schedule), history=history, total=rest)
-    else:
-        loop = standing.taken_up(problem, system)
     try:
-        yield from _visit(problem, system, observers, loop)
+        loop = _begun(session, observers) if standing is None else standing.taken_up(session)
+        while (taken := _take(session, observers, loop)) is not None:
+            yield taken.step
+            if taken.error is not None:
+                raise taken.error
     finally:
-        if loop.history:
-            loop.history.close()
+        if session.history:
+            session.history.close()
 
 
-def _visit(problem: Problem, system: System, observers: Observers, loop: Loop) -> Iterator[Step]:
-    walk, history = loop.walk, loop.history
-    start = loop.start(system)
-    while True:
-        if history and loop.due:
-            _look_back(problem, system, observers, loop, history)
-        system.energy.book()
-        time, standing = loop.next_time(), loop.standing(system)
-        observers.keep(standing, time is None)
-        if time is None:
-            return
-        began = perf_counter()
-        index, better = loop.next_index, loop.better
-        elastic = system.alternation.elastic
-        system.begin()
-        direct = elastic.linear.takeovers
-        moment = _moment(problem, index, time)
-        end = Loads(time=time, values=system.supports.values(time))
-        watch = partial(_watch, observers, moment)
-        before, spent = loop.before(standing.kept), None
-        try:
-            observers.pause()
-            if history and better:
-                advance = go_back(problem, system, history, better, watch)
-                advance, stability = examine(problem, system, end, advance, watch)
-                ran, rejected, spent = 0.0, False, advance.outcome
-                if not advance.outcome.converged:
-                    raise SolveError(advance.outcome.reason)
-            else:
-                tried = _try(problem, system, start, end, walk, watch)
-                advance, stability, ran, rejected = tried
-        except StoppedError:
-            observers.keep(standing, True)
-            raise
-        except SolveError as error:
-            require_together(problem.domain.comm, error)
-            if history and better:
-                restore(system, standing.kept)
-                history.failed.add(index)
-                history.returns[index] = standing.returns.get(index, 0)
-                loop.better, loop.due = None, True  # another step may be better too
-                seconds = perf_counter() - began
-                yield _not_returned(system, moment, history, better, error, spent, seconds)
-                continue
-            observers.keep(standing, True)
-            yield _failed(system, moment, observers, str(error))
-            kind = PartedError if isinstance(error, PartedError) else SolveError
-            raise kind(f"step {index} (time {time:.6g}) failed: {error}") from error
-        seconds = perf_counter() - began
-        if rejected:
-            yield _rejected(problem, moment, advance, ran, seconds)
-            continue
-        advance = advance.after(SolverStatistics(direct=elastic.linear.takeovers - direct))
-        outcome = advance.outcome
-        if not outcome.converged:
-            observers.keep(standing, True)
-        audited = audit(problem, system, before, advance, stability)
-        accepted = _accepted(system, moment, observers, advance, audited, stability, seconds)
-        yield replace(accepted, hoop=system.hoop.share(before.alpha) if system.hoop else None)
-        if not outcome.converged:
-            raise SolveError(f"step {index} (time {time:.6g}) {outcome.reason}; its state is saved")
-        if better and history:
-            walk.back(time)
-            history.failed.clear()  # the damage is another
-        else:
-            walk.onward(time, ran)
-        start, loop.index, loop.better = end, index + 1, None
-        loop.total = outcome.energies.total
-        if history:
-            history.drop(index)
-            history.keep(end, advance, system)
-            loop.due = True
+def _begun(session: Session, observers: Observers) -> Loop:
+    """The loop before the first step, in the initial equilibrium. Collective."""
+    problem, system = session.problem, session.system
+    come_to_rest(problem, system, lambda sweep: observers.pause())
+    if problem.backtracking:
+        session.history = StepHistory(system)
+    walk, total = AdaptiveSteps(problem.schedule), system.energy.total()
+    return Loop(session=session, walk=walk, total=total, changes=session.changes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Taken:
+    """The record of a step, and the error with which the run ends after it, if it does."""
+
+    step: Step
+    error: SolveError | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Start:
+    """All that a step begins with.
+
+    Attributes
+    ----------
+    moment : number and time of the step.
+    standing : restart state before it.
+    before : the state before it, as it is on record.
+    start, end : loads that it begins and ends with.
+    better : the earlier step that it returns to; None for the next step.
+    clock : seconds at which it began, by `perf_counter`.
+    """
+
+    moment: Moment
+    standing: RestartState
+    before: Before
+    start: Loads
+    end: Loads
+    better: Better | None
+    clock: float
+
+
+def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
+    """Take the next step on the current mesh; None at the end. Collective."""
+    problem, system = session.problem, session.system
+    loop.meet_mesh()
+    if loop.history and loop.due:
+        _look_back(session, observers, loop, loop.history)
+    system.energy.book()
+    time, standing = loop.next_time(), loop.standing()
+    observers.keep(standing, time is None)
+    if time is None:
+        return None
+    begun = _Start(
+        moment=_moment(problem, loop.next_index, time),
+        standing=standing,
+        before=loop.before(standing.kept),
+        start=loop.start(),
+        end=Loads(time=time, values=system.supports.values(time)),
+        better=loop.better if loop.history else None,
+        clock=perf_counter(),
+    )
+    system.begin()
+    try:
+        observers.pause()
+        if loop.history and begun.better:
+            return _return(session, observers, loop, begun, loop.history, begun.better)
+        return _advance(session, observers, loop, begun)
+    except StoppedError:
+        observers.keep(standing, True)
+        raise
+
+
+def _advance(session: Session, observers: Observers, loop: Loop, begun: _Start) -> _Taken:
+    """Take a step to a later time. Collective."""
+    problem, system = session.problem, session.system
+    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, begun.moment)
+    direct = linear.takeovers
+    try:
+        tried = try_step(problem, system, begun.start, begun.end, loop.walk, watch)
+    except SolveError as error:
+        require_together(session.comm, error)
+        observers.keep(begun.standing, True)
+        moment = begun.moment
+        words = f"step {moment.index} (time {moment.time:.6g}) failed: {error}"
+        ending = PartedError(words) if isinstance(error, PartedError) else SolveError(words)
+        ending.__cause__ = error
+        return _Taken(step=_failed(session, moment, observers, str(error)), error=ending)
+    seconds = perf_counter() - begun.clock
+    if tried.rejected:
+        return _Taken(step=rejected(problem, begun.moment, tried.advance, tried.ran, seconds))
+    advance = tried.advance.after(SolverStatistics(direct=linear.takeovers - direct))
+    taken = _stands(session, observers, begun, advance, tried.stability, seconds)
+    if taken.error is None:
+        loop.walk.onward(begun.moment.time, tried.ran)
+        _go_on(session, loop, begun, advance)
+    return taken
+
+
+def _return(
+    session: Session,
+    observers: Observers,
+    loop: Loop,
+    begun: _Start,
+    history: StepHistory,
+    better: Better,
+) -> _Taken:
+    """Go back to an earlier step. Collective."""
+    problem, system, spent = session.problem, session.system, None
+    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, begun.moment)
+    direct = linear.takeovers
+    try:
+        advance = go_back(problem, system, history, better, watch)
+        advance, stability = examine(problem, system, begun.end, advance, watch)
+        spent = advance.outcome
+        if not spent.converged:
+            raise SolveError(spent.reason)
+    except SolveError as error:
+        require_together(session.comm, error)
+        restore(system, begun.standing.kept)
+        index = begun.moment.index
+        history.failed.add(index)
+        history.returns[index] = begun.standing.returns.get(index, 0)
+        loop.better, loop.due = None, True  # another step may be better too
+        seconds = perf_counter() - begun.clock
+        return _Taken(
+            step=not_returned(system, begun.moment, history, better, error, spent, seconds)
+        )
+    seconds = perf_counter() - begun.clock
+    advance = advance.after(SolverStatistics(direct=linear.takeovers - direct))
+    taken = _stands(session, observers, begun, advance, stability, seconds)
+    loop.walk.back(begun.moment.time)
+    history.failed.clear()  # the damage is another
+    _go_on(session, loop, begun, advance)
+    return taken
+
+
+def _stands(
+    session: Session,
+    observers: Observers,
+    begun: _Start,
+    advance: Advance,
+    stability: Stability | None,
+    seconds: float,
+) -> _Taken:
+    """Audit and record a step that stands, converged or not. Collective."""
+    problem, system, outcome = session.problem, session.system, advance.outcome
+    if not outcome.converged:
+        observers.keep(begun.standing, True)
+    audited = audit(problem, system, begun.before, advance, stability)
+    step = _accepted(session, begun.moment, observers, advance, audited, stability, seconds)
+    if system.hoop:
+        step = replace(step, hoop=system.hoop.share(begun.before.alpha))
+    if outcome.converged:
+        return _Taken(step=step)
+    when = f"step {step.index} (time {step.time:.6g})"
+    return _Taken(step=step, error=SolveError(f"{when} {outcome.reason}; its state is saved"))
+
+
+def _go_on(session: Session, loop: Loop, begun: _Start, advance: Advance) -> None:
+    """Let the next step follow on one that stands."""
+    index, history = begun.moment.index, loop.history
+    loop.index, loop.better = index + 1, None
+    loop.total = advance.outcome.energies.total
+    if history:
+        history.drop(index)
+        history.keep(begun.end, advance, session.system)
+        loop.due = True
 
 
 def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
@@ -191,63 +270,13 @@ def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
     observers.pause()
 
 
-def _try(
-    problem: Problem,
-    system: System,
-    start: Loads,
-    end: Loads,
-    walk: AdaptiveSteps,
-    watch: Watch,
-) -> tuple[Advance, Stability | None, float, bool]:
-    """Take a step: what it was, its second order, how far cracks ran, and whether they ran too far.
-
-    Then the state is the one before it. Cracks are looked at again if a state was left that is not
-    stable. Collective.
-    """
-    before = snapshot(system)
-    if problem.schedule.pace is None:
-        advance = advance_to(problem, system, start, end, watch)
-        examined = examine(problem, system, end, advance, watch)
-        _require_whole(problem, system, before)
-        return *examined, 0.0, False
-    advance, stability = advance_to(problem, system, start, end, watch), None
-    ran = _ran(problem, system, before)
-    rejected = walk.goes_too_far(ran)
-    if not rejected:
-        advance, stability = examine(problem, system, end, advance, watch)
-        if (stability and stability.escapes) or (advance.curvature and advance.curvature.escapes):
-            ran = _ran(problem, system, before)
-            rejected = walk.goes_too_far(ran)
-    if rejected:
-        restore(system, before)
-    else:
-        _require_whole(problem, system, before)
-    return advance, stability, ran, rejected
-
-
-def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
-    """The same as `require_whole`, after which the state is the one before."""
-    try:
-        require_whole(problem, system)
-    except PartedError:
-        restore(system, before)
-        raise
-
-
-def _ran(problem: Problem, system: System, before: Snapshot) -> float:
-    """How far cracks ran since `snapshot` (m). Collective."""
-    return crack_advance(system.state, before.alpha, threshold=problem.measuring.threshold)
-
-
-def _look_back(
-    problem: Problem, system: System, observers: Observers, loop: Loop, history: StepHistory
-) -> None:
+def _look_back(session: Session, observers: Observers, loop: Loop, history: StepHistory) -> None:
     """Whether, and where, to go back; where that fails it stays due, for a run that is resumed."""
     try:
-        loop.better = better_earlier(problem, system, history)
+        loop.better = better_earlier(session.problem, session.system, history)
     except SolveError as error:
-        require_together(problem.domain.comm, error)
-        observers.keep(loop.standing(system), True)
+        require_together(session.comm, error)
+        observers.keep(loop.standing(), True)
         raise SolveError(
             f"step {loop.index - 1} is saved, but looking back failed: {error}"
         ) from error
@@ -261,7 +290,7 @@ def _moment(problem: Problem, index: int, time: float) -> Moment:
 
 
 def _accepted(
-    system: System,
+    session: Session,
     moment: Moment,
     observers: Observers,
     advance: Advance,
@@ -271,7 +300,8 @@ def _accepted(
 ) -> Step:
     """The record of a step that stands, converged or not, after measuring and saving its state."""
     outcome = advance.outcome
-    fields = observers.save(moment, outcome.converged)
+    quantities = observers.quantities(session)  # first: where one is none, nothing is written
+    fields = observers.save(session, moment, outcome.converged)
     return Step(
         **vars(moment),
         energies=outcome.energies,
@@ -279,17 +309,18 @@ def _accepted(
         status=outcome.status,
         reason=outcome.reason,
         audit=audited,
-        measures=observers.measure() if observers.measure else None,
+        measures=observers.measure(session),
         effort=outcome.effort,
         fields=fields,
-        released=observers.release() if fields and outcome.converged else (),
+        released=observers.release(session) if fields and outcome.converged else (),
         seconds=seconds,
         returned=advance.returned,
         stability=stability,
         curvature=advance.curvature,
         heat=advance.all_heat,
-        reactions=_reactions(system),
-        probed=observers.probe(),
+        reactions=_reactions(session.system),
+        probed=observers.probe(session),
+        quantities=quantities,
     )
 
 
@@ -303,63 +334,13 @@ def _reactions(system: System) -> dict[str, tuple[float, ...]]:
     return found
 
 
-def _rejected(
-    problem: Problem, moment: Moment, advance: Advance, ran: float, seconds: float
-) -> Step:
-    """The record of a step in which cracks ran too far."""
-    assert problem.schedule.pace is not None
-    outcome, ell, most = advance.outcome, problem.material.ell, problem.schedule.pace.advance
-    how_far = f"ran {ran / ell:.3g} ell" if np.isfinite(ran) else "started"
-    reason = f"cracks {how_far}, in a step that allows {most / ell:.3g} ell: taken again, shorter"
-    return Step(
-        **vars(moment),
-        energies=outcome.energies,
-        sweeps=outcome.sweeps,
-        status=Status.REJECTED,
-        reason=reason if outcome.converged else f"{outcome.reason}; {reason}",
-        effort=outcome.effort,
-        seconds=seconds,
-    )
-
-
-def _not_returned(
-    system: System,
-    moment: Moment,
-    history: StepHistory,
-    better: Better,
-    error: SolveError,
-    spent: Outcome | None,
-    seconds: float,
-) -> Step:
-    """The record of a return to an earlier step that failed; the state is the last step's again.
-
-    spent: what it did, if it came to its end.
-    """
-    last = len(history.steps) - 1
-    return Step(
-        **vars(moment),
-        energies=system.energy.energies(),
-        sweeps=spent.sweeps if spent else 0,
-        effort=spent.effort if spent else SolverStatistics(),
-        status=Status.REJECTED,
-        reason=f"the return to it failed ({error}), and step {last} stands",
-        seconds=seconds,
-        returned=Return(
-            index=last,
-            time=history.steps[-1].loads.time,
-            before=history.steps[better.index].total,
-            found=better.found,
-        ),
-    )
-
-
-def _failed(system: System, moment: Moment, observers: Observers, reason: str) -> Step:
+def _failed(session: Session, moment: Moment, observers: Observers, reason: str) -> Step:
     """The record of a step in which all solvers failed, after saving the state before it."""
     return Step(
         **vars(moment),
-        energies=system.energy.energies(),
+        energies=session.system.energy.energies(),
         sweeps=0,
         status=Status.FAILED,
         reason=reason,
-        fields=observers.save(moment, False),
+        fields=observers.save(session, moment, False),
     )

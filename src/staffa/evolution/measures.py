@@ -5,9 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from staffa.backend.parallel import gather, on_root
-from staffa.evolution.effective_toughness import effective_gc_ratio
-from staffa.evolution.problem import Problem
-from staffa.evolution.system import System
+from staffa.evolution.session import Session
 from staffa.measure.coarse import local
 from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.energy_release import EnergyRelease, body_surface
@@ -19,14 +17,14 @@ from staffa.records.step import Measures
 from staffa.records.tip_release import Release
 
 
-def measuring(
-    problem: Problem, system: System, factor: float | None = None
-) -> Callable[[], Measures]:
-    """The function that measures the system's state whenever it is called. Collective.
+def measured(session: Session) -> Measures:
+    """Return the measures of the session's state. Collective."""
+    return session.tool(measuring)()
 
-    factor: the discrete toughness over Gc; measured on the same cells if it is not given.
-    """
-    factor = effective_gc_ratio(problem) if factor is None else factor
+
+def measuring(session: Session) -> Callable[[], Measures]:
+    """Return the function that measures the state of the current mesh. Collective."""
+    problem, system, factor = session.problem, session.system, session.toughness_factor
     gauge = Gauge(
         face=problem.face,
         depths=problem.measuring.depths,
@@ -41,23 +39,20 @@ def measuring(
 
 
 def releasing(
-    problem: Problem,
-    system: System,
-    *,
-    factor: float | None = None,
-    mesh: tuple[np.ndarray, np.ndarray] | None,
+    session: Session, *, mesh: tuple[np.ndarray, np.ndarray] | None
 ) -> Callable[[], tuple[Release, ...]]:
-    """The function that finds G at the tips of the system's state. Collective, as that function.
+    """Return the function that finds G at the tips of the state of the current mesh. Collective, as
+    that function.
 
     Parameters
     ----------
-    factor : the discrete toughness over Gc; measured on the same cells if it is not given.
+    session : owner of the mesh.
     mesh : points, shape (n, 3), those of the ranks one after the other, and cells, shape (m,
         vertices), in VTK's order, on rank 0; None elsewhere.
     """
-    domain, material = problem.domain, problem.material
-    factor = effective_gc_ratio(problem) if factor is None else factor
-    threshold, law = problem.measuring.threshold, material.law.name
+    domain, material, system = session.domain, session.problem.material, session.system
+    factor = session.toughness_factor
+    threshold, law = session.problem.measuring.threshold, material.law.name
     around = body_surface(domain)
     rates: list[EnergyRelease] = []  # compiled where there is a tip
 

@@ -18,10 +18,11 @@ from staffa.evolution.backtrack import Better, Past, StepHistory
 from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
-from staffa.evolution.problem import Problem
 from staffa.evolution.schedule import AdaptiveSteps
+from staffa.evolution.session import Session
 from staffa.evolution.snapshot import Snapshot, restore, snapshot
 from staffa.evolution.system import System
+from staffa.minimize.alternate import equilibrium
 from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
 from staffa.records.step import Heat
@@ -175,20 +176,21 @@ class RestartState:
             self.history.failed.clear()
         return replace(self, failed=())
 
-    def taken_up(self, problem: Problem, system: System) -> "Loop":
-        """Make the system what it was; the loop goes on from there. Collective."""
+    def taken_up(self, session: Session) -> "Loop":
+        """Make the session what it was; the loop goes on from there. Collective."""
+        problem, system = session.problem, session.system
         restore(system, self.kept)
         system.energy.rest = self.rest
-        history = None
         if problem.backtracking:  # before the first step it may be new
-            history = self.history or StepHistory(system)
+            session.history = self.history or StepHistory(system)
         return Loop(
+            session=session,
             walk=AdaptiveSteps(problem.schedule, self.start, self.length),
-            history=history,
             index=self.index,
             total=self.total,
             better=self.better if problem.backtracking else None,
-            due=self.due and history is not None,
+            due=self.due and session.history is not None,
+            changes=session.changes,
         )
 
 
@@ -253,18 +255,40 @@ def _past(told: PastNumbers, system: System) -> Past:
 
 @dataclass(kw_only=True)
 class Loop:
-    """The loop itself: what of it changes from step to step besides the state.
+    """The time loop: all that changes from step to step besides the state.
 
-    index: of the next step, unless `better` is an earlier one to go back to. total: energy that the
-    step before ended with. due: whether the last step is still to be looked back from.
+    Attributes
+    ----------
+    session : owner of the mesh, the state and earlier states.
+    walk : time and length of the next step.
+    total : energy that the step before ended with; None where it is not known.
+    index : number of the next step, unless `better` is an earlier one to go back to.
+    better : earlier step to go back to.
+    due : True if the last step is still to be looked back from.
+    changes : those of the session's mesh that the loop knows of.
     """
 
+    session: Session
     walk: AdaptiveSteps
-    history: StepHistory | None
     total: float | None
     index: int = 0
     better: Better | None = None
     due: bool = False
+    changes: int = 0
+
+    @property
+    def history(self) -> StepHistory | None:
+        """Earlier states on the current mesh; None without backtracking."""
+        return self.session.history
+
+    def meet_mesh(self) -> None:
+        """Where the mesh has changed, find equilibrium on it with frozen cracks. Collective.
+
+        The energy that the step before ended with is then none to compare with.
+        """
+        if self.changes != self.session.changes:
+            equilibrium(self.session.system.alternation, self.start().values)
+            self.changes, self.total = self.session.changes, None
 
     @property
     def next_index(self) -> int:
@@ -278,9 +302,9 @@ class Loop:
             return self.history.steps[self.better.index].loads.time
         return onward
 
-    def start(self, system: System) -> Loads:
+    def start(self) -> Loads:
         """The loads that the state at hand bears."""
-        time = self.walk.start
+        time, system = self.walk.start, self.session.system
         if time is None:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
@@ -292,9 +316,9 @@ class Loop:
             return Before(alpha=damage, thermal=origin.thermal, total=None)
         return Before(alpha=kept.alpha, thermal=kept.thermal, total=self.total)
 
-    def standing(self, system: System) -> RestartState:
+    def standing(self) -> RestartState:
         """What of it is to be kept."""
-        history = self.history
+        history, system = self.history, self.session.system
         return RestartState(
             index=self.index,
             start=self.walk.start,

@@ -1,4 +1,4 @@
-"""Brings a distributed state to rank 0 and into a file that ParaView reads."""
+"""Brings distributed fields to rank 0 and into a file that ParaView reads."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,11 +10,11 @@ from dolfinx import plot
 
 from staffa.backend.parallel import gather, on_root
 from staffa.io.vtkhdf import VERTICES, VtkMesh, write_vtkhdf
-from staffa.model.fields import Spaces, State, at_vertices, owned
+from staffa.model.fields import Spaces
 
 
 class FieldWriter:
-    """Writes states on one mesh, whose points and cells are gathered once. Collective."""
+    """Writes fields on one mesh, whose points and cells are gathered once. Collective."""
 
     def __init__(self, comm: MPI.Comm, spaces: Spaces) -> None:
         self.comm, self.spaces = comm, spaces
@@ -33,17 +33,20 @@ class FieldWriter:
             )
 
     def write(
-        self, path: Path, state: State, in_cells: Mapping[str, np.ndarray] | None = None
+        self,
+        path: Path,
+        at_vertices: Mapping[str, np.ndarray],
+        in_cells: Mapping[str, np.ndarray] | None = None,
     ) -> None:
-        """Write u (m, three components), alpha and T (K) of a state at the vertices; and values in
-        its cells, shape (n_owned, ...). Collective."""
-        u = at_vertices(state.u, self.spaces)
-        local = {
-            "u": np.pad(u, ((0, 0), (0, 3 - u.shape[1]))),
-            "alpha": owned(state.alpha).copy(),
-            "T": owned(state.T).copy(),
-        }
-        parts = {name: gather(self.comm, values) for name, values in local.items()}
+        """Write fields. Collective.
+
+        Parameters
+        ----------
+        path : file to write.
+        at_vertices : values at the vertices that this rank owns, shape (n, ...), by name.
+        in_cells : values in the cells that this rank owns, shape (n, ...), by name.
+        """
+        parts = {name: gather(self.comm, values) for name, values in at_vertices.items()}
         cells = {name: gather(self.comm, values) for name, values in (in_cells or {}).items()}
 
         def put() -> None:

@@ -7,7 +7,6 @@ from functools import cached_property, partial
 
 from staffa.backend.stack import PETSc
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem, la
@@ -23,7 +22,8 @@ from staffa.model.domain import Domain
 from staffa.model.external_loads import External, crack_volume_density
 from staffa.model.fields import Spaces, State, read_vector
 from staffa.model.openings import Openings, cell_integrals
-from staffa.model.quadrature import DEGREE, in_the_middle
+from staffa.model.quadrature import DEGREE, cell_middle, in_the_middle
+from staffa.model.strain import elastic_strain
 from staffa.model.temperature_properties import Spent
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
@@ -50,6 +50,7 @@ class Energy:
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
     forms are compiled once; every method evaluates at the state that was given. All methods are
     collective. intact_stress: the stress (Pa) of rock without damage at the current strain.
+    total_strain; elastic_density (J/m^3), of damaged rock; Gc (J/m^2): in forms.
     """
 
     def __init__(
@@ -141,6 +142,8 @@ class Energy:
         in_cracks = crack_volume_density(domain, u, alpha, cold) * dx
         self._in_cracks = (in_cracks, alpha * cold * dx, u, v)
 
+        self.total_strain = elastic_strain(u, ufl.zero((3, 3)), rock.state)
+        self.elastic_density, self.Gc = density(strain(u, T, rock)), rock.Gc
         e = ufl.variable(strain(u, T, rock))
         self._stress_density = ufl.diff(density(e), e)
         self.intact_stress = ufl.diff(rock.elasticity.strained(e).psi, e)
@@ -333,9 +336,7 @@ class Energy:
         if pores is not None:
             biot = self.external.forces.biot
             stress -= biot * pores * ufl.Identity(stress.ufl_shape[0])
-        cell = self._mesh.basix_cell()
-        middle = basix.geometry(cell).mean(axis=0)[None, :]
-        return jit.expression(stress, middle, self.comm)
+        return jit.expression(stress, cell_middle(self._mesh), self.comm)
 
     def thermal_power(self) -> float:
         """Derivative of the energy along the temperature change held in `direction`."""

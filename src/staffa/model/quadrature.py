@@ -2,8 +2,10 @@
 
 from staffa.backend.stack import MPI  # noqa: F401
 
+import basix
 import numpy as np
 import ufl
+from dolfinx import mesh as dmesh
 
 from staffa.model import axis
 from staffa.model.domain import Domain
@@ -25,3 +27,9 @@ def in_the_middle(domain: Domain) -> axis.Measure:
     rule = {"quadrature_degree": ONE_POINT}
     plain = ufl.Measure("dx", domain.mesh, subdomain_data=[(1, own)], metadata=rule)
     return axis.around(domain, plain(1))
+
+
+def cell_middle(mesh: dmesh.Mesh) -> np.ndarray:
+    """Return the middle of the reference cell, shape (1, dim)."""
+    middle: np.ndarray = basix.geometry(mesh.basix_cell()).mean(axis=0)[None, :]
+    return middle

@@ -43,6 +43,34 @@ class Own:
 
 
 @dataclass(frozen=True, kw_only=True)
+class QuantityRecord:
+    """A quantity of a script's own, as a run records it at each step.
+
+    Attributes
+    ----------
+    name : name of the quantity.
+    unit : unit of its numbers; "" for none.
+    numbers : how many numbers it gives at a step.
+    """
+
+    name: str
+    unit: str
+    numbers: int = 1
+
+    @property
+    def shown(self) -> Unit:
+        """Its unit, in which its numbers are recorded and shown."""
+        return Unit(name="" if self.unit == "1" else self.unit)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """A name for each of its numbers."""
+        if self.numbers == 1:
+            return (self.name,)
+        return tuple(f"{self.name}_{number}" for number in range(1, self.numbers + 1))
+
+
+@dataclass(frozen=True, kw_only=True)
 class Manifest:
     """The description of a run, written once before its first step.
 
@@ -124,6 +152,8 @@ class Manifest:
         True for a body of revolution; its numbers are of the whole body.
     elements
         Elements of the displacement, see `physics.locking`.
+    quantities
+        Quantities of a script, recorded at each step.
     format
         Number of the format of the run directory.
     """
@@ -165,6 +195,7 @@ class Manifest:
     reference: float | None = None
     axial: bool = False
     elements: str = "linear"
+    quantities: tuple[QuantityRecord, ...] = ()
     format: int = 1
 
     @cached_property

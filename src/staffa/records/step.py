@@ -213,6 +213,8 @@ class Step:
         axis, see `measure.hoop`; None but in bodies of revolution.
     released
         Energy release rates at the tips, where fields are kept.
+    quantities
+        Numbers of a script's quantities, by name.
     """
 
     index: int
@@ -235,6 +237,7 @@ class Step:
     probed: tuple[tuple[float, ...], ...] = ()
     hoop: float | None = None
     released: tuple[Release, ...] = ()
+    quantities: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def to_record(self) -> dict[str, Any]:
         """Return the step as a dictionary that JSON can hold, with the total energy."""

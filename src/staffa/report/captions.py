@@ -102,6 +102,7 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "reactions": _reactions,
     "heat": _heat,
     "lengths": _lengths,
+    "quantities": "Quantities that the script of this run has computed at each step.",
     "counts": f"How many cracks cross each depth: {BAND}.",
     "growth": f"Growth of the cracks: {BAND}.",
     "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "

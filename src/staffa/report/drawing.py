@@ -21,6 +21,7 @@ from staffa.plot.frames import evenly_spread, read_frames, with_fields
 from staffa.plot.heat_balance import heat_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
 from staffa.plot.network_openings import network_figure
+from staffa.plot.quantity_curves import quantities_figure
 from staffa.plot.style import write_picture
 from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
@@ -186,6 +187,8 @@ def _figures(
         figures["heat"] = partial(heat_figure, manifest, steps)
     if any(any(force) for step in steps for force in step.reactions.values()):
         figures["reactions"] = partial(reactions_figure, manifest, steps)
+    if sum(bool(step.quantities) for step in steps) > 1:
+        figures["quantities"] = partial(quantities_figure, manifest, steps)
     if sum(step.measures is not None for step in steps) < 2:
         skipped.append("lengths: fewer than two steps were measured")
     else:

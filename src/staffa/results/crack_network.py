@@ -23,8 +23,8 @@ UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
 CRACKS = re.compile(r"cracks-\d{4,}\.(vtp|csv)")
 OLDER = (
-    "openings: an earlier version wrote the fields, without openings; cracks are gray, and tables "
-    "of networks that it wrote stay as they are"
+    "openings: the fields hold none, since output.fields leaves them out or an earlier version "
+    "wrote them; cracks are gray, and tables of networks that are there stay as they are"
 )
 
 
@@ -96,7 +96,7 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
 
 
 def without_openings(found: Sequence[Drawing]) -> bool:
-    """True if there are cracks, and an earlier version wrote the fields of them all."""
+    """True if there are cracks, and the fields of them all hold no openings."""
     volumes = [drawn.network.volume for drawn in found if drawn.network.size]
     return bool(volumes) and bool(np.isnan(volumes).all())
 
@@ -146,7 +146,7 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
         if not cracks.size:
             continue
         if np.isnan(cracks.volume):
-            said.append(f"{step}: an earlier version wrote its fields, without openings")
+            said.append(f"{step}: its fields hold no openings")
             continue
         mean = cracks.elements.shape[1]
         opening = np.abs(cracks.opening[cracks.elements].sum(axis=1)) / mean

@@ -11,7 +11,7 @@ from staffa.io.run_directory import Run
 from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
 from staffa.results.release_table import release_table
-from staffa.results.series import probes_table, reactions_table
+from staffa.results.series import probes_table, quantities_table, reactions_table
 from staffa.results.tables import Table
 from staffa.results.tips import tips_table
 
@@ -22,6 +22,7 @@ TABLES = {
     "release.csv": release_table,
     "reactions.csv": reactions_table,
     "probes.csv": probes_table,
+    "quantities.csv": quantities_table,
 }
 
 

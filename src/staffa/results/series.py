@@ -1,4 +1,4 @@
-"""Readings of every step as tables: reactions and probes."""
+"""Readings of every step as tables: reactions, probes, quantities of a script."""
 
 import numpy as np
 
@@ -51,6 +51,18 @@ def probes_table(run: Run) -> Table:
         ),
         rows=rows,
     )
+
+
+def quantities_table(run: Run) -> Table:
+    """Return the numbers of a script's quantities, a row a step; no rows without any."""
+    known = run.manifest.quantities
+    columns = [column for q in known for column in columns_of(*q.columns, unit=q.shown)]
+    rows = tuple(
+        (*time_columns(step), *(number for q in known for number in step.quantities[q.name]))
+        for step in run.steps
+        if step.quantities
+    )
+    return Table(columns=(*clock_columns(run.manifest), *columns), rows=rows)
 
 
 def clock_columns(manifest: Manifest) -> tuple[Column, ...]:

@@ -34,6 +34,7 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *_case(run),
         *_progress(run),
         *_state(run),
+        *_quantities(run),
         *_heat(run),
         *_arrests(run),
         *_coarse(run),
@@ -134,6 +135,15 @@ def _state(run: Run) -> Iterator[Fact]:
         pressure = shown.stress.text(measures.fluid.pressure, 5)
         text = f"pressure {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
         yield Fact(name="fluid in cracks", text=text)
+
+
+def _quantities(run: Run) -> Iterator[Fact]:
+    """The script's own quantities at the last step."""
+    last = run.steps[-1].quantities if run.steps else {}
+    for quantity in run.manifest.quantities:
+        if quantity.name in last:
+            numbers = ", ".join(f"{number:.5g}" for number in last[quantity.name])
+            yield Fact(name=quantity.name, text=f"{numbers}{quantity.shown.behind}")
 
 
 def _energies(unit: Unit, e: Energies) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from staffa.backend.stack import MPI, PETSc
+from staffa.backend.stack import PETSc
 
 import dolfinx
 import numpy as np
@@ -19,7 +19,7 @@ from staffa.backend.parallel import on_root
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.errors import InputError, StaffaError, StoppedError
 from staffa.evolution.restart_state import FACES, MEMORY, RestartState, restart_state
-from staffa.evolution.system import System
+from staffa.evolution.session import Session
 from staffa.io import checkpoint
 from staffa.io.numbering import Numbering
 from staffa.io.run_directory import Journal
@@ -68,6 +68,39 @@ def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
         raise StoppedError(why) from None
 
 
+class _Order:
+    """Orders in which values of one mesh are kept, and the parts of checkpoints that hold them.
+
+    Attributes
+    ----------
+    vertices, nodes : orders of damage and temperature, and of displacement.
+    cells : order of the numbers of faces, if there are any.
+    mesh : part that holds the vertices, as soon as one does.
+    past : parts that hold earlier states, by the numbers of these.
+    """
+
+    def __init__(self, session: Session) -> None:
+        spaces, frozen = session.system.spaces, session.system.energy.frozen
+        self.vertices = Numbering(session.comm, spaces.alpha)
+        self.nodes = self.vertices
+        if spaces.quadratic:
+            self.nodes = Numbering(session.comm, spaces.nodes)
+        self.cells = [Numbering(session.comm, field.function_space) for field in frozen]
+        self.mesh: str | None = None
+        self.past: dict[int, str] = {}
+
+    def of(self, field: str) -> Numbering:
+        """The order of a field."""
+        return self.nodes if field == "u" else self.vertices
+
+    def whole(
+        self, fields: Mapping[str, np.ndarray], memory: np.ndarray
+    ) -> dict[str, np.ndarray | None]:
+        """Fields of all ranks on rank 0, None elsewhere; and the memory, where there is one."""
+        whole = {name: self.of(name).whole(values) for name, values in fields.items()}
+        return whole | ({MEMORY: memory} if memory.size else {})
+
+
 class CheckpointWriter:
     """Writes a run's steps, and checkpoints when they are due; reads these. Collective.
 
@@ -76,25 +109,19 @@ class CheckpointWriter:
     """
 
     def __init__(
-        self,
-        comm: MPI.Comm,
-        directory: Path,
-        system: System,
-        h: float,
-        keys: CheckpointKeys,
-        journal: Journal,
+        self, directory: Path, session: Session, keys: CheckpointKeys, journal: Journal
     ) -> None:
-        """h: cell edge (m). journal: the steps that are there."""
-        self.comm, self.directory, self.journal = comm, directory, journal
-        self._h = h
-        self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
-        self._numbering = Numbering(comm, system.spaces.alpha)
-        self._of_u = self._numbering
-        if system.spaces.quadratic:
-            self._of_u = Numbering(comm, system.spaces.nodes)
-        self._of_cells = [Numbering(comm, field.function_space) for field in system.energy.frozen]
-        self._names: dict[int, str] = {}  # of states of the history that are on disk
-        self._mesh: str | None = None
+        """Keep a run in its directory.
+
+        Parameters
+        ----------
+        directory : directory of the run.
+        session : owner of the mesh whose values are kept.
+        keys : when a checkpoint is due.
+        journal : steps that are there.
+        """
+        self.comm, self.directory, self.journal = session.comm, directory, journal
+        self._folder, self._keys, self._session = directory / checkpoint.FOLDER, keys, session
         self._saved_at, self._steps = -1, 0  # how many lines there were, and the steps since
         self._took, self._saved = 0.0, perf_counter()
 
@@ -113,40 +140,40 @@ class CheckpointWriter:
             self._saved = perf_counter()
             self._took = self._saved - began
 
+    @property
+    def _order(self) -> _Order:
+        """The orders of the current mesh. Collective."""
+        return self._session.tool(_Order)
+
     def _keep(self, stands: RestartState) -> None:
-        if self._mesh is None:
-            self._mesh = self._write({"points": self._numbering.points})
+        order = self._order
+        if order.mesh is None:
+            order.mesh = self._write({"points": order.vertices.points})
         numbers = stands.numbers()
-        whole = self._whole(stands.fields(), stands.kept.thermal.memory)
+        whole = order.whole(stands.fields(), stands.kept.thermal.memory)
         faces = stands.faces()
-        for numbering, field in zip(self._of_cells, self._system.energy.frozen, strict=True):
+        frozen = self._session.system.energy.frozen
+        for numbering, field in zip(order.cells, frozen, strict=True):
             assert faces is not None
             width = field.function_space.dofmap.index_map_bs
             whole[FACES] = numbering.whole(faces.reshape(-1, width))
         state = self._write(whole)
-        known = {number: self._names.get(number) for number in stands.states}
+        known = {number: order.past.get(number) for number in stands.states}
         for number, name in known.items():
-            known[number] = name or self._write(self._whole(*stands.past_fields(number)))
-        self._names = {number: str(name) for number, name in known.items()}
-        past = list(self._names.values())
+            known[number] = name or self._write(order.whole(*stands.past_fields(number)))
+        order.past = {number: str(name) for number, name in known.items()}
+        past = list(order.past.values())
         page = {
             **{"version": version(), "versions": versions(), "ranks": self.comm.size},
             **{"lines": self.journal.lines, "steps": self.journal.sum},
-            **{"standing": numbers, "mesh": self._mesh, "state": state, "past": past},
+            **{"standing": numbers, "mesh": order.mesh, "state": state, "past": past},
         }
-        parts = dict.fromkeys([str(self._mesh), state, *past])
+        parts = dict.fromkeys([str(order.mesh), state, *past])
         with on_disk(self.directory):
             on_root(
                 self.comm,
                 lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
             )
-
-    def _whole(
-        self, fields: Mapping[str, np.ndarray], memory: np.ndarray
-    ) -> dict[str, np.ndarray | None]:
-        """Fields of all ranks on rank 0, None elsewhere; and the memory, where there is one."""
-        whole = {name: self._of(name).whole(values) for name, values in fields.items()}
-        return whole | ({MEMORY: memory} if memory.size else {})
 
     def _is_due(self, now: bool) -> bool:
         """On rank 0, which alone knows of lines and of time."""
@@ -176,7 +203,8 @@ class CheckpointWriter:
         InputError
             The mesh is another than it was.
         """
-        if not on_root(self.comm, lambda: self._is_of_this_mesh(page["mesh"])):
+        order = self._order
+        if not on_root(self.comm, lambda: self._is_of_this_mesh(order, page["mesh"])):
             raise InputError(
                 f"{self.directory}: the mesh that is made now is not that of the checkpoint; use "
                 f"the versions that made it, {_listed(page['versions'])}"
@@ -186,19 +214,19 @@ class CheckpointWriter:
             page["standing"],
             self._shared(page["state"]),
             past if page["past"] else None,
-            self._system,
+            self._session.system,
         )
-        self._mesh, self._saved_at = page["mesh"], page["lines"]
-        self._names = dict(zip(found.states, page["past"], strict=True))
+        order.mesh, self._saved_at = page["mesh"], page["lines"]
+        order.past = dict(zip(found.states, page["past"], strict=True))
         return found
 
-    def _is_of_this_mesh(self, name: str) -> bool:
+    def _is_of_this_mesh(self, order: _Order, name: str) -> bool:
         """On rank 0, which has all points."""
-        points, kept = self._numbering.points, checkpoint.read_part(self._folder, name)["points"]
+        points, kept = order.vertices.points, checkpoint.read_part(self._folder, name)["points"]
         assert points is not None
         if points.shape != kept.shape:
             return False
-        return bool(np.abs(points - kept).max() <= SAME_PLACE * self._h)
+        return bool(np.abs(points - kept).max() <= SAME_PLACE * self._session.domain.h)
 
     def _shared(self, name: str) -> dict[str, np.ndarray]:
         """The arrays of a part as this rank has them, ghosts included."""
@@ -208,26 +236,23 @@ class CheckpointWriter:
             arrays.update(checkpoint.read_part(self._folder, name))
             return sorted(arrays)
 
-        names = on_root(self.comm, read)
+        names, order = on_root(self.comm, read), self._order
         shared = {
-            field: self._with_ghosts(self._of(field).share(arrays.get(field)))
+            field: self._with_ghosts(order.of(field).share(arrays.get(field)))
             for field in names
             if field not in (FACES, MEMORY)
         }
         if MEMORY in arrays:  # on rank 0
             shared[MEMORY] = arrays[MEMORY]
-        for numbering, frozen in zip(self._of_cells, self._system.energy.frozen, strict=True):
+        frozen = self._session.system.energy.frozen
+        for numbering, field_of_cells in zip(order.cells, frozen, strict=True):
             if FACES in names:
                 own = numbering.share(arrays.get(FACES))
-                shared[FACES] = self._with_ghosts(own, frozen.function_space)
+                shared[FACES] = self._with_ghosts(own, field_of_cells.function_space)
         return shared
 
-    def _of(self, field: str) -> Numbering:
-        """The order in which a field is kept."""
-        return self._of_u if field == "u" else self._numbering
-
     def _with_ghosts(self, own: np.ndarray, space: fem.FunctionSpace | None = None) -> np.ndarray:
-        spaces = self._system.spaces
+        spaces = self._session.system.spaces
         field = fem.Function(space or (spaces.u if own.ndim == 2 else spaces.alpha))
         owned(field)[:] = own.ravel()
         field.x.scatter_forward()

@@ -8,34 +8,34 @@ from typing import Any
 
 from staffa.backend.stack import MPI
 
-import numpy as np
-
 from staffa.arguments import path_of, require, settings_of
 from staffa.backend.parallel import on_root
 from staffa.case.reading.read import parse_case, setting_names
-from staffa.case.rules.time_rules import counts_in
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import CHANGEABLE, attached, case_identity
 from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
 from staffa.evolution.problem import Problem
-from staffa.evolution.schedule import Schedule
+from staffa.evolution.step_quantities import (
+    Recorded,
+    known_quantities,
+    require_same_quantities,
+    tried_quantities,
+)
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import Load
-from staffa.measure.probes import Probes
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import CheckpointWriter, on_disk, versions
-from staffa.runs.run import Watcher, built, hold_run_lock, march_on, probes, watching
+from staffa.runs.observers import Watcher, probes, probing, watching
+from staffa.runs.run import hold_run_lock, march_on, opened
+from staffa.runs.times_ahead import schedule_ahead, with_times
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
-
-# Of the end of a run: times nearer to one another are the same.
-SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +58,7 @@ def resume(
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
     temperature: Load | None = None,
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Go on with a run from its last good checkpoint to its end, on any number of ranks; give the
     steps that stand. Collective.
@@ -66,7 +67,8 @@ def resume(
     ----------
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
-        `cases.own.identity`.
+        `setup.user_objects.identity`.
+    quantities : those that `run` was given: by their names and units.
 
     Raises
     ------
@@ -79,6 +81,7 @@ def resume(
     directory, watcher = path_of(directory, "directory"), watching(watcher)
     settings = settings_of(settings)
     require(comm, MPI.Comm, "comm", COMM)
+    quantities = known_quantities(quantities)
     given = Given(damage=damage, split=split, temperature=temperature)
     on_root(comm, lambda: _require_run(directory))
     with hold_run_lock(comm, directory) as said_by_lock:
@@ -91,6 +94,7 @@ def resume(
                 on_root(comm, lambda: own_files.remove_halves(directory))
             return steps
         require_given(given, manifest.own, str(directory))
+        require_same_quantities(quantities, manifest.quantities, str(directory))
         taken = on_root(comm, lambda: take(directory))
         if finished and settings:
             _require_checkpoint(directory, taken, settings)
@@ -100,13 +104,14 @@ def resume(
         _is_the_same(setup, manifest, directory)
         require_same(given, manifest.own, setup, str(directory))
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
-        manifest = replace(_with_times(manifest, setup), ranks=comm.size, probes=probes(case))
-        with built(setup) as system:
+        manifest = replace(with_times(manifest, setup), ranks=comm.size, probes=probes(case))
+        opening = opened(setup, manifest.toughness_factor)
+        del setup  # the session alone owns what belongs to a mesh
+        with opening as session:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = CheckpointWriter(
-                comm, directory, system, manifest.h, case.output.checkpoint, journal
-            )
-            looks = Probes(setup.domain, manifest.probes)
+            keeper = CheckpointWriter(directory, session, case.output.checkpoint, journal)
+            session.tool(probing, manifest.probes)
+            tried_quantities(session, quantities)
             standing = keeper.take_up(taken.page) if taken.page else None
             if standing and settings:
                 standing = standing.anew()
@@ -118,7 +123,7 @@ def resume(
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
             return march_on(
-                case, setup, system, manifest, watcher, keeper, looks, standing, taken.steps
+                case, session, manifest, watcher, keeper, standing, taken.steps, quantities
             )
 
 
@@ -164,8 +169,8 @@ def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
                 f"{setting} --out ANOTHER` begins a new one"
             )
     return (
-        parse_case(text, name=name, folder=directory),
-        parse_case(text, settings, name=name, folder=directory),
+        parse_case(text, name=name, folder=directory, of_run=True),
+        parse_case(text, settings, name=name, folder=directory, of_run=True),
     )
 
 
@@ -302,60 +307,3 @@ def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
 
 def _listed(found: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {version}" for name, version in found.items())
-
-
-def schedule_ahead(
-    case: Case, setup: Problem, manifest: Manifest, steps: Sequence[Step]
-) -> Schedule:
-    """The times that were asked for up to the last step, and those of the case from there on.
-
-    Raises
-    ------
-    InputError
-        The case would have had other times up to here.
-    """
-    plan = setup.schedule
-    if not steps:
-        return plan
-    now, near = steps[-1].time, SAME_TIME * steps[-1].time
-    name, clock = f"time.{counts_in(case)}", _clock(steps[-1])
-    if (plan.pace is not None) != manifest.adaptive:
-        raise InputError(
-            f"{name}: steps that adapt and steps that are given cannot follow one another; leave "
-            f"them as they are, or begin a new run"
-        )
-    behind = [(t, r) for t, r in zip(manifest.times, manifest.requested, strict=True) if t <= now]
-    asked = [t for t in plan.times if t <= now + near]
-    visited = [step.time for step in steps]
-    stand = set(_matched(asked, visited, near)) == {True}
-    if manifest.adaptive:
-        stand = stand and plan.times[-1] >= now - near
-    else:
-        stand = stand and len(asked) == len(visited)
-    if not stand:
-        raise InputError(
-            f"{name} and output.at: the run has gone to {clock}, and the times up to there cannot "
-            f"change; change later ones only"
-        )
-    ahead = [(t, r) for t, r in zip(plan.times, plan.requested, strict=True) if t > now + near]
-    times, requested = zip(*behind, *ahead, strict=True) if behind or ahead else ((), ())
-    return Schedule(times=tuple(times), requested=tuple(requested), pace=plan.pace)
-
-
-def _matched(times: Sequence[float], among: Sequence[float], near: float) -> list[bool]:
-    found = np.array(among)
-    return [bool(np.any(np.abs(found - time) <= near)) for time in times]
-
-
-def _clock(step: Step) -> str:
-    return f"t = {step.time:.6g}" if step.tau is None else f"tau = {step.tau:.6g}"
-
-
-def _with_times(manifest: Manifest, setup: Problem) -> Manifest:
-    plan, tau_of = setup.schedule, setup.tau_of
-    return replace(
-        manifest,
-        times=plan.times,
-        taus=tuple(None if tau_of is None else tau_of(t) for t in plan.times),
-        requested=plan.requested,
-    )

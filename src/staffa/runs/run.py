@@ -1,66 +1,46 @@
 """Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from staffa.backend.stack import MPI, OWN, PETSc
 
-import numpy as np
-
 from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
 from staffa.backend.lock import Lock
-from staffa.backend.parallel import any_over_ranks, best_candidate, on_root, require_together
+from staffa.backend.parallel import on_root, require_together
 from staffa.backend.petsc_options import petsc_errors
 from staffa.case.check.preview import split_facts
 from staffa.case.rules import is_scaled
 from staffa.case.scales.case_scales import Numbers, derived_numbers
 from staffa.case.scales.shown_units import reference, units
 from staffa.case.schema.case import Case
-from staffa.case.schema.probe_keys import Line
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached, case_identity
 from staffa.case.values.default_split import for_any_load
 from staffa.errors import StaffaError, StoppedError
 from staffa.evolution.effective_toughness import effective_gc_ratio
-from staffa.evolution.march import Observers, march
-from staffa.evolution.measures import measuring, releasing
+from staffa.evolution.march import march_session
 from staffa.evolution.problem import Problem
 from staffa.evolution.restart_state import RestartState
-from staffa.evolution.system import System, build
+from staffa.evolution.session import Session
+from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
+from staffa.evolution.system import build
 from staffa.io import run_directory
-from staffa.io.field_output import FieldWriter
 from staffa.loads.closed_form import Load
-from staffa.measure.probes import Probes
 from staffa.measure.tip import reach
-from staffa.minimize.alternate import Sweep
 from staffa.model.domain import cell_count
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
-from staffa.records.manifest import Manifest, Own, Probe
-from staffa.records.step import Moment, Step, kept
+from staffa.records.manifest import Manifest, Own, QuantityRecord
+from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import FLAGS, CheckpointWriter, on_disk
+from staffa.runs.observers import Watcher as Watcher
+from staffa.runs.observers import observers, probes, probing, watching
 from staffa.runs.provenance import commit, now, version
 from staffa.setup.build import CASE, COMM, problem
 from staffa.setup.user_objects import Given, recorded
-
-
-@dataclass(frozen=True, kw_only=True)
-class Watcher:
-    """Who follows a run: told the manifest, what else is to be said, after which steps a run goes
-    on, each sweep, each step. Called on every rank.
-
-    stop: why this rank is asked to stop the run, None if it is not; looked at after each sweep.
-    """
-
-    started: Callable[[Manifest], None] = lambda manifest: None
-    said: Callable[[str], None] = lambda sentence: None
-    resumed: Callable[[tuple[Step, ...]], None] = lambda steps: None
-    swept: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
-    stepped: Callable[[Step], None] = lambda step: None
-    stop: Callable[[], str | None] = lambda: None
 
 
 def run(
@@ -72,6 +52,7 @@ def run(
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
     temperature: Load | None = None,
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
 
@@ -79,6 +60,8 @@ def run(
     ----------
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
         the manifest keeps their identity, and `resume` asks for them.
+    quantities : quantities of your own, see `staffa.StepQuantity`, which are recorded at each step;
+        `resume` asks for them.
 
     Raises
     ------
@@ -92,16 +75,19 @@ def run(
     require(case, Case, "case", CASE)
     require(comm, MPI.Comm, "comm", COMM)
     directory, watcher = path_of(directory, "directory"), watching(watcher)
+    quantities = known_quantities(quantities)
     on_root(comm, lambda: _require_free(directory))
     if temperature is not None:
         case = for_any_load(case)  # as it is written into the directory
     given = Given(damage=damage, split=split, temperature=temperature)
     setup = problem(case, comm=comm, **vars(given))
-    own, factor = recorded(given, setup), effective_gc_ratio(setup)
-    with built(setup) as system:
-        manifest = on_root(comm, lambda: describe(case, setup, system, factor, own))
+    own, opening = recorded(given, setup), opened(setup, effective_gc_ratio(setup))
+    del setup  # the session alone owns what belongs to a mesh
+    with opening as session:
+        tried = tried_quantities(session, quantities)
+        manifest = on_root(comm, lambda: describe(case, session, own, tried))
         files = on_root(comm, lambda: attached(case))
-        looks = Probes(setup.domain, manifest.probes)
+        session.tool(probing, manifest.probes)  # refuses a point outside before all is written
         with hold_run_lock(comm, directory, new=True) as said_by_lock:
             text = to_toml(case)
             with on_disk(directory, begun=False):
@@ -110,40 +96,38 @@ def run(
             if said_by_lock:
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
-            keeper = CheckpointWriter(
-                comm, directory, system, manifest.h, case.output.checkpoint, journal
-            )
-            return march_on(case, setup, system, manifest, watcher, keeper, looks)
-
-
-def watching(watcher: Watcher | None) -> Watcher:
-    """A watcher, or one who looks on and does nothing."""
-    if watcher is not None:
-        require(watcher, Watcher, "watcher", "give a staffa.runs.run.Watcher")
-    return watcher or Watcher()
+            keeper = CheckpointWriter(directory, session, case.output.checkpoint, journal)
+            return march_on(case, session, manifest, watcher, keeper, quantities=quantities)
 
 
 @contextmanager
-def built(setup: Problem) -> Iterator[System]:
-    """The system of a problem, destroyed in the end. Collective.
+def opened(setup: Problem, toughness_factor: float) -> Iterator[Session]:
+    """The session of a problem, destroyed in the end. Collective.
 
     To destroy it ranks wait for one another: not after an error that one of them may meet alone.
+
+    Parameters
+    ----------
+    setup : problem on the first mesh.
+    toughness_factor : discrete toughness over Gc on its cells.
     """
     asked = "the solvers could not be made; see what PETSC_OPTIONS asks for"
     with petsc_errors(asked, PETSc.Comm(setup.domain.comm)):
-        system = build(setup)
+        session = Session(setup, build(setup), toughness_factor=toughness_factor)
+    comm = session.comm
+    del setup  # the session alone owns what belongs to a mesh
     alone = False
     try:
-        yield system
+        yield session
     except Exception as error:
-        alone = setup.domain.comm.size > 1
+        alone = comm.size > 1
         if isinstance(error, StaffaError):
-            require_together(setup.domain.comm, error)
+            require_together(comm, error)
             alone = False
         raise
     finally:
         if not alone:
-            system.destroy()
+            session.destroy()
 
 
 def _require_free(directory: Path) -> None:
@@ -183,21 +167,20 @@ def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iter
 
 def march_on(
     case: Case,
-    setup: Problem,
-    system: System,
+    session: Session,
     manifest: Manifest,
     watcher: Watcher,
     keeper: CheckpointWriter,
-    looks: Probes,
     standing: RestartState | None = None,
     steps: tuple[Step, ...] = (),
+    quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """March from where a run stands, after these steps, to its end; the steps that stand.
     Collective."""
-    observers = _observers(case, setup, system, manifest, watcher, keeper, looks, steps)
+    looking_on = observers(case, session, manifest, watcher, keeper, steps, quantities)
     begun_with = len(steps)
     try:
-        for step in march(setup, system, observers, standing):
+        for step in march_session(session, looking_on, standing):
             keeper.note(step)
             watcher.stepped(step)
             steps = kept([*steps, step])
@@ -218,72 +201,22 @@ def _how_to_go_on(why: str, directory: Path, steps: tuple[Step, ...], before: in
     return f"stopped, since {why}: {done}; `staffa resume {directory}` goes on"
 
 
-def _observers(
-    case: Case,
-    setup: Problem,
-    system: System,
-    manifest: Manifest,
-    watcher: Watcher,
-    keeper: CheckpointWriter,
-    looks: Probes,
-    steps: tuple[Step, ...],
-) -> Observers:
-    comm, plan, directory = setup.domain.comm, setup.schedule, keeper.directory
-    writer = FieldWriter(comm, system.spaces)
-    written = [(step.fields, step.time) for step in steps if step.fields]
-
-    def save(moment: Moment, converged: bool) -> str | None:
-        time = moment.time
-        asked = plan.wants(time) or time == plan.times[-1]
-        if not (case.output.fields == "all" or asked or not converged):
-            return None
-        name = run_directory.fields_name(moment.index)
-        stress = system.energy.stress().reshape(-1, 9)
-        in_cells = {"stress": stress, **system.energy.openings.strains()}
-        written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
-        with on_disk(directory):
-            writer.write(directory / name, system.state, in_cells)
-            on_root(comm, lambda: run_directory.write_series(directory, written))
-        return name
-
-    def pause() -> None:
-        reason = watcher.stop()
-        if any_over_ranks(comm, reason is not None):
-            told = best_candidate(comm, None if reason is None else (reason,))
-            raise StoppedError(str(told and told[0]))
-
-    return Observers(
-        measure=measuring(setup, system, manifest.toughness_factor),
-        probe=lambda: looks(system.state),
-        save=save,
-        release=releasing(
-            setup,
-            system,
-            factor=manifest.toughness_factor,
-            mesh=None if writer.grid is None else (writer.grid.points, writer.grid.cells),
-        ),
-        watch=watcher.swept,
-        keep=keeper.keep,
-        pause=pause,
-    )
-
-
-def probes(case: Case) -> tuple[Probe, ...]:
-    """The points at which a case reads off fields."""
-    found = []
-    for keys in case.output.probes:
-        if isinstance(keys, Line):
-            points = np.linspace(keys.start, keys.end, keys.points, dtype=float)
-        else:
-            points = np.array([keys.point], dtype=float)
-        found.append(Probe(name=keys.name, points=tuple(map(tuple, points.tolist()))))
-    return tuple(found)
-
-
 def describe(
-    case: Case, setup: Problem, system: System, factor: float, own: dict[str, Own]
+    case: Case,
+    session: Session,
+    own: dict[str, Own],
+    quantities: tuple[QuantityRecord, ...] = (),
 ) -> Manifest:
-    """Describe this run for its manifest. own: what a script gives in place of the case's."""
+    """Describe this run for its manifest.
+
+    Parameters
+    ----------
+    case : case of the run.
+    session : owner of its first mesh.
+    own : laws, splits and loads that a script gives in place of the case's.
+    quantities : quantities of a script, recorded at each step.
+    """
+    setup, system = session.problem, session.system
     own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
     material = setup.material
     derived = derived_numbers(case, law=material.law, split=material.split, own_load=own_load)
@@ -309,7 +242,7 @@ def describe(
         cells=cell_count(domain),
         unknowns=sum(s.dofmap.index_map.size_global * s.dofmap.index_map_bs for s in spaces),
         mesh=domain.identity,
-        toughness_factor=factor,
+        toughness_factor=session.toughness_factor,
         times=schedule.times,
         taus=tuple(None if tau_of is None else tau_of(t) for t in schedule.times),
         requested=schedule.requested,
@@ -332,6 +265,7 @@ def describe(
         axial=domain.axial,
         reference=None if own_load else reference(case),
         elements=setup.elements,
+        quantities=quantities,
     )
 
 

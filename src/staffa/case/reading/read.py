@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from staffa.arguments import path_of, require, settings_of
+from staffa.case.reading.earlier_keys import refuse, translate
 from staffa.case.reading.inspect_mesh import inspected
 from staffa.case.reading.messages import message, unknown_key
 from staffa.case.reading.size_limits import LARGEST_FILE, text_is_short, too_large, values_are_few
@@ -21,6 +22,7 @@ from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.property_keys import PLACE
 from staffa.errors import InputError
+from staffa.io.run_directory import CASE, MANIFEST
 
 # What Python's reader says, where it means more to programmers.
 SYNTAX = {
@@ -56,7 +58,10 @@ def read_case(path: str | Path, settings: Sequence[str] = (), *, outside: bool =
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is no TOML file: it is not UTF-8 text; save it as such") from None
-    return parse_case(text, settings, name=str(path), folder=path.parent, outside=outside)
+    of_run = path.name == CASE and (path.parent / MANIFEST).is_file()
+    return parse_case(
+        text, settings, name=str(path), folder=path.parent, outside=outside, of_run=of_run
+    )
 
 
 def _content(path: Path) -> bytes:
@@ -85,16 +90,18 @@ def parse_case(
     name: str = "the case",
     folder: str | Path = Path(),
     outside: bool = False,
+    of_run: bool = False,
 ) -> Case:
-    """Read a case from TOML text, see `read_case`.
+    """Read a case from TOML text; see `read_case`.
 
     Parameters
     ----------
-    text : the case as TOML.
-    settings : texts "section.key=value" that replace keys of the text.
+    text : text of a case file.
+    settings : `section.key=value` settings put over it.
     name : name of the case in messages.
-    folder : folder from which paths in the text count.
-    outside : True if the files that it names may lie outside of `folder`.
+    folder : folder from which paths in it count.
+    outside : True if the files that it names may lie outside of that folder.
+    of_run : True for the case of a run directory, where keys of 0.1.0 are translated.
     """
     require(text, str, "text", "give the text of a case file; staffa.read_case(path) reads a file")
     settings, folder = settings_of(settings), path_of(folder, "folder")
@@ -105,8 +112,11 @@ def parse_case(
         raise InputError(f"{name} is no case file: its brackets are nested too deeply") from None
     except ValueError as error:
         raise InputError(f"{name} is no TOML file: {_syntax(error)}") from None
+    if of_run:
+        translate(table)
     for setting in settings:
         _set(table, setting)
+    refuse(table)
     values_are_few(table, name)
     _name_sides(table)
     place = FileAccess(folder, outside)

@@ -44,6 +44,7 @@ from staffa.case.rules.heat_rules import (
     heat_is_complete,
 )
 from staffa.case.rules.name_rules import cracks_are_there, faces_are_there, files_are_called_apart
+from staffa.case.rules.output_rules import output_fields_are_possible
 from staffa.case.rules.probe_rules import probes_are_inside
 from staffa.case.rules.rock_rules import (
     elasticity_is_definite,
@@ -133,6 +134,7 @@ RULES = (
     heat_enters_or_leaves,
     measures_are_inside,
     probes_are_inside,
+    output_fields_are_possible,
     times_increase,
     adaptive_steps_are_possible,
     formulas_give_numbers,

@@ -28,6 +28,7 @@ from staffa.case.schema.support_keys import Prescribed as Prescribed
 from staffa.case.schema.support_keys import SupportKeys as SupportKeys
 from staffa.case.schema.time_keys import TimeKeys
 from staffa.case.schema.tolerances import Better, Change, Residual
+from staffa.evolution.output_fields import DEFAULT, FIELDS, NEEDED
 from staffa.geometry.outline import Outline
 from staffa.loads.closed_form import PROFILES
 from staffa.physics.damage import LAWS
@@ -189,9 +190,15 @@ class OutputKeys(CaseTable):
         description="times hit exactly, whose fields are kept and drawn; tau or t, as in [time]",
         examples=[[0.1, 0.2, 0.4]],
     )
-    fields: Literal["requested", "all"] = Field(
+    steps: Literal["requested", "all"] = Field(
         default="requested",
         description="keep the fields of the requested times and the last step, or of all",
+    )
+    fields: tuple[Annotated[str, one_of(FIELDS)], ...] = Field(
+        default=DEFAULT,
+        description=f"which fields are kept for ParaView: of {', '.join(FIELDS)}; "
+        f"{' and '.join(NEEDED)} always; see docs/files.md",
+        examples=[["u", "alpha", "T", "stress", "energy_density"]],
     )
     checkpoint: CheckpointKeys = Field(
         default=CheckpointKeys(),

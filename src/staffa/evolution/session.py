@@ -1,0 +1,199 @@
+"""Owner of all that is built for one mesh, under the time loop: other meshes can take its place."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import replace
+from typing import Any
+
+from staffa.backend.stack import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from staffa.backend import jit
+from staffa.evolution.backtrack import StepHistory
+from staffa.evolution.effective_toughness import effective_gc_ratio
+from staffa.evolution.problem import Problem
+from staffa.evolution.snapshot import Snapshot, copied, restore
+from staffa.evolution.system import System, build
+from staffa.model.domain import Domain
+from staffa.model.fields import State, Transfer, at_vertices, owned
+from staffa.model.quadrature import cell_middle
+
+
+class Session:
+    """The problem and the system on the current mesh, and every tool built for them.
+
+    The time loop and its observers hold the session alone, and ask it at each step for what they
+    need. So `replace` can change the mesh between two steps.
+
+    Attributes
+    ----------
+    problem : body, rock and loads, with the current mesh.
+    system : forms, matrices, solvers and the state, on the current mesh.
+    history : earlier states, on the current mesh; None without backtracking.
+    changes : number of times that the mesh was changed.
+    """
+
+    def __init__(
+        self, problem: Problem, system: System, *, toughness_factor: float | None = None
+    ) -> None:
+        """Take ownership of the system.
+
+        Parameters
+        ----------
+        problem : problem whose mesh comes first.
+        system : system of that problem, which the session frees.
+        toughness_factor : discrete toughness over Gc on these cells; None: it is measured.
+        """
+        self.problem, self.system = problem, system
+        self.history: StepHistory | None = None
+        self.changes = 0
+        self._toughness_factor = toughness_factor
+        self._tools: dict[tuple[Hashable, ...], Any] = {}
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Ranks that share the mesh."""
+        return self.problem.domain.comm
+
+    @property
+    def domain(self) -> Domain:
+        """Current mesh with its named sides."""
+        return self.problem.domain
+
+    @property
+    def state(self) -> State:
+        """Displacement, damage and temperature on the current mesh."""
+        return self.system.state
+
+    @property
+    def toughness_factor(self) -> float:
+        """Discrete toughness over Gc on the current cells. Collective."""
+        if self._toughness_factor is None:
+            self._toughness_factor = effective_gc_ratio(self.problem)
+        return self._toughness_factor
+
+    def tool[T](self, make: Callable[..., T], *arguments: Hashable) -> T:
+        """Return what ``make(session, *arguments)`` builds, built once for each mesh.
+
+        Collective where `make` is. A tool with a method `destroy` is freed with its mesh.
+
+        Parameters
+        ----------
+        make : function by which the tool is found again, so that it must not be a new lambda.
+        arguments : further arguments of `make`.
+        """
+        key = (make, *arguments)
+        if key not in self._tools:
+            self._tools[key] = make(self, *arguments)
+        found: T = self._tools[key]
+        return found
+
+    def vertex_values(self, field: fem.Function) -> np.ndarray:
+        """Return a field at the vertices that this rank owns.
+
+        Parameters
+        ----------
+        field : damage or temperature, or the displacement (m) on any nodes.
+
+        Returns
+        -------
+        np.ndarray
+            Shape (n,) of a scalar, (n, 3) of a displacement.
+        """
+        if field is not self.state.u:
+            return owned(field).copy()
+        u = at_vertices(field, self.system.spaces)
+        return np.pad(u, ((0, 0), (0, 3 - u.shape[1])))
+
+    def cell_values(self, value: ufl.core.expr.Expr) -> np.ndarray:
+        """Return an expression in the middle of each cell that this rank owns. Collective.
+
+        Parameters
+        ----------
+        value : scalar, or tensor of 2 x 2 or 3 x 3 components.
+
+        Returns
+        -------
+        np.ndarray
+            Shape (n,) of a scalar, (n, 9) of a tensor; components across a plane are 0.
+        """
+        mesh = self.domain.mesh
+        cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+        found = self.tool(_in_the_middle, value).eval(mesh, cells)
+        if not value.ufl_shape:
+            return np.asarray(found).reshape(len(cells))
+        size = value.ufl_shape[0]
+        tensor = np.zeros((len(cells), 3, 3))
+        tensor[:, :size, :size] = found.reshape(len(cells), size, size)
+        return tensor.reshape(-1, 9)
+
+    def replace(self, problem: Problem, system: System) -> None:
+        """Put another mesh in place of the current one, whose system and tools are freed.
+
+        Between two steps alone. The new state is the caller's, see `interpolated`; earlier states
+        are interpolated here. Collective.
+
+        Parameters
+        ----------
+        problem : the same problem on the other mesh of the same body.
+        system : its system, which holds the state that the next step begins with.
+        """
+        if self.history:
+            old, new = self.system.spaces.alpha, system.spaces.alpha
+            self.history.move(Transfer(old, new, h=self.domain.h), system.supports.values)
+        self.destroy()
+        self.problem, self.system = problem, system
+        self._toughness_factor = None
+        self.changes += 1
+
+    def destroy(self) -> None:
+        """Free the system and the tools of the current mesh. Collective."""
+        for tool in self._tools.values():
+            if hasattr(tool, "destroy"):
+                tool.destroy()
+        self._tools.clear()
+        self.system.destroy()
+
+
+def _in_the_middle(session: Session, value: ufl.core.expr.Expr) -> fem.Expression:
+    return jit.expression(value, cell_middle(session.domain.mesh), session.comm)
+
+
+def interpolated(session: Session, problem: Problem) -> System:
+    """Build a problem on another mesh of the same body, with the state interpolated. Collective.
+
+    Parameters
+    ----------
+    session : its state is read, and stays as it is.
+    problem : the problem on the other mesh.
+
+    Returns
+    -------
+    System
+        For `Session.replace`.
+    """
+    old, new = session.system, build(problem)
+    h, kept = session.domain.h, copied(old)
+
+    def across(source: fem.Function, target: fem.Function, values: np.ndarray) -> np.ndarray:
+        return Transfer(source.function_space, target.function_space, h=h)(values)
+
+    before, after, spent, counted = old.state, new.state, old.energy.spent, new.energy.spent
+    frozen = zip(old.energy.frozen, new.energy.frozen, kept.frozen, strict=True)
+    booked = None
+    if spent and counted and kept.spent is not None:
+        booked = across(spent.alpha, counted.alpha, kept.spent)
+    moved = Snapshot(
+        u=across(before.u, after.u, kept.u),
+        alpha=across(before.alpha, after.alpha, kept.alpha),
+        lower=across(old.bounds.lower, new.bounds.lower, kept.lower),
+        thermal=replace(kept.thermal, T=across(before.T, after.T, kept.thermal.T)),
+        frozen=tuple(across(*field) for field in frozen),
+        spent=booked,
+        loads=kept.loads,
+    )
+    restore(new, moved)
+    new.energy.rest = old.energy.rest
+    return new
