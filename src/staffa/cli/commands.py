@@ -85,8 +85,8 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
         out.print("[green]nothing is off[/green]")
 
 
-@app.command(epilog=EXIT_CODES)
-def run(
+@app.command("run", epilog=EXIT_CODES)
+def run_command(
     case_file: CaseFile,
     directory: Annotated[
         Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
@@ -109,8 +109,8 @@ def run(
     )
 
 
-@app.command(epilog=EXIT_CODES)
-def resume(
+@app.command("resume", epilog=EXIT_CODES)
+def resume_command(
     directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
     settings: Annotated[
         list[str] | None,
