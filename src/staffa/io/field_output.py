@@ -1,4 +1,4 @@
-"""Brings a distributed state to rank 0 and into a file that ParaView reads."""
+"""Output of a distributed state: gathered on rank 0, written to a file for ParaView."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ from staffa.model.fields import Spaces, State, at_vertices, owned
 
 
 class FieldWriter:
-    """Writes states on one mesh, whose points and cells are gathered once. Collective."""
+    """Writer of states on one mesh, whose points and cells are gathered once. Collective."""
 
     def __init__(self, comm: MPI.Comm, spaces: Spaces) -> None:
         self.comm, self.spaces = comm, spaces
@@ -35,8 +35,14 @@ class FieldWriter:
     def write(
         self, path: Path, state: State, in_cells: Mapping[str, np.ndarray] | None = None
     ) -> None:
-        """Write u (m, three components), alpha and T (K) of a state at the vertices; and values in
-        its cells, shape (n_owned, ...). Collective."""
+        """Write u (m, three components), alpha and T (K) of a state at the vertices. Collective.
+
+        Parameters
+        ----------
+        path : the file.
+        state : the fields.
+        in_cells : values in the cells that this rank owns, shape (n_owned, ...), by name.
+        """
         u = at_vertices(state.u, self.spaces)
         local = {
             "u": np.pad(u, ((0, 0), (0, 3 - u.shape[1]))),

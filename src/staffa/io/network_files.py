@@ -1,4 +1,4 @@
-"""A crack network as files: VTP, which VTK's tools read, and CSV, which everything reads."""
+"""Files of a crack network: VTP for VTK's tools, and CSV for any program."""
 
 import csv
 import io
@@ -19,9 +19,16 @@ def write_vtp(
     at_points: Mapping[str, np.ndarray],
     on_cells: Mapping[str, np.ndarray],
 ) -> None:
-    """Write polylines, or the triangles of a surface, so that they are there whole or not at all.
+    """Write polylines, or the triangles of a surface, atomically.
 
-    cells: the numbers of the points of each. at_points, on_cells: values by their names.
+    Parameters
+    ----------
+    path : the file.
+    points : coordinates (m), shape (n, 3).
+    cells : numbers of the points of each line or triangle.
+    surface : True for triangles.
+    at_points : values at the points by name, shape (n, ...).
+    on_cells : values of the lines or triangles by name, shape (m, ...).
     """
     import pyvista
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
@@ -43,7 +50,7 @@ def write_vtp(
 
 
 def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
-    """Columns of one length, under a row of their names."""
+    """Write columns of equal length, under a row of their names."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -1,4 +1,4 @@
-"""Fields on a mesh as one VTKHDF file, which ParaView and PyVista read; no finite elements here.
+"""Fields on a mesh as one VTKHDF file for ParaView and PyVista; no finite elements.
 
 The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/, UnstructuredGrid.
 """
@@ -18,7 +18,14 @@ VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
 
 @dataclass(frozen=True, kw_only=True)
 class VtkMesh:
-    """A mesh of one cell type. points: (n, 3); cells: (m, vertices) in VTK's order; type: VTK's."""
+    """Mesh of one cell type.
+
+    Attributes
+    ----------
+    points : coordinates (m), shape (n, 3).
+    cells : vertices of each cell in VTK's order, shape (m, vertices).
+    type : VTK's number of the cell type.
+    """
 
     points: np.ndarray
     cells: np.ndarray
@@ -31,9 +38,16 @@ def write_vtkhdf(
     fields: Mapping[str, np.ndarray],
     in_cells: Mapping[str, np.ndarray] | None = None,
 ) -> None:
-    """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
-    in place."""
-    # In memory first: on a disk that is full HDF5 breaks off in the middle, and is of no use then.
+    """Write values at points and in cells, atomically.
+
+    Parameters
+    ----------
+    path : the file.
+    grid : the mesh.
+    fields : values at points by name, shape (n,) or (n, components).
+    in_cells : values in cells by name, shape (m,) or (m, components).
+    """
+    # In memory first: on a full disk HDF5 stops in the middle, and the file is useless.
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})
         file.flush()
@@ -73,7 +87,7 @@ def _put(group: h5py.Group, name: str, values: np.ndarray) -> None:
 
 
 def read_vtkhdf(path: Path) -> tuple[VtkMesh, dict[str, np.ndarray]]:
-    """The mesh and the values, of points and of cells, of a file that `write_vtkhdf` wrote."""
+    """Read the mesh and the values, at points and in cells, of a file of `write_vtkhdf`."""
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         kind = int(root["Types"][0])

@@ -116,8 +116,7 @@ def block(
 ) -> Domain:
     """Mesh a rectangle or a box with its lower corner at the origin. Collective.
 
-    Triangles are four to a square, so that no diagonal direction is preferred. Unstructured cells
-    prefer no direction at all.
+    No direction is preferred: triangles are four to a square, and unstructured cells have none.
 
     Parameters
     ----------

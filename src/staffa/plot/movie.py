@@ -1,4 +1,4 @@
-"""The cracks growing, as an animated picture: in 3-D in perspective, in 2-D the damage."""
+"""Animated picture of growing cracks: in 3-D in perspective, in 2-D the damage."""
 
 import io
 from collections.abc import Callable, Iterator, Sequence
@@ -22,11 +22,11 @@ from staffa.plot.style import RC, WIDTH, new_figure
 from staffa.plot.volume import add_depths, deepest, depth_label, draw_view, rendered
 from staffa.records.step import Step
 
-FEWEST, MOST = 3, 40  # moments that make a movie, and that it shows at most
+FEWEST, MOST = 3, 40  # frames that a movie has at least, and at most
 PIXELS = 560  # edge of a rendered view
 DPI = 120  # of a frame, 840 pixels wide
-SECONDS, REST = 0.25, 2.0  # that a frame stays, and the last one
-LARGEST = 5_000_000  # bytes; with more, every other frame goes
+SECONDS, REST = 0.25, 2.0  # duration of a frame, and of the last one
+LARGEST = 5_000_000  # bytes; if it is larger, every other frame is removed
 
 
 def write_movie(
@@ -35,9 +35,14 @@ def write_movie(
     steps: Sequence[Step],
     told: Callable[[int, int], None] = lambda done, of: None,
 ) -> None:
-    """Write a GIF of these steps, whose fields are there; whole or not at all.
+    """Write a GIF of these steps, whose fields are on disk; atomically.
 
-    told: called after each picture with how many are done, and how many there will be.
+    Parameters
+    ----------
+    path : the file.
+    run : the run.
+    steps : the steps to show.
+    told : called after each picture with the number done and the number of all.
 
     Raises
     ------
@@ -49,11 +54,11 @@ def write_movie(
         drawn = [Image.fromarray(picture) for picture in draw(run, steps, told)]
     if not drawn:
         raise StaffaError("the fields of its steps cannot be read")
-    # The last has all of the colors; palettes of their own would leave the scale of others few.
+    # The last picture has all colors; a palette for each would leave few for the color scale.
     palette = drawn[-1].quantize(dither=Image.Dither.NONE)
     pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in drawn]
     while len(movie := _gif(pictures)) > LARGEST and len(pictures) > 1:
-        pictures = pictures[::-2][::-1]  # every other one, the last among them
+        pictures = pictures[::-2][::-1]  # every other one, with the last
     write_aside(path, movie)
 
 
@@ -69,7 +74,7 @@ def _gif(pictures: Sequence[Image.Image]) -> bytes:
 
 
 def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
-    """A panel of damage and isotherms a step."""
+    """Yield a panel of damage and isotherms for each step."""
     for number, step in enumerate(steps, start=1):
         for frame in read_frames(run, [step])[0]:
             yield _pixels(cracks_figure(run.manifest, [frame]))
@@ -77,7 +82,7 @@ def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> 
 
 
 def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
-    """The rock cut away, and beside it the cracks alone."""
+    """Yield the rock cut away, and beside it the cracks alone, for each step."""
     looks, manifest = (ROCK, CRACKS), run.manifest
     count = iter(range(1, 1 + len(looks) * len(steps)))
     bottom = deepest(manifest, steps)
@@ -102,7 +107,7 @@ def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) ->
 
 
 def _pixels(figure: Figure) -> np.ndarray:
-    """A figure as an image, shape (height, width, 3)."""
+    """Return a figure as an image, shape (height, width, 3)."""
     figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

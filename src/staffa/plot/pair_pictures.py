@@ -1,4 +1,4 @@
-"""Two runs in one picture: their curves on one clock, their cracks and what tells these apart."""
+"""Two runs in one picture: their curves on one time axis, their cracks and the difference."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,19 +29,23 @@ from staffa.records.manifest import Manifest
 COLORS = (BLUE, ORANGE)
 WIDTHS = (3.0, 1.2)  # so that equal curves show one in the other
 DIFFERENCE = "RdBu_r"
-FAINT = 1e-3  # the colors of a difference end no earlier, so that round-off stays pale
-FEW = 3  # moments of bodies that are long or 3-D
-PIXELS = 700  # edge of a view of one
-LONG = 4.0  # width over height of a body whose panels stand in one column
+FAINT = 1e-3  # smallest end of the difference's color scale, so that round-off stays pale
+FEW = 3  # times shown of bodies that are long or 3-D
+PIXELS = 700  # edge of a view of a 3-D body
+LONG = 4.0  # width over height from which the panels are in one column
 LONGEST = 18  # characters of a name above a panel
 Curve = tuple[Sequence[float], Sequence[float]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """Times and values of one quantity: of each run, or one curve of both together.
+    """Curves of one quantity.
 
-    counts: whole numbers, each of which lasts until the next step.
+    Attributes
+    ----------
+    label : label of the axis.
+    curves : times and values of each run, or of both together.
+    counts : True for whole numbers, each of which lasts until the next step.
     """
 
     label: str
@@ -54,9 +58,13 @@ def curves_figure(
     panels: Sequence[Panel],
     named: Callable[[Axes], None],
 ) -> Figure:
-    """One panel a quantity, a color for each run; what belongs to both is black.
+    """Draw one panel a quantity, a color for each run; a curve of both is black.
 
-    named: names the axis of time of the last panel.
+    Parameters
+    ----------
+    names : names of the two runs.
+    panels : the curves.
+    named : labels the time axis of the last panel.
     """
     figure = new_figure(0.9 + 1.7 * len(panels))
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
@@ -94,9 +102,14 @@ def fields_figure(
     frames: Sequence[tuple[Frame, Frame]],
     ratio: float = 1.0,
 ) -> Figure:
-    """Damage of both 2-D bodies at each time, and where the points agree the difference.
+    """Draw the damage of both 2-D bodies at each time, and the difference if the points agree.
 
-    ratio: see `difference`.
+    Parameters
+    ----------
+    names : names of the two runs.
+    manifests : descriptions of the two runs.
+    frames : fields of both runs at each time.
+    ratio : unit of length of the first over that of the second.
     """
     apart = [damage_difference(*both, ratio) for both in frames]
     across = 3 if any(d is not None for d in apart) else 2
@@ -130,10 +143,16 @@ def fields_figure(
 
 
 def damage_difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
-    """Damage of the second minus that of the first at the points of the first, shape (n,).
+    """Return the damage of the second less that of the first at the first's points, shape (n,).
 
-    None if these are not the points of both; a mesh has its points in another order on another
-    number of ranks. ratio: the unit of length of the first over that of the second.
+    None if the two meshes have different points. The order of the points may differ, since it
+    depends on the number of ranks.
+
+    Parameters
+    ----------
+    one : fields of the first run.
+    other : fields of the second run.
+    ratio : unit of length of the first over that of the second.
     """
     a, b = one.grid.points, ratio * other.grid.points
     if a.shape != b.shape:
@@ -150,7 +169,7 @@ def damage_difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarra
 def _draw_difference(
     axes: Axes, manifest: Manifest, frame: Frame, gap: np.ndarray | None, largest: float
 ) -> None:
-    """largest: where the colors end."""
+    """Draw a difference of damage; `largest` is the end of the color scale."""
     if gap is None:
         axes.set_axis_off()
         return
@@ -171,7 +190,13 @@ def volumes_figure(
     manifests: Sequence[Manifest],
     frames: Sequence[tuple[Frame, Frame]],
 ) -> Figure:
-    """The last three moments of both 3-D bodies from a corner, cracks colored by depth.
+    """Draw the last three times of both 3-D bodies in perspective, cracks colored by depth.
+
+    Parameters
+    ----------
+    names : names of the two runs.
+    manifests : descriptions of the two runs.
+    frames : fields of both runs at each time.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""What the child process of `volume` does: renders views of cracks with PyVista, off screen.
+"""Child process of `volume`: it renders views of cracks with PyVista, off screen.
 
-A line on its standard output tells of each view that is ready.
+It prints one line for each view that is ready.
 """
 
 import json
@@ -15,35 +15,36 @@ from matplotlib.colors import LinearSegmentedColormap
 from staffa.geometry.block import SIDES
 from staffa.io.vtkhdf import read_vtkhdf
 
-ROCK = "rock"  # the body, its near quarter cut away, the cracks in there left standing
-CRACKS = "cracks"  # the cracks alone, from the far side: their tips are nearest
-BEND = 40  # degrees; round faces are cut into facets that bend less
-LENS = 24  # degrees that the camera takes in; more would bend the columns
-# Rounds of smoothing that take the facets of the mesh out of the surface of a crack, and the
-# frequencies that pass (Taubin 1995): its volume stays.
+ROCK = "rock"  # the body without its near quarter, in which the cracks are left
+CRACKS = "cracks"  # the cracks alone, from the opposite boundary: their tips are nearest
+BEND = 40  # degrees; the facets of round faces bend by less
+LENS = 24  # view angle of the camera, degrees; a larger one would distort the columns
+# Rounds of smoothing that remove the facets of the mesh from the surface of a crack, and the
+# frequencies that pass (Taubin 1995): its volume does not change.
 ROUNDS, PASS = 40, 0.05
 LINE = "#4a4a4a"
-# Sound rock up to broken rock; pale up to half, so that a crack is not as wide as its profile.
+# From intact to broken rock; pale up to half, so that a crack is not as wide as its profile.
 STONE = LinearSegmentedColormap.from_list(
     "stone", [(0, "#f2eadd"), (0.4, "#e6dccb"), (0.7, "#c2b29b"), (0.9, "#6b5a48"), (1, "#1d1712")]
 )
-# A cut along faces of cells would leave slivers of these, whose edges are seen.
+# A cut along cell faces would leave slivers of cells, with visible edges.
 BESIDE_THE_MIDDLE = 0.4987
 MATT: Any = {"ambient": 0.36, "diffuse": 0.72, "show_scalar_bar": False}
-OUTWARD = 0.04  # how far outside of the body its sizes are written, over its largest
+OUTWARD = 0.04  # distance of the size labels from the body, over its largest size
 
 
 def render(job: dict[str, Any]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Images of each file, one look after the other, each with the places for the body's sizes.
+    """Yield images of each file, one look after the other, with the positions of the size labels.
 
-    An image has shape (pixels, pixels, 3); the places, one for each axis, are in pixels from its
+    An image has shape (pixels, pixels, 3). The positions, one for each axis, are in pixels from its
     upper left corner, shape (3, 2).
 
     Parameters
     ----------
-    job : looks, of `ROCK` and `CRACKS`; files; lower corner and size of the body; face, the side of
-        a box that depth counts from; turned, whether that is up where it is looked at; deepest,
-        where the colors end; crack, the damage to draw; colors; pixels, the edge of an image.
+    job : looks, of `ROCK` and `CRACKS`; files; lower corner and size of the body (m); face, the
+        side of a box from which depth is counted; turned, True if that is up in the view of the
+        rock; deepest, depth at which the colors end (m); crack, the damage to draw; colors; pixels,
+        the edge of an image.
     """
     for look in job["looks"]:
         for file in job["files"]:
@@ -51,7 +52,7 @@ def render(job: dict[str, Any]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _body(job: dict[str, Any], file: str) -> Any:
-    """The mesh with its damage, and the depth that colors the cracks."""
+    """Return the mesh with its damage, and the depth that colors the cracks."""
     import pyvista
 
     grid, values = read_vtkhdf(Path(file))
@@ -93,7 +94,7 @@ def _view(job: dict[str, Any], body: Any, look: str) -> tuple[np.ndarray, np.nda
 
 
 def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
-    """The surface of what is broken, colored by depth; closed where the body ends."""
+    """Draw the surface of broken rock, colored by depth; closed at the body's surface."""
     colors = {"scalars": "depth", "cmap": job["colors"], "clim": (0, job["deepest"])}
     walls = body.contour([job["crack"]], scalars="alpha")
     if walls.n_cells:
@@ -106,7 +107,7 @@ def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
 
 
 def _add_rock(plotter: Any, parts: list[Any]) -> None:
-    """Its surface, dark where it is broken."""
+    """Draw the surface of the rock, dark where it is broken."""
     for part in parts:
         skin = part.extract_surface(algorithm="dataset_surface")
         colors = {"scalars": "alpha", "cmap": STONE, "clim": (0, 1)}
@@ -114,7 +115,7 @@ def _add_rock(plotter: Any, parts: list[Any]) -> None:
 
 
 def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
-    """A strong one from the upper left of who looks, a weaker one from the right."""
+    """Add a strong light from the viewer's upper left, and a weaker one from the right."""
     import pyvista
 
     right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
@@ -125,7 +126,7 @@ def _add_lights(plotter: Any, away: np.ndarray, up: np.ndarray) -> None:
 
 
 def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, list[Any]]:
-    """The quarter nearest to who looks, all through from the cooled face, and the parts left."""
+    """Return the quarter nearest to the viewer, through the whole depth, and the other parts."""
     quarter, parts = body, []
     for axis, plane in _cuts(job):
         parts.append(quarter.clip(**plane, invert=bool(away[axis] > 0)))
@@ -134,16 +135,17 @@ def _quartered(job: dict[str, Any], body: Any, away: np.ndarray) -> tuple[Any, l
 
 
 def _cuts(job: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
-    """The two planes that cut out the quarter, each after the axis across it."""
+    """Return the two planes that cut out the quarter, each with the axis across it."""
     middle = np.array(job["lower"]) + np.array(job["size"]) * BESIDE_THE_MIDDLE
     level = sorted({0, 1, 2} - {SIDES[3][job["face"]][0]})
     return [(axis, {"normal": np.eye(3)[axis], "origin": middle}) for axis in level]
 
 
 def _rims(job: dict[str, Any], body: Any, away: np.ndarray) -> Iterator[Any]:
-    """Where each cut meets the surface of the body, beside the quarter.
+    """Yield the lines in which the cuts meet the surface of the body, beside the quarter.
 
-    Not the edges of what was cut: between cells in all directions a cut leaves slivers with bends.
+    These are not the edges of the cut mesh: in an unstructured mesh a cut leaves slivers with
+    bends.
     """
     surface = body.extract_surface(algorithm="dataset_surface")
     one, other = _cuts(job)
@@ -152,14 +154,14 @@ def _rims(job: dict[str, Any], body: Any, away: np.ndarray) -> Iterator[Any]:
 
 
 def _edges(body: Any) -> Any:
-    """Where the surface of the body has a bend: of a box its edges, of a bore its rims."""
+    """Return the edges of the body's surface: of a box its edges, of a bore its rims."""
     surface = body.extract_surface(algorithm="dataset_surface")
     bends = {"boundary_edges": False, "non_manifold_edges": False, "manifold_edges": False}
     return surface.extract_feature_edges(feature_angle=BEND, **bends)
 
 
 def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors to the camera, near one corner, and up.
+    """Return unit vectors to the camera, near one corner, and up.
 
     The rock is seen with its cooled face above, the cracks with their tips above.
     """
@@ -172,8 +174,10 @@ def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) -> list[np.ndarray]:
-    """For each axis a point beside what bounds the view along it: the body at the left, below
-    an edge of its box."""
+    """Return for each axis a point beside the outline of the body in the view.
+
+    The outline is the body at the left, or below an edge of its box.
+    """
     half = np.array(job["size"]) / 2
     middle, near = np.array(job["lower"]) + half, np.sign(away)
     height = int(np.argmax(np.abs(up)))
@@ -194,7 +198,7 @@ def _beside(job: dict[str, Any], body: Any, away: np.ndarray, up: np.ndarray) ->
 
 
 def _on_screen(plotter: Any, point: np.ndarray) -> list[float]:
-    """Where a point of space is in the image, in pixels from its upper left corner."""
+    """Return the position of a point in the image, in pixels from its upper left corner."""
     from vtkmodules.vtkRenderingCore import vtkCoordinate
 
     place = vtkCoordinate()

@@ -1,4 +1,4 @@
-"""The cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
+"""Cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
 
 import json
 import subprocess
@@ -28,22 +28,27 @@ from staffa.records.step import Step
 RENDERER = "staffa.plot.rendering"
 DEPTHS = "viridis"
 PIXELS = 1200  # edge of a rendered view
-SHARE = 0.8  # of the picture's width that a view takes
-MARGIN = 0.05  # of a view's edge that is left white around what is drawn, for the sizes
-PATIENCE = 240  # seconds that rendering one view may take before it is given up
+SHARE = 0.8  # width of a view over that of the picture
+MARGIN = 0.05  # white margin of a view over its edge, for the size labels
+PATIENCE = 240  # seconds after which the rendering of one view is stopped
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """A rendered image, shape (height, width, 3), and where the size of the body along each axis is
-    to be written (pixels), shape (3, 2)."""
+    """Rendered image with the positions of the body's size labels.
+
+    Attributes
+    ----------
+    image : shape (height, width, 3).
+    places : position of the label of each axis (pixels), shape (3, 2).
+    """
 
     image: np.ndarray
     places: np.ndarray
 
 
 def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
-    """The rock, its near quarter cut away, and below it the cracks alone.
+    """Draw the rock, its near quarter cut away, and below it the cracks alone.
 
     Raises
     ------
@@ -66,7 +71,14 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
 
 
 def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
-    """An image, and the size of the body along its edges."""
+    """Draw an image with the sizes of the body along its edges.
+
+    Parameters
+    ----------
+    axes : the panel.
+    manifest : description of the run.
+    view : the image.
+    """
     axes.imshow(view.image, interpolation="antialiased")
     axes.set_axis_off()
     for length, (x, y) in zip(manifest.size, view.places, strict=True):
@@ -76,7 +88,15 @@ def draw_view(axes: Axes, manifest: Manifest, view: View) -> None:
 
 
 def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
-    """The colors of the depths, below the panels."""
+    """Draw the color scale of the depths below the panels.
+
+    Parameters
+    ----------
+    figure : the figure.
+    panels : the panels.
+    bottom : depth at which the colors end.
+    label : label of the scale.
+    """
     figure.colorbar(
         ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels, location="bottom", shrink=0.5,
         aspect=40, label=label,
@@ -84,7 +104,7 @@ def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
 
 
 def depth_label(manifest: Manifest) -> str:
-    """Label of a scale of depth."""
+    """Return the label of a scale of depth."""
     where = manifest.surface if manifest.cooled_side else "top"
     return manifest.shown.length.label(f"depth below the {where}")
 
@@ -98,13 +118,19 @@ def rendered(
     pixels: int,
     ready: Callable[[], None] = lambda: None,
 ) -> list[list[View]]:
-    """Views in each look (`rendering.ROCK` or `CRACKS`) of each file of fields, alike in one look.
+    """Render each file of fields in each look; the views of one look are cropped alike.
 
-    bottom: depth (m) at which the colors end. pixels: edge of an image before what is white around
-    all of its look is cut off. ready: called after each view.
-
-    VTK ends its process where it finds neither a display nor a software renderer, so a child
+    VTK ends its process if it finds neither a display nor a software renderer. So a child process
     renders, and only the picture is lost.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    files : files of fields.
+    bottom : depth at which the colors end (m).
+    looks : of `rendering.ROCK` and `rendering.CRACKS`.
+    pixels : edge of an image before its white margin is cut off.
+    ready : called after each view.
 
     Raises
     ------
@@ -140,18 +166,18 @@ def rendered(
 
 
 def deepest(manifest: Manifest, steps: Sequence[Step]) -> float:
-    """Depth (m) at which the colors end: that of the deepest tip, or of the body."""
+    """Return the depth (m) at which the colors end: of the deepest tip, or of the body."""
     front = max((step.measures.front for step in steps if step.measures), default=0.0)
     return front or manifest.size[SIDES[3][_face(manifest)][0]]
 
 
 def _face(manifest: Manifest) -> str:
-    """The side of a box from which depth is counted."""
+    """Return the side of a box from which depth is counted."""
     return manifest.cooled_side or "top"
 
 
 def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
-    """Without the white around all of the images and places, which may lie beside an image."""
+    """Cut off the white around all of the images and label positions, which may lie outside."""
     spare = images.shape[1] // 5
     images = np.pad(images, ((0, 0), (spare,) * 2, (spare,) * 2, (0, 0)), constant_values=255)
     places = places + spare
@@ -166,7 +192,7 @@ def _cropped(images: np.ndarray, places: np.ndarray) -> list[View]:
 
 
 def _in_a_child(job: str, patience: float, ready: Callable[[], None]) -> str:
-    """Run the renderer on a job; what it said last."""
+    """Run the renderer on a job, and return its last message."""
     command = isolated_python(module=RENDERER)
     with (
         tempfile.TemporaryFile("w+") as errors,

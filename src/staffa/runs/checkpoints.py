@@ -1,4 +1,4 @@
-"""Keeps where a run stands, whenever that is due."""
+"""Checkpoints of a run: written when they are due, and read again."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -27,13 +27,13 @@ from staffa.model.fields import owned
 from staffa.records.step import REJECTED, Step
 from staffa.runs.provenance import version
 
-# Of the cell edge: vertices of the same mesh differ by round-off, on other ranks.
+# Part of the mesh size: vertices of the same mesh differ by round-off on other numbers of ranks.
 SAME_PLACE = 1e-6
-FLAGS = "C compiler flags"  # they decide the last digits of what forms give
+FLAGS = "C compiler flags"  # they decide the last digits of the forms' values
 
 
 def versions() -> dict[str, str]:
-    """What decides the numbers that come, besides staffa itself."""
+    """Return the versions and options that decide the numbers of a run."""
     petsc = ".".join(str(n) for n in PETSc.Sys.getVersion())
     options = os.environ.get("PETSC_OPTIONS", "") or "none"
     return {
@@ -45,33 +45,36 @@ def versions() -> dict[str, str]:
 
 @contextmanager
 def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
-    """Within it all ranks learn what rank 0 meets as it writes to a run directory.
+    """Raise an error of rank 0's writing to a run directory on all ranks.
 
-    begun: whether there is a run in it, to go on with.
+    Parameters
+    ----------
+    directory : the run directory.
+    begun : True if it contains a run that can be resumed.
 
     Raises
     ------
     StoppedError
         It cannot be written to any more: the disk is full, or it has become read-only.
     StaffaError
-        It is gone, or nothing was begun.
+        It is gone, or no run was started.
     """
     try:
         yield
     except OSError as error:
         why = f"{directory} cannot be written to ({error.strerror or error})"
         if not begun:
-            raise StaffaError(f"{why}: nothing was begun; see to that and run again") from None
+            raise StaffaError(f"{why}: no run was started; correct that and run again") from None
         if error.errno in (ENOENT, ENOTDIR):
-            raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
+            raise StaffaError(f"{why}: it is gone, and with it the run; start it again") from None
         raise StoppedError(why) from None
 
 
 class CheckpointWriter:
-    """Writes a run's steps, and checkpoints when they are due; reads these. Collective.
+    """Writer of a run's steps, and of its checkpoints when they are due; it also reads these.
 
-    A checkpoint is due after so many steps or minutes, and never so soon that writing would take
-    more time than computing. All is gathered on rank 0, as fields for ParaView are.
+    A checkpoint is due after a number of steps or minutes, but never so soon that writing takes
+    more time than computing. All is gathered on rank 0, as fields for ParaView are. Collective.
     """
 
     def __init__(
@@ -83,7 +86,17 @@ class CheckpointWriter:
         keys: CheckpointKeys,
         journal: Journal,
     ) -> None:
-        """h: cell edge (m). journal: the steps that are there."""
+        """Find the order of the values on disk.
+
+        Parameters
+        ----------
+        comm : communicator of the mesh.
+        directory : the run directory.
+        system : the system, with its fields.
+        h : mesh size (m).
+        keys : keys of the case on checkpoints.
+        journal : the steps on disk.
+        """
         self.comm, self.directory, self.journal = comm, directory, journal
         self._h = h
         self._folder, self._keys, self._system = directory / checkpoint.FOLDER, keys, system
@@ -104,7 +117,7 @@ class CheckpointWriter:
         self._steps += step.status != REJECTED
 
     def keep(self, stands: RestartState, now: bool) -> None:
-        """Write where the loop stands, if it is due or must be now."""
+        """Write the restart state, if a checkpoint is due or must be written now."""
         if on_root(self.comm, lambda: self._is_due(now)):
             began = perf_counter()
             self._keep(stands)
@@ -143,7 +156,7 @@ class CheckpointWriter:
             )
 
     def _is_due(self, now: bool) -> bool:
-        """On rank 0, which alone knows of lines and of time."""
+        """Return True if a checkpoint is due; on rank 0, which alone knows lines and time."""
         if self.journal.lines == self._saved_at:
             return False
         if now:
@@ -158,17 +171,17 @@ class CheckpointWriter:
                 self._folder, {k: v for k, v in arrays.items() if v is not None}
             )
 
-        # Only what rank 0 meets: where another rank's history is lost, that rank ends all of them.
+        # Only errors of rank 0: if another rank's history is lost, that rank ends all of them.
         with on_disk(self.directory):
             return on_root(self.comm, write)
 
     def take_up(self, page: Mapping[str, Any]) -> RestartState:
-        """Where the loop stood at a checkpoint, on the ranks at hand.
+        """Return the restart state of a checkpoint, on the current ranks.
 
         Raises
         ------
         InputError
-            The mesh is another than it was.
+            The mesh is not that of the checkpoint.
         """
         if not on_root(self.comm, lambda: self._is_of_this_mesh(page["mesh"])):
             raise InputError(
@@ -187,7 +200,7 @@ class CheckpointWriter:
         return found
 
     def _is_of_this_mesh(self, name: str) -> bool:
-        """On rank 0, which has all points."""
+        """Return True if the mesh is that of the checkpoint; on rank 0, which has all points."""
         points, kept = self._numbering.points, checkpoint.read_part(self._folder, name)["points"]
         assert points is not None
         if points.shape != kept.shape:
@@ -195,7 +208,7 @@ class CheckpointWriter:
         return bool(np.abs(points - kept).max() <= SAME_PLACE * self._h)
 
     def _shared(self, name: str) -> dict[str, np.ndarray]:
-        """The arrays of a part as this rank has them, ghosts included."""
+        """Return the arrays of a part for this rank, ghosts included."""
         arrays: dict[str, np.ndarray] = {}
 
         def read() -> list[str]:
@@ -215,7 +228,7 @@ class CheckpointWriter:
         return shared
 
     def _of(self, field: str) -> Numbering:
-        """The order in which a field is kept."""
+        """Return the order in which a field is stored."""
         return self._of_u if field == "u" else self._numbering
 
     def _with_ghosts(self, own: np.ndarray, space: fem.FunctionSpace | None = None) -> np.ndarray:

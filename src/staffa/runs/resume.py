@@ -1,4 +1,4 @@
-"""Goes on with a run that is not finished: what it takes up, and what of its case may change."""
+"""Resumption of an unfinished run, and the changes of its case that are allowed."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -34,14 +34,21 @@ from staffa.runs.run import Watcher, built, hold_run_lock, march_on, probes, wat
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
 
-# Of the end of a run: times nearer to one another are the same.
+# Part of a run's last time within which two times are the same.
 SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class Taken:
-    """What of a run directory stands: the page of its checkpoint (None: the run begins anew), the
-    lines up to it, their steps; and sentences on what does not."""
+    """Usable part of an interrupted run.
+
+    Attributes
+    ----------
+    page : page of its last good checkpoint; None if the run begins again.
+    lines : lines of the file of steps up to the checkpoint.
+    steps : kept steps in these lines.
+    said : messages on the parts that cannot be used.
+    """
 
     page: dict[str, Any] | None
     lines: tuple[str, ...]
@@ -59,20 +66,27 @@ def resume(
     split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> tuple[Step, ...]:
-    """Go on with a run from its last good checkpoint to its end, on any number of ranks; give the
-    steps that stand. Collective.
+    """Continue a run from its last good checkpoint to its end, on any number of ranks. Collective.
 
     Parameters
     ----------
-    settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
-    damage, split, temperature : those that `run` was given: by what they are and give, see
-        `cases.own.identity`.
+    directory : the run directory.
+    settings : "section.key=value" that change the run's case: of [time], [output] and [solver].
+    comm : communicator of all ranks.
+    watcher : follows the run; None for nobody.
+    damage : the damage law that `run` was given; None for that of the case.
+    split : the energy split that `run` was given; None for that of the case.
+    temperature : the load that `run` was given; None for that of the case.
+
+    Returns
+    -------
+    steps : all kept steps of the run.
 
     Raises
     ------
     InputError
-        The directory holds no run, another process writes to it, or a setting, a law, a split or a
-        load changes what has been computed.
+        The directory has no run, another process writes to it, or a setting, a law, a split or a
+        load changes the steps that are already computed.
     SolveError, StoppedError
         See `run`.
     """
@@ -123,7 +137,7 @@ def resume(
 
 
 def _pressed(old: Case, case: Case) -> str | None:
-    """A sentence if a run without a split is made so long that its loads come to press rock."""
+    """Return a message if loads come to compress rock in a longer run without a split."""
     more = [load for load in pressing(case) if load not in pressing(old)]
     if case.damage.split != "none" or not more:
         return None
@@ -135,7 +149,7 @@ def _pressed(old: Case, case: Case) -> str | None:
 
 
 def _require_run(directory: Path) -> None:
-    """Before its lock is made in it."""
+    """Refuse a folder without a run, before a lock is made in it."""
     if not directory.is_dir():
         raise InputError(f"there is no folder {directory}; name that of a run")
     if not (directory / run_directory.MANIFEST).is_file():
@@ -146,12 +160,12 @@ def _require_run(directory: Path) -> None:
 
 
 def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
-    """The case of a run as it is, and with these settings.
+    """Return the case of a run as it is, and with these settings.
 
     Raises
     ------
     InputError
-        A setting is none, or of a table that must stay.
+        A setting is invalid, or of a table that must not change.
     """
     text = run_directory.read_case_text(directory)
     name = str(directory / run_directory.CASE)
@@ -170,12 +184,12 @@ def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
 
 
 def take(directory: Path) -> Taken:
-    """Find the last good checkpoint whose steps are there as they were.
+    """Find the last good checkpoint whose steps are on disk unchanged.
 
     Raises
     ------
     InputError
-        The latest has a format of the future.
+        The latest has a format of a later version.
     """
     folder = directory / checkpoint.FOLDER
     lines, said = run_directory.journal_lines(directory), []
@@ -210,15 +224,17 @@ def take(directory: Path) -> Taken:
 
 
 def _steps(directory: Path) -> tuple[Step, ...]:
-    """Those of a run, whatever became of its checkpoints: one that is finished needs none."""
+    """Return the steps of a run, even without a checkpoint: a finished run needs none."""
     with suppress(StaffaError):
         return run_directory.read_run(directory).steps
     return ()
 
 
 def _stands(directory: Path, case: Case) -> bool:
-    """Whether a run that is at its last time was also looked back from, if it is to be; without a
-    checkpoint that is not known, and it stays as it is."""
+    """Return True if a run at its last time is complete with its backtracking.
+
+    Without a checkpoint that is not known, and the run is left unchanged.
+    """
     taken = take(directory) if case.solver.backtracking else None
     if taken is None or taken.page is None:
         return True
@@ -228,7 +244,7 @@ def _stands(directory: Path, case: Case) -> bool:
 
 
 def _require_checkpoint(directory: Path, taken: Taken, settings: Sequence[str]) -> None:
-    """What is finished is not lost to a longer run that would have to begin again."""
+    """Refuse to extend a finished run that would have to begin again."""
     if taken.page is None:
         asked = " ".join(f"--set {setting}" for setting in settings)
         raise InputError(
@@ -242,7 +258,7 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 
 
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
-    """Make the directory what it was at the checkpoint, with the case that is gone on with."""
+    """Reduce the directory to the state of the checkpoint, with the case as it is now."""
     text = to_toml(case)
     manifest = replace(manifest, identity=case_identity(text, attached(case)))
     run_directory.write_case(directory, text, manifest)
@@ -254,7 +270,7 @@ def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> 
 
 
 def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
-    """Whether what has been computed stands with the case as it is now."""
+    """Refuse a change of the case that contradicts the steps that are already computed."""
     if taken.steps and probes(case) != manifest.probes:
         raise InputError(
             "output.probes: they are read off at every step, and steps are finished; leave them as "
@@ -268,7 +284,7 @@ def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
 
 
 def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
-    """Whether the case is the one that the run began with."""
+    """Refuse a case that was changed after the run began."""
     now = case_identity(run_directory.read_case_text(directory), attached(case))
     if manifest.identity not in (None, now):
         raise InputError(
@@ -279,7 +295,7 @@ def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
 
 
 def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
-    """Whether the run is of this mesh and these laws."""
+    """Refuse a run of another mesh or other laws."""
     law, split = setup.material.law.name, setup.material.split.name
     if (law, split) != (manifest.law, manifest.split):
         raise InputError(
@@ -306,12 +322,19 @@ def _listed(found: Mapping[str, str]) -> str:
 def schedule_ahead(
     case: Case, setup: Problem, manifest: Manifest, steps: Sequence[Step]
 ) -> Schedule:
-    """The times that were asked for up to the last step, and those of the case from there on.
+    """Return the run's times up to its last step, followed by those of the case.
+
+    Parameters
+    ----------
+    case : the case as it is now.
+    setup : its problem, with the case's schedule.
+    manifest : description of the run.
+    steps : kept steps of the run.
 
     Raises
     ------
     InputError
-        The case would have had other times up to here.
+        The case has other times up to the last step.
     """
     plan = setup.schedule
     if not steps:

@@ -1,4 +1,4 @@
-"""Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
+"""Run of a case: it builds, marches, measures, and writes each completed step."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -49,10 +49,16 @@ from staffa.setup.user_objects import Given, recorded
 
 @dataclass(frozen=True, kw_only=True)
 class Watcher:
-    """Who follows a run: told the manifest, what else is to be said, after which steps a run goes
-    on, each sweep, each step. Called on every rank.
+    """Functions that follow a run, called on every rank.
 
-    stop: why this rank is asked to stop the run, None if it is not; looked at after each sweep.
+    Attributes
+    ----------
+    started : called with the manifest.
+    said : called with each message.
+    resumed : called with the steps after which a run continues.
+    swept : called after each sweep.
+    stepped : called after each step.
+    stop : returns a reason to stop the run, or None; called after each sweep.
     """
 
     started: Callable[[Manifest], None] = lambda manifest: None
@@ -73,21 +79,30 @@ def run(
     split: EnergySplit | None = None,
     temperature: Load | None = None,
 ) -> tuple[Step, ...]:
-    """Run a case to its end, give the steps that stand, and leave a run directory. Collective.
+    """Run a case to its end, and write a run directory. Collective.
 
     Parameters
     ----------
-    damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
-        the manifest keeps their identity, and `resume` asks for them.
+    case : the case.
+    directory : the run directory, which is made.
+    comm : communicator of all ranks.
+    watcher : follows the run; None for nobody.
+    damage : your own damage law, in place of the case's; `resume` asks for it again.
+    split : your own energy split, likewise.
+    temperature : your own load, likewise.
+
+    Returns
+    -------
+    steps : the kept steps.
 
     Raises
     ------
     InputError
-        The directory holds a run already, or cannot be made; or see `problem`.
+        The directory contains a run already, or cannot be made; or see `problem`.
     SolveError
         A step failed; everything finished before it is on disk.
-    StoppedError
-        The watcher asked to stop, or the directory cannot be written to any more; `resume` goes on.
+    StoppedError The watcher asked to stop, or the directory cannot be written to any more; `resume`
+        continues.
     """
     require(case, Case, "case", CASE)
     require(comm, MPI.Comm, "comm", COMM)
@@ -117,7 +132,7 @@ def run(
 
 
 def watching(watcher: Watcher | None) -> Watcher:
-    """A watcher, or one who looks on and does nothing."""
+    """Return the watcher, or one that does nothing."""
     if watcher is not None:
         require(watcher, Watcher, "watcher", "give a staffa.runs.run.Watcher")
     return watcher or Watcher()
@@ -125,9 +140,9 @@ def watching(watcher: Watcher | None) -> Watcher:
 
 @contextmanager
 def built(setup: Problem) -> Iterator[System]:
-    """The system of a problem, destroyed in the end. Collective.
+    """Build the system of a problem, and destroy it in the end. Collective.
 
-    To destroy it ranks wait for one another: not after an error that one of them may meet alone.
+    Its destruction is collective, so it is left out after an error that one rank may have alone.
     """
     asked = "the solvers could not be made; see what PETSC_OPTIONS asks for"
     with petsc_errors(asked, PETSc.Comm(setup.domain.comm)):
@@ -153,9 +168,13 @@ def _require_free(directory: Path) -> None:
 
 @contextmanager
 def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
-    """Hold the lock of a run directory; what the lock has to say. Collective.
+    """Hold the lock of a run directory, and yield its message if it has one. Collective.
 
-    new: there must be no run in it, and it is made.
+    Parameters
+    ----------
+    comm : communicator of all ranks.
+    directory : the run directory.
+    new : True if it must not contain a run, and is made.
 
     Raises
     ------
@@ -177,7 +196,7 @@ def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iter
     try:
         yield said
     finally:
-        if comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
+        if comm.rank == 0:  # one rank alone may have an error: no rank waits here
             lock.release()
 
 
@@ -192,8 +211,20 @@ def march_on(
     standing: RestartState | None = None,
     steps: tuple[Step, ...] = (),
 ) -> tuple[Step, ...]:
-    """March from where a run stands, after these steps, to its end; the steps that stand.
-    Collective."""
+    """March from a restart state to the end of the run, and return the kept steps. Collective.
+
+    Parameters
+    ----------
+    case : the case.
+    setup : its problem.
+    system : its system.
+    manifest : description of the run.
+    watcher : follows the run.
+    keeper : writes steps and checkpoints.
+    looks : the probes.
+    standing : the restart state; None for the start of the run.
+    steps : kept steps before it.
+    """
     observers = _observers(case, setup, system, manifest, watcher, keeper, looks, steps)
     begun_with = len(steps)
     try:
@@ -269,7 +300,7 @@ def _observers(
 
 
 def probes(case: Case) -> tuple[Probe, ...]:
-    """The points at which a case reads off fields."""
+    """Return the points at which a case records fields."""
     found = []
     for keys in case.output.probes:
         if isinstance(keys, Line):
@@ -283,7 +314,16 @@ def probes(case: Case) -> tuple[Probe, ...]:
 def describe(
     case: Case, setup: Problem, system: System, factor: float, own: dict[str, Own]
 ) -> Manifest:
-    """Describe this run for its manifest. own: what a script gives in place of the case's."""
+    """Return the manifest of this run.
+
+    Parameters
+    ----------
+    case : the case.
+    setup : its problem.
+    system : its system.
+    factor : effective Gc over Gc.
+    own : identities of objects that a script gave in place of the case's.
+    """
     own_load, domain, schedule = "temperature" in own, setup.domain, setup.schedule
     material = setup.material
     derived = derived_numbers(case, law=material.law, split=material.split, own_load=own_load)
@@ -341,7 +381,7 @@ def _why_split(case: Case, derived: Numbers) -> str:
 
 
 def _petsc_options() -> dict[str, str]:
-    """The options that PETSc was given or has from staffa; one without a value has an empty one."""
+    """Return the options given to PETSc or set by staffa; one without a value is empty."""
     given = PETSc.Options().getAll()
     return {name: value or "" for name, value in given.items() if name not in OWN}
 
