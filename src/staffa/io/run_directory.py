@@ -121,7 +121,7 @@ def write_case(path: Path, case: str, manifest: Manifest) -> None:
 
 
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
-    """Make a run directory `path` with `case`, `manifest` and copies of attached `files`; no step yet.
+    """Make a run directory `path` with `case`, `manifest` and copies of `files`, without a step.
 
     If the disk does not take all of it, there is no run.
     """

@@ -1,4 +1,4 @@
-"""The cells on planes below the cooled face: a table by depth, of a run or of many, and as CSV."""
+"""Tables of the polygonal cells by depth, of one run or several, also as CSV."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -15,7 +15,7 @@ ESTIMATES = (
     *("area", "whole_area", "diameter", "spacing", "area_cv"),
     *("sides", "sides_variance", "hexagonality", "disorder", "t_share"),
 )
-# Powers of a length that they are; others have no unit.
+# Power of the length unit of each estimate; others have no unit.
 POWERS = {"area": 2, "whole_area": 2, "diameter": 1, "spacing": 1}
 SHOWN = {
     "spacing": "spacing",
@@ -36,13 +36,18 @@ NOTES = (
 
 
 def columns(runs: Sequence[Run]) -> Table | None:
-    """The cells at the last step by depth, those of all runs of one case together; None without
-    any."""
+    """Return the table of the cells at the last step by depth, runs pooled; None without any."""
     return cells_by_depth(by_depth(runs), runs[0].manifest.shown.length) if runs else None
 
 
 def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | None:
-    """The table of these patterns; None without any. unit: of lengths."""
+    """Return the table of these statistics by depth; None without any.
+
+    Parameters
+    ----------
+    patterns : statistics of the cells by depth (m).
+    unit : unit of lengths.
+    """
     rows = [
         (f"{unit.of(depth):.4g}", str(found.number), str(found.interior), *_shown(found, unit))
         for depth, found in patterns.items()
@@ -55,7 +60,7 @@ def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | Non
 
 
 def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
-    """The pattern at each depth at the last step of each run."""
+    """Return the statistics of the cells at each depth at the last step of each run, pooled."""
     found: dict[float, list[CellSection]] = {}
     for run in runs:
         for section in _sections(run.steps[-1]) if run.steps else ():
@@ -64,7 +69,7 @@ def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
 
 
 def cells_table(run: Run) -> str | None:
-    """One row for each step and depth; None without any."""
+    """Return CSV with one row for each step and depth; None without any."""
     m, unit = run.manifest, run.manifest.shown.length
     rows = (
         [*time_columns(m, step), unit.of(section.depth), *_numbers(pattern([section]), unit)]
@@ -75,7 +80,7 @@ def cells_table(run: Run) -> str | None:
 
 
 def pooled_table(runs: Iterable[Run]) -> str | None:
-    """One row for each depth, of the last steps of all runs; None without any."""
+    """Return CSV with one row for each depth, from the last steps of all runs; None without any."""
     runs = list(runs)
     unit = runs[0].manifest.shown.length if runs else NONE
     rows = (
@@ -86,19 +91,19 @@ def pooled_table(runs: Iterable[Run]) -> str | None:
 
 
 def _names(unit: Unit) -> list[str]:
-    """The columns of both tables, each estimate with its standard error."""
+    """Return the columns of both tables, each estimate with its standard error."""
     pairs = ((name, ending) for name in ESTIMATES for ending in ("", "_error"))
     estimates = (_power(unit, name).column(name + ending) for name, ending in pairs)
     return ["cells", "interior", *Junction, *estimates]
 
 
 def _power(unit: Unit, name: str) -> Unit:
-    """The unit of an estimate, from that of a length."""
+    """Return the unit of an estimate, from that of a length."""
     return unit.power(POWERS[name]) if name in POWERS else NONE
 
 
 def _numbers(found: Pattern, unit: Unit) -> list[object]:
-    """A row of these columns; what is not known is empty."""
+    """Return a row of these columns; an unknown number is empty."""
     numbers: list[object] = []
     for name in ESTIMATES:
         estimate: Estimate = getattr(found, name)

@@ -1,4 +1,4 @@
-"""The crack networks of a run as files, one pair for each moment whose fields were kept."""
+"""Crack networks of a run as files, one pair for each step with fields."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -18,7 +18,7 @@ from staffa.measure.tracing import network
 from staffa.records.step import Step
 
 STRAINS = ("opening_strain", "intact_strain")
-UNKNOWN = 0.01  # a part of the network so small is not worth a word
+UNKNOWN = 0.01  # a smaller part of the network is not reported
 FOLDER, TABLE = "network", "network.csv"
 CRACKS = re.compile(r"cracks-\d{4,}\.(vtp|csv)")
 OLDER = (
@@ -29,7 +29,14 @@ OLDER = (
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The network of one step, and the outline of a 2-D body, shape (k, 2, 2)."""
+    """Network of one step.
+
+    Attributes
+    ----------
+    step : record of the step.
+    network : its crack network.
+    outline : sides of a 2-D body (m), shape (k, 2, 2).
+    """
 
     step: Step
     network: Network
@@ -37,7 +44,7 @@ class Drawing:
 
 
 def networks(run: Run) -> tuple[list[Drawing], list[str]]:
-    """The network of each step whose fields are there, and a sentence on each unreadable file."""
+    """Return the network of each step with fields, and a message on each unreadable file."""
     found, reasons = [], []
     m = run.manifest
     tip = damage_at_tip(m.law, threshold=m.threshold)
@@ -63,17 +70,17 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
 
 
 def _outline(grid: VtkMesh) -> np.ndarray:
-    """The sides of cells that belong to one cell alone, holes included."""
+    """Return the sides that belong to one cell only, those of holes included."""
     sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
     sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     return np.asarray(grid.points[sides[counts == 1]][..., :2])
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
-    """Write `network/cracks-NNNN.vtp` and `.csv` for each, and `network.csv`: what was written.
+    """Write `network/cracks-NNNN.vtp`, `.csv` for each step, and `network.csv`; return the paths.
 
-    docs/results.md tells what is in them. Those of an earlier version, whose openings this one
-    cannot find again, stay as they are.
+    docs/results.md describes their content. Files of an earlier version, whose openings this
+    version cannot find again, are kept.
     """
     folder, written = run.path / FOLDER, []
     if without_openings(found) and (run.path / TABLE).exists():
@@ -101,13 +108,13 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
 
 
 def without_openings(found: Sequence[Drawing]) -> bool:
-    """True if there are cracks, and an earlier version wrote the fields of them all."""
+    """Return True if there are cracks, and an earlier version wrote all of their fields."""
     volumes = [drawn.network.volume for drawn in found if drawn.network.size]
     return bool(volumes) and bool(np.isnan(volumes).all())
 
 
 def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[str]]]:
-    """The table of all networks as a page shows it: its header, and a row a moment."""
+    """Return the table of all networks for a page: its header, and a row a step."""
     rows = [list(_numbers(drawn, run)) for drawn in found if drawn.network.size]
     if not rows:
         return [], []
@@ -116,7 +123,7 @@ def lines_of(run: Run, found: Sequence[Drawing]) -> tuple[list[str], list[list[s
 
 
 def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
-    """Sentences on openings that are not known, or negative."""
+    """Return messages on openings that are unknown or negative."""
     said = []
     for drawn in found:
         cracks, step = drawn.network, f"step {drawn.step.index}"
@@ -143,7 +150,7 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:
-    """A cell for each branch in 2-D, for each triangle in 3-D."""
+    """Write one cell for each branch in 2-D, for each triangle in 3-D."""
     surface = cracks.elements.shape[1] == 3
     cells = list(cracks.elements) if surface else polylines(cracks)
     crack, size = cracks.cracks, cracks.sizes
@@ -165,7 +172,7 @@ def _write_vtp(path: Path, cracks: Network) -> None:
 
 
 def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
-    """The columns of a network's table, a row a segment or triangle."""
+    """Return the columns of a network's table, a row a segment or triangle."""
     axes, corners = "xyz"[: len(run.manifest.size)], cracks.elements.shape[1]
     shown = run.manifest.shown
     columns = {"crack": cracks.cracks}
@@ -187,7 +194,7 @@ def _elements(cracks: Network, run: Run) -> dict[str, np.ndarray]:
 
 
 def _numbers(drawn: Drawing, run: Run) -> Iterator[tuple[str, Unit, str | float]]:
-    """A row of the table of all networks: names, units, and numbers counted in these."""
+    """Yield names, units and numbers of a row of the table of all networks."""
     step, cracks, shown = drawn.step, drawn.network, run.manifest.shown
     yield "step", NONE, step.index
     yield "time", shown.time, shown.time.of(step.time)

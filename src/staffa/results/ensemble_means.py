@@ -1,4 +1,4 @@
-"""The numbers of an ensemble: those of each finished member, and their means and errors."""
+"""Numbers of an ensemble: those of each finished member, and their means and errors."""
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,14 +20,23 @@ MEANS = (
     "mean over n - 1, of the n members that have the number. A member that is not finished has "
     "none, and one without a k-th generation has no ak and tauk."
 )
-BY_ENERGY = "from the surface energy over Gc and the discrete toughness"
+BY_ENERGY = "from the surface energy over the effective Gc"
 Column = tuple[str, Unit]  # its name, and the unit that its numbers are counted in
 Numbers = Mapping[Column, float | None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A table of numbers: a row for each seed, and the average of each column."""
+    """Table of an ensemble's numbers.
+
+    Attributes
+    ----------
+    title : its title.
+    columns : name and unit of each column.
+    rows : numbers of each member by its seed; None for one that it does not have.
+    averages : average of each column.
+    notes : definitions of the columns.
+    """
 
     title: str
     columns: tuple[Column, ...]
@@ -37,12 +46,12 @@ class Sheet:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Headings of the columns for people."""
+        """Headings of the columns with units."""
         return tuple(unit.header(name) for name, unit in self.columns)
 
     @property
     def totals(self) -> dict[str, tuple[float | None, ...]]:
-        """The rows below those of the members."""
+        """Rows below those of the members."""
         return {
             "mean": tuple(a.mean for a in self.averages),
             "error": tuple(a.error for a in self.averages),
@@ -50,11 +59,11 @@ class Sheet:
         }
 
     def member_lines(self) -> list[tuple[str, ...]]:
-        """The rows of the members as text: seed, then its numbers."""
+        """Return the rows of the members as text: seed, then its numbers."""
         return [(str(seed), *map(number, row)) for seed, row in self.rows.items()]
 
     def total_lines(self) -> list[tuple[str, ...]]:
-        """The rows below them as text: name, then its numbers, an error to two digits."""
+        """Return the rows below them as text: name, then its numbers, an error to two digits."""
         digits = {"error": 2}
         return [
             (name, *(number(value, digits.get(name, 4)) for value in row))
@@ -63,7 +72,7 @@ class Sheet:
 
 
 def sheets(ensemble: Ensemble) -> tuple[Sheet, ...]:
-    """The paper's numbers where a face is cooled, and the crack network of the last step."""
+    """Return the paper's numbers, if a face is cooled, and the measures of the last step."""
     arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
     ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
     manifest = ensemble.first.manifest
@@ -79,7 +88,7 @@ def _sheet(
     ensemble: Ensemble, title: str, found: Mapping[int, Numbers], notes: tuple[str, ...]
 ) -> Sheet:
     most = max((len(numbers) for numbers in found.values()), default=0)
-    # Members differ in how many generations they have: the names of most begin with those of all.
+    # Members differ in their number of generations: the longest list begins with all others.
     names = next((tuple(numbers) for numbers in found.values() if len(numbers) == most), ())
     rows = {seed: tuple(found.get(seed, {}).get(name) for name in names) for seed in ensemble.runs}
     averages = tuple(average(column) for column in zip(*rows.values(), strict=True))
@@ -87,8 +96,7 @@ def _sheet(
 
 
 def _arrests(run: Run) -> Numbers:
-    """The run's line of the paper's table, in its units, and times; nothing without a cooled
-    face."""
+    """Return a run's line of the paper's table, and times; empty without a cooled face."""
     found, m = run_arrests(run), run.manifest
     if found is None:
         return {}
@@ -103,7 +111,7 @@ def _arrests(run: Run) -> Numbers:
 
 
 def _length(manifest: Manifest, name: str, value: float | None) -> dict[Column, float | None]:
-    """A column of a length (m): over L in a scaled case."""
+    """Return a column of a length (m): over L in a scaled case."""
     unit = Unit(size=manifest.L) if manifest.scaled else manifest.shown.length
     return {(name, unit): None if value is None else unit.of(value)}
 
@@ -116,8 +124,10 @@ def _definitions(manifest: Manifest) -> tuple[str, ...]:
 
 
 def _end(run: Run) -> Numbers:
-    """The measures of the last step: cracks at each depth, then lengths and areas in the units of
-    the case; over L and L^2 in a scaled one."""
+    """Return the measures of the last step: cracks at each depth, then lengths and areas.
+
+    They are in the units of the case; in a scaled case over L and L^2.
+    """
     measures, manifest = run.steps[-1].measures, run.manifest
     if measures is None:
         return {}
@@ -147,7 +157,7 @@ def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, .
 
 
 def facts(ensemble: Ensemble) -> Iterator[Fact]:
-    """What the members share, how many are finished, and what is wrong with any of them."""
+    """Yield the common facts of the members, the number finished, and all alarms."""
     runs = ensemble.runs
     yield from (f for f in summary(ensemble.first) if f.name in ("body", "damage"))
     seeds = ", ".join(str(seed) for seed in runs)
@@ -161,7 +171,7 @@ def facts(ensemble: Ensemble) -> Iterator[Fact]:
 
 
 def ensemble_title(ensemble: Ensemble) -> str:
-    """The case's title, or the name of the directory."""
+    """Return the case's title, or the name of the directory."""
     return ensemble.first.manifest.title or ensemble.path.resolve().name
 
 
@@ -183,7 +193,7 @@ def write_results(ensemble: Ensemble) -> None:
 
 
 def as_csv(ensemble: Ensemble, found: Sequence[Sheet]) -> str:
-    """All sheets side by side, to six digits; an empty cell where there is no number."""
+    """Return all sheets side by side as CSV, to six digits; a missing number is empty."""
     text = StringIO()
     rows = csv.writer(text, lineterminator="\n")
     names = (unit.column(name) for sheet in found for name, unit in sheet.columns)
@@ -197,7 +207,7 @@ def as_csv(ensemble: Ensemble, found: Sequence[Sheet]) -> str:
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """A cell of a table: whole numbers whole."""
+    """Return a cell of a table as text: integers as they are, others to some digits."""
     if value is None:
         return ABSENT
     return str(value) if isinstance(value, int) else f"{value:.{digits}g}"

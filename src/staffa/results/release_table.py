@@ -1,4 +1,4 @@
-"""The energy release rate at each tip, step by step: a table for programs, and one for people."""
+"""Energy release rate at each tip, step by step: as a table, and as a sentence."""
 
 from math import dist
 
@@ -7,14 +7,14 @@ from staffa.records.step import Step
 from staffa.records.tip_release import Release
 from staffa.results.series import clock_header, csv_text, time_columns
 
-# A tip recorded at the last vertex above the threshold is the one whose sharp end is so near, ell.
+# Largest distance (in ell) between a recorded tip and its sharp tip in the network.
 SAME_TIP = 3.0
 
 
 def release_table(run: Run) -> str | None:
-    """One row for each step whose fields were kept, and each tip of its network; None without any.
+    """Return CSV with one row for each step with fields and each tip; None without any.
 
-    reason: why G is not known where it is not.
+    The column `reason` says why G is not known.
     """
     m = run.manifest
     axes, length = "xyz"[: len(m.size)], m.shown.length
@@ -33,7 +33,7 @@ def release_table(run: Run) -> str | None:
 
 
 def rates(run: Run, tip: Release | None) -> list[object]:
-    """G and its uncertainty in the run's unit, empty where they are not known."""
+    """Return G and its uncertainty in the run's unit, empty if they are not known."""
     unit = run.manifest.shown.release
     if tip is None or tip.G is None or tip.uncertainty is None:
         return ["", ""]
@@ -41,13 +41,20 @@ def rates(run: Run, tip: Release | None) -> list[object]:
 
 
 def release_at(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
-    """The release that a step has of the tip at a place (m), None if it has none there."""
+    """Return the energy release rate of the tip at a position; None if there is none.
+
+    Parameters
+    ----------
+    step : record of the step.
+    position : recorded position of the tip (m).
+    ell : regularization length (m).
+    """
     near = [tip for tip in step.released if dist(tip.position, position) <= SAME_TIP * ell]
     return min(near, key=lambda tip: dist(tip.position, position), default=None)
 
 
 def release_text(run: Run) -> str | None:
-    """G at the tips of the last step that knows it, in words; None without any."""
+    """Return G at the tips of the last step that has it, as a sentence; None without any."""
     step = next((step for step in reversed(run.steps) if step.released), None)
     if step is None:
         return None

@@ -1,4 +1,4 @@
-"""What was read off at every step, as tables that a spreadsheet reads: reactions and probes."""
+"""Recorded values at every step as tables for a spreadsheet: reactions and probes."""
 
 import csv
 import io
@@ -10,12 +10,12 @@ from staffa.io.run_directory import Run
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
-# With these a cell begins that a spreadsheet takes for a formula.
+# First characters of a cell that a spreadsheet takes for a formula.
 COMPUTED = ("=", "+", "-", "@", "\t", "\r")
 
 
 def reactions_table(run: Run) -> str | None:
-    """One row for each step and held side: the force on the body there; None without any."""
+    """Return CSV with one row for each step and support, its force; None without any."""
     axes, unit = "xyz"[: len(run.manifest.size)], run.manifest.shown.force
     rows = [
         [*time_columns(run.manifest, step), side, *map(unit.of, force)]
@@ -27,9 +27,10 @@ def reactions_table(run: Run) -> str | None:
 
 
 def probes_table(run: Run) -> str | None:
-    """One row for each step, probe and point; s: distance from the probe's first point.
+    """Return CSV with one row for each step, probe and point; None without any.
 
-    T: the change of temperature, as in the fields; temperature: itself, where the case tells it.
+    Its column s is the distance from the probe's first point; T the temperature change, as in the
+    fields; temperature the absolute one, if the case gives it.
     """
     m, shown = run.manifest, run.manifest.shown
     axes, probes, known = "xyz"[: len(m.size)], m.probes, m.reference is not None
@@ -62,18 +63,18 @@ def probes_table(run: Run) -> str | None:
 
 
 def clock_header(manifest: Manifest) -> list[str]:
-    """Names of the columns that tell when."""
+    """Return the names of the columns of step and time."""
     return ["step", manifest.shown.time.column("time"), "tau"]
 
 
 def time_columns(manifest: Manifest, step: Step) -> list[object]:
-    """The columns that tell when: tau is empty where nothing diffuses."""
+    """Return step, time and tau; tau is empty if there is none."""
     time = manifest.shown.time.of(step.time)
     return [step.index, time, "" if step.tau is None else step.tau]
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | None:
-    """Rows below a header; None without any."""
+    """Return rows below a header as CSV; None without any row."""
     rows = list(rows)
     if not rows:
         return None
@@ -85,5 +86,5 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str | N
 
 
 def _as_text(cell: object) -> object:
-    """A cell; of a text that a spreadsheet would compute, with a quote before it."""
+    """Return a cell, with a quote before a text that a spreadsheet would compute."""
     return f"'{cell}" if isinstance(cell, str) and cell.startswith(COMPUTED) else cell

@@ -1,4 +1,4 @@
-"""The paper's table 1 with a run's own line: nucleation and arrests, beside the published ones."""
+"""Paper's table 1 with a line of the run: nucleation and arrests, beside the published numbers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,13 +11,20 @@ from staffa.records.manifest import Manifest
 from staffa.results.published import BAHR, PAPER, SEVERITY, Published
 
 ABSENT = "-"
-# Beyond this difference in severity the published lengths and times are not comparable.
+# Largest relative difference in severity at which the published numbers are comparable.
 LIKENESS = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """Cells as text: a header, rows as long as it, and the sentences that belong under it."""
+    """Table of text.
+
+    Attributes
+    ----------
+    header : headings of the columns.
+    rows : cells of each row, as many as headings.
+    notes : sentences below the table.
+    """
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -25,7 +32,7 @@ class Table:
 
 
 def table(run: Run) -> Table | None:
-    """The comparison, or None where it has no meaning: but for a 2-D body cooled as severely."""
+    """Return the comparison; None unless the body is 2-D and has about the paper's severity."""
     manifest = run.manifest
     severity = manifest.scales.get("severity")
     if len(manifest.size) != 2 or manifest.face is None or None in manifest.taus:
@@ -45,7 +52,7 @@ def table(run: Run) -> Table | None:
 
 
 def run_arrests(run: Run) -> Arrests | None:
-    """The generations of a run, or None without a cooled face."""
+    """Return the generations of a run; None without a cooled face."""
     manifest = run.manifest
     if manifest.cooled_side is None:
         return None
@@ -54,7 +61,7 @@ def run_arrests(run: Run) -> Arrests | None:
 
 
 def definitions(manifest: Manifest) -> tuple[str, ...]:
-    """Definitions of the columns; with the temperature of tau where that is the run's."""
+    """Return definitions of the columns, with the temperature for tau if the run has that."""
     profile = (
         ", so that T = -dT erfc(y/(tau L)) at depth y" if manifest.profile == "half-space" else ""
     )
@@ -79,7 +86,7 @@ GENERATIONS = (
 
 
 def tip(manifest: Manifest) -> str:
-    """Which point of a crack counts as its tip in the generations, as a sentence."""
+    """Return a sentence on the point of a crack that counts as its tip."""
     if manifest.tip_reach is None:
         return "Depths are those of the last points above measures.threshold, as they are."
     return (
@@ -107,7 +114,7 @@ def _remarks(run: Run, found: Arrests) -> list[str]:
 
 
 def remaining(found: Arrests) -> str:
-    """What the cracks outside the generations do, as words."""
+    """Return a phrase on the cracks outside the generations."""
     cracks = "1 crack was" if found.left == 1 else f"{found.left} cracks were"
     if found.growing == 0:
         return f"{cracks} left, and had stopped"
@@ -117,7 +124,7 @@ def remaining(found: Arrests) -> str:
 
 
 def own_line(found: Arrests, manifest: Manifest) -> Published:
-    """A run's line of the table."""
+    """Return a run's line of the table."""
     start, ends = found.nucleation, found.generations
     return Published(
         name="this run",

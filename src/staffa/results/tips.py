@@ -1,4 +1,4 @@
-"""Each crack's tip followed in time, as a table that a spreadsheet reads."""
+"""Tip of each crack followed in time, as a table for a spreadsheet."""
 
 from staffa.geometry.block import face_axis
 from staffa.io.run_directory import Run
@@ -8,12 +8,12 @@ from staffa.results.series import clock_header, csv_text, time_columns
 
 
 def tips_table(run: Run) -> str | None:
-    """One row for each crack of the last step and step; None without a cooled face or cracks.
+    """Return CSV with one row for each crack of the last step and step; None without any.
 
-    crack: its number along the face, the same at all steps; x, y(, z): the last point above
-    measures.threshold; depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json
-    (see `measure.tip`), or of that point where that is not known. G, uncertainty: the energy
-    release rate, in steps whose fields were kept.
+    crack: its number along the face, the same at all steps. x, y(, z): the last point above
+    measures.threshold. depth: of the sharp tip, which is deeper by `tip_reach` of manifest.json
+    (see `measure.tip`); of that point if `tip_reach` is not known. G, uncertainty: the energy
+    release rate, in steps with fields.
     """
     manifest = run.manifest
     if manifest.cooled_side is None:
