@@ -84,9 +84,8 @@ class HeatOperators:
 
     Attributes
     ----------
-    capacity : heat capacity of the vertices (J/K).
+    capacity, held : heat capacity of the vertices (J/K); entries with a Dirichlet condition.
     initial, stress_free : temperature at t = 0, and without thermal strain (K).
-    held : owned entries with a Dirichlet condition.
     """
 
     def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:

@@ -1,4 +1,4 @@
-"""Minimizes a smooth energy between bounds, by TAO or by SNES, behind one interface."""
+"""Minimization of a smooth energy between bounds, by TAO or by SNES, with one interface."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,11 +14,16 @@ from staffa.errors import SolveError
 
 @dataclass(frozen=True, kw_only=True)
 class BoundedEnergy:
-    """An energy of a vector x, lower <= x <= upper, by functions that fill what they are given.
+    """Energy of a vector x, lower <= x <= upper, by functions that fill their arguments.
 
-    `move_to(x)` sets the point at which `value`, `gradient` and `hessian` are evaluated; `matrix`
-    has the Hessian's pattern; `unit` is the force on an entry that counts as one; `quadratic` says
-    that the Hessian does not depend on x.
+    Attributes
+    ----------
+    move_to : sets the point of evaluation.
+    value : returns the energy there.
+    gradient, hessian : fill the first and the second derivative there.
+    matrix : matrix with the pattern of the Hessian.
+    unit : scale of the gradient, positive, one an entry.
+    quadratic : True if the Hessian does not depend on x.
     """
 
     move_to: Callable[[PETSc.Vec], None]
@@ -31,10 +36,10 @@ class BoundedEnergy:
 
 
 class Evaluation:
-    """Value, gradient and Hessian for a solver, as cheap as the energy allows.
+    """Value, gradient and Hessian for a solver, as cheap as the energy allows. Collective.
 
-    A quadratic energy is assembled once, where a minimization starts; from there it is followed by
-    products with its Hessian, and values count from the one at the start. Collective.
+    A quadratic energy is assembled once, at the start of a minimization. From there it is followed
+    by products with its Hessian, and values are counted from the start.
     """
 
     def __init__(self, energy: BoundedEnergy) -> None:
@@ -42,7 +47,7 @@ class Evaluation:
         self.origin, self.slope, self.work = (energy.unit.duplicate() for _ in range(3))
 
     def start(self, x: PETSc.Vec) -> None:
-        """Begin a minimization at x."""
+        """Start a minimization at x."""
         if self.energy.quadratic:
             self.energy.move_to(x)
             x.copy(self.origin)
@@ -50,7 +55,7 @@ class Evaluation:
             self.energy.hessian(self.energy.matrix)
 
     def gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> None:
-        """Fill the gradient at x."""
+        """Fill `out` with the gradient at x."""
         if self.energy.quadratic:
             self.work.waxpy(-1.0, self.origin, x)
             self.energy.matrix.multAdd(self.work, self.slope, out)
@@ -59,14 +64,14 @@ class Evaluation:
             self.energy.gradient(out)
 
     def value_and_gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> float:
-        """Fill the gradient at x; the value there."""
+        """Fill `out` with the gradient at x, and return the value."""
         self.gradient(x, out)
         if self.energy.quadratic:  # the mean of the two slopes, times the way
             return float(0.5 * (self.work.dot(out) + self.work.dot(self.slope)))
         return self.energy.value()
 
     def hessian(self, x: PETSc.Vec, H: PETSc.Mat) -> None:
-        """Fill the Hessian at x."""
+        """Fill H with the Hessian at x."""
         if not self.energy.quadratic:
             self.energy.move_to(x)
             self.energy.hessian(H)
@@ -78,12 +83,17 @@ class Evaluation:
 
 
 class BoundedSolver(Protocol):
-    """A minimizer between bounds. Everything is collective."""
+    """Minimizer between bounds. All methods are collective."""
 
     iterations: int
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """Overwrite x by a minimizer between the bounds; what x holds is the first guess.
+        """Overwrite x by a minimizer between the bounds.
+
+        Parameters
+        ----------
+        x : first guess, overwritten.
+        lower, upper : bounds.
 
         Raises
         ------
@@ -98,7 +108,7 @@ class BoundedSolver(Protocol):
         ...
 
 
-# A damage this close to its bound is at it: SNES's own measure (snes_vi_zero_tolerance).
+# Distance within which a damage is at its bound: that of SNES (snes_vi_zero_tolerance).
 AT_BOUND = 1e-8
 
 
@@ -109,12 +119,14 @@ def held_by_bounds(
     upper: PETSc.Vec,
     slack: np.ndarray | float = 0.0,
 ) -> np.ndarray:
-    """True at the owned entries that a bound holds against the energy's derivative.
+    """Return True at the owned entries that a bound blocks, shape (n_owned,).
 
     Parameters
     ----------
-    force : the derivative. x, lower, upper : the point and its bounds.
-    slack : a derivative of this size or less does not press against a bound, shape (n_owned,).
+    force : derivative of the energy.
+    x : the point.
+    lower, upper : bounds.
+    slack : size of the derivative up to which a bound does not block, shape (n_owned,).
     """
     derivative, at = force.array_r, x.array_r
     at_lower, at_upper = at <= lower.array_r + AT_BOUND, at >= upper.array_r - AT_BOUND
@@ -124,9 +136,16 @@ def held_by_bounds(
 def projected_gradient(
     energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
 ) -> float:
-    """Largest force on an entry that could follow it, over the unit: 0 at a first-order minimum.
+    """Return the largest projected gradient over its scale: 0 at a first-order minimum.
 
     Collective.
+
+    Parameters
+    ----------
+    energy : the energy.
+    x : the point.
+    lower, upper : bounds.
+    work : work vector, overwritten.
     """
     energy.move_to(x)
     energy.gradient(work)
@@ -136,9 +155,14 @@ def projected_gradient(
 
 
 class TaoSolver:
-    """TAO's projected Newton with a line search, or any TAO solver that knows bounds.
+    """TAO's projected Newton with a line search, or any TAO solver with bounds.
 
-    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
+    Parameters
+    ----------
+    energy : the energy.
+    tolerance : 2-norm of the projected gradient at the end, over the smallest entry of the scale.
+    preset : PETSc options.
+    prefix : prefix of the options.
     """
 
     def __init__(
@@ -168,7 +192,7 @@ class TaoSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """See `BoundedSolver`."""
+        """Overwrite x by a minimizer between lower and upper, see `BoundedSolver`."""
         self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
         with petsc_errors("the damage was not minimized", self.tao.comm):
@@ -180,7 +204,7 @@ class TaoSolver:
         self.energy.move_to(x)
 
     def destroy(self) -> None:
-        """See `BoundedSolver`."""
+        """Free the PETSc objects."""
         self.tao.destroy()
         self.evaluation.destroy()
         self.gradient.destroy()
@@ -189,7 +213,12 @@ class TaoSolver:
 class SnesSolver:
     """SNES for variational inequalities: the active set of Benson and Munson.
 
-    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
+    Parameters
+    ----------
+    energy : the energy.
+    tolerance : 2-norm of the projected gradient at the end, over the smallest entry of the scale.
+    preset : PETSc options.
+    prefix : prefix of the options.
     """
 
     def __init__(
@@ -219,7 +248,7 @@ class SnesSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """See `BoundedSolver`."""
+        """Overwrite x by a minimizer between lower and upper, see `BoundedSolver`."""
         self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
         with petsc_errors("the damage was not minimized", self.snes.comm):
@@ -231,7 +260,7 @@ class SnesSolver:
         self.energy.move_to(x)
 
     def destroy(self) -> None:
-        """See `BoundedSolver`."""
+        """Free the PETSc objects."""
         self.snes.destroy()
         self.evaluation.destroy()
         self.gradient.destroy()
@@ -248,5 +277,5 @@ def _require(converged: bool, how: str, x: PETSc.Vec, gradient: PETSc.Vec) -> No
 
 
 def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-    """Remove what round-off left outside."""
+    """Move entries that round-off left outside onto their bounds."""
     np.clip(x.array_r, lower.array_r, upper.array_r, out=x.array_w)

@@ -1,4 +1,4 @@
-"""Solves the linear systems of the displacement, with a factorization in reserve."""
+"""Linear systems of the displacement: an iterative solver, with a factorization in reserve."""
 
 from collections.abc import Mapping
 
@@ -9,19 +9,19 @@ import numpy as np
 from staffa.backend.petsc_options import DIRECT, apply, petsc_errors
 from staffa.errors import SolveError
 
-# A new factorization gives 1e-12 or so; what is worse than this has not been solved.
+# A new factorization gives about 1e-12; a solution with a larger residual than this is unusable.
 LARGEST_RESIDUAL = 1e-6
 # A residual of this fraction of the stiffness's diagonal times u is round-off of u itself.
 ROUND_OFF = 1e-15
-# Corrections of one solution: each is solved for by itself, so that a load that is a millionth of
-# the last one is met as well as any. A pass that does not halve the residual is the last one.
+# Corrections of one solution: each is solved separately, so that a load that is a millionth of the
+# last one is solved as well as any. A pass that does not halve the residual is the last one.
 PASSES, HALF = 6, 0.5
-# PETSc ends a solve whose residual grows by 1e4. That of CG may, and here the true one is judged.
+# PETSc ends a solve whose residual grows by 1e4. That of CG may, and the true one is checked here.
 NEVER = 1e30
-# The options of the direct solver where it takes over.
+# Prefix of the options of the direct solver that takes over.
 TAKES_OVER = "u_direct_"
-# A multigrid hierarchy is kept until an iteration gains so much less than when it was new: setting
-# it up costs as much as 15 iterations (brick of 100k unknowns), of which a sweep needs 5 to 10.
+# A multigrid hierarchy is kept until a digit takes this factor more iterations than when it was
+# new: its set-up costs as much as 15 iterations (brick of 100k unknowns); a sweep needs 5 to 10.
 SLOWER = 2.5
 # A factorization, which costs as much as 10 iterations (slab of 120k unknowns), is kept while no
 # entry of the stiffness's diagonal has changed by more than this fraction of the largest.
@@ -29,21 +29,22 @@ DRIFT = 2e-3
 
 
 class LinearSolver:
-    """Conjugate gradients for one matrix that changes, preconditioned as a preset says.
+    """Conjugate gradients for one matrix that changes, preconditioned by a preset.
 
-    Where the iterative solver fails, a factorization takes over, until `begin` is called. Owns its
-    PETSc objects. Everything is collective.
+    If the iterative solver fails, a factorization takes over, until `begin` is called. It owns its
+    PETSc objects. All methods are collective.
+
+    Parameters
+    ----------
+    matrix : symmetric positive definite.
+    diagonal : diagonal of the matrix without supports, from which its change and round-off follow.
+    preset, prefix : PETSc options, and their prefix.
 
     Attributes
     ----------
     direct : True while a factorization is the preconditioner.
-    iterations, renewals, takeovers : how often each came to be.
-    left : the force that the last solution leaves unbalanced, its 2-norm.
-
-    Parameters
-    ----------
-    matrix : symmetric positive definite. diagonal : of the matrix without supports, which tells
-        how far it has changed and what round-off is.
+    iterations, renewals, takeovers : number of iterations, new preconditioners and take-overs.
+    left : 2-norm of the residual force of the last solution.
     """
 
     def __init__(
@@ -70,8 +71,11 @@ class LinearSolver:
         return ksp
 
     def _replace_ksp(self, prefix: str) -> None:
-        """GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset:
-        a run that went on after a reset came to other minima."""
+        """Replace the solver by a new one.
+
+        GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset: a
+        run that continued after a reset found other minima.
+        """
         self.ksp.destroy()
         self.ksp = self._new_ksp(prefix)
         self.direct = self._is_direct()
@@ -82,43 +86,43 @@ class LinearSolver:
 
     @property
     def took_over(self) -> bool:
-        """True if a factorization stands in for the iterative solver."""
+        """True if a factorization replaces the iterative solver."""
         return bool(self.ksp.getOptionsPrefix() != self._prefix)
 
     def take_over(self) -> None:
-        """Put a factorization in the place of the iterative solver."""
+        """Replace the iterative solver by a factorization."""
         apply(TAKES_OVER, DIRECT)
         self._replace_ksp(TAKES_OVER)
         self.takeovers += 1
 
     def begin(self) -> None:
-        """Begin a time step: with the solver that was asked for."""
+        """Start a time step with the solver that was asked for."""
         if self.took_over:
             self._replace_ksp(self._prefix)
 
     @property
     def exact(self) -> bool:
-        """True if the preconditioner is the inverse of the matrix itself."""
+        """True if the preconditioner is the inverse of the matrix."""
         return self.direct and self._drift == 0
 
     def forget(self) -> None:
-        """Begin with a new preconditioner."""
+        """Start with a new preconditioner."""
         self._stale = self._forgotten = True
 
     def changed(self) -> None:
-        """Take note of how far the diagonal is from that of the matrix factorized last."""
+        """Record the distance of the diagonal from that of the matrix factorized last."""
         self.force.waxpy(-1.0, self.kept, self.diagonal)
         self._drift = self.force.norm(PETSc.NormType.NORM_INFINITY) / self.pivot
         self._stale = self._stale or (self.direct and not self._drift <= DRIFT)
 
     def solve(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float = 0.0) -> None:
-        """Overwrite u by the solution, with a new preconditioner if the old one is stale or fails;
-        then directly. What u holds is the first guess.
+        """Solve for u: with a new preconditioner if the old one is stale or fails, then directly.
 
         Parameters
         ----------
-        reduction : an iterative solver may stop once it has reduced what u leaves unbalanced to
-            this fraction.
+        rhs : right-hand side.
+        u : first guess, overwritten by the solution.
+        reduction : fraction of the residual force at u at which an iterative solver may stop.
 
         Raises
         ------
@@ -141,12 +145,12 @@ class LinearSolver:
             guess.destroy()
         if failure:
             raise SolveError(
-                f"the displacement was not solved for: {failure}; try shorter time steps, or a "
+                f"the displacement solve failed: {failure}; try shorter time steps, or a "
                 f"larger damage.residual_stiffness"
             )
 
     def _tried(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """The same where PETSc may stop with an error, which is a failure too."""
+        """Solve as `_attempt` does; an error in PETSc is a failure too."""
         try:
             return self._attempt(rhs, u, reduction)
         except SolveError as error:
@@ -155,7 +159,7 @@ class LinearSolver:
             return str(error)
 
     def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """Solve with the current preconditioner, or a new one; what went wrong, or nothing."""
+        """Solve with the current preconditioner, or a new one; return the failure, or ""."""
         fresh = self._stale
         if fresh:
             if self._forgotten and not self.direct:
@@ -169,7 +173,7 @@ class LinearSolver:
             return "its forces are not finite"
         self.ksp.pc.setReusePreconditioner(not fresh)
         if fresh:  # a solve that has nothing to do would keep the old one
-            with petsc_errors("the displacement was not solved for", self.ksp.comm):
+            with petsc_errors("the displacement solve failed", self.ksp.comm):
                 self.ksp.setUp()
                 self.ksp.pc.setUp()
         goal = max(self.rtol * scale, reduction * before)
@@ -193,10 +197,10 @@ class LinearSolver:
         )
 
     def _correct(self, rhs: PETSc.Vec, u: PETSc.Vec, before: float, goal: float) -> tuple[int, int]:
-        """Add to u the displacements that answer what it leaves unbalanced, until that is `goal`.
+        """Correct u by solutions for its residual force, until that is `goal`.
 
         Each correction starts from zero, and its forces are scaled to about one: neither the last
-        step's displacement nor a load next to nothing is a measure of it.
+        step's displacement nor a tiny load is a scale for it.
 
         Returns
         -------
@@ -211,7 +215,7 @@ class LinearSolver:
                 size = 2.0 ** np.round(np.log2(self.left))  # exact in binary
                 self.force.scale(1 / size)
                 self.ksp.setTolerances(rtol=0.0, atol=goal / size, divtol=NEVER)
-                with petsc_errors("the displacement was not solved for", self.ksp.comm):
+                with petsc_errors("the displacement solve failed", self.ksp.comm):
                     self.ksp.solve(self.force, correction)
                 reason, spent = self.ksp.getConvergedReason(), spent + self.ksp.getIterationNumber()
                 u.axpy(size, correction)
@@ -226,12 +230,12 @@ class LinearSolver:
         return reason, spent
 
     def round_off(self, u: PETSc.Vec) -> float:
-        """The force that round-off of u itself leaves unbalanced (N; N/m in 2-D)."""
+        """Return the residual force that round-off of u causes (N; N/m in 2-D)."""
         self.force.pointwiseMult(self.diagonal, u)
         return ROUND_OFF * float(self.force.norm())
 
     def _judge(self, fresh: bool, before: float, after: float, spent: int) -> None:
-        """True if the preconditioner, made for an earlier stiffness, has become too slow."""
+        """Mark the preconditioner as stale if it has become too slow for the changed stiffness."""
         digits = np.log10(before / after) if before > after > 0 else 0.0
         if digits < 1:  # too few to tell
             return
