@@ -1,4 +1,4 @@
-"""From the loads of one time to those of the next, and what is tried when a solver fails."""
+"""Advance from the loads of one time to those of the next, and the fall-backs if a solver fails."""
 
 from dataclasses import dataclass, replace
 
@@ -17,19 +17,25 @@ from staffa.minimize.alternate import Watch, equilibrium
 from staffa.model.fields import owned, read_vector
 from staffa.records.step import CANCELED, Curvature, Heat, Outcome, Return, SolverStatistics
 
-# Loads that raise the energy on frozen cracks by so much make cracks appear by the dozen: a guess
-# then pays. Where cracks grow, it led to more sweeps and worse minima (docs/performance.md).
+# If the loads raise the energy on frozen cracks by this factor, dozens of cracks appear: a first
+# guess then pays. For growing cracks it led to more sweeps and worse minima (docs/performance.md).
 SURGE = 1.5
-# What round-off and the tolerances of the inner solvers can explain of the balance of energies and
-# of a rise of the energy, and no more.
+# Largest error of the energy balance, and largest rise of the energy, that round-off and the
+# tolerances of the inner solvers can explain.
 BALANCE_ALLOWED, RISE_ALLOWED = 1e-5, 1e-7
-# A step may be cut in two, and its halves again, so often.
+# Depth to which a step may be cut in two, and its halves again.
 CUTS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where a step of the heat equation begins: the time (s), and the temperature change (K)."""
+    """Start of a step of the heat equation.
+
+    Attributes
+    ----------
+    time : time (s).
+    T : temperature change (K), ghosts included, shape (n_local,).
+    """
 
     time: float
     T: np.ndarray
@@ -37,16 +43,24 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Advance:
-    """How the next loads were reached.
+    """Result of a step.
 
-    healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
-    and by the minimization. renewed: by new normals and new friction of faces that touch, at the
-    state before. imbalance: error of the energy balance over the energy. began: the
-    energy before, None after backtracking; gap: largest difference between the energies that one
-    part ended and the next began with, over the energy. returned: how backtracking came here, if it
-    did. heat: what the heat equation did, if there is one, in the
-    last part of a step that was cut; earlier: in those before it; origin: where the last part
-    began, if heat feels the cracks. curvature: the second-order test of the state, if it was made.
+    Attributes
+    ----------
+    outcome : outcome of the minimization.
+    healing : irreversibility violation, the largest decrease of the damage below its bound.
+    work : work of the loads on frozen cracks.
+    released : energy released by the minimization.
+    imbalance : error of the energy balance over the energy.
+    renewed : energy change by new normals and new friction of touching faces.
+    began : energy before the step; None after backtracking.
+    gap : largest difference of the energies at the end of one part and the start of the next, over
+        the energy.
+    returned : the return of backtracking, if it is one.
+    heat : heat balance of the last part of a step that was cut; None without the heat equation.
+    earlier : heat balance of the parts before it.
+    origin : start of the last part, if the temperature depends on the cracks.
+    curvature : second-order test of the state, if it was made.
     """
 
     outcome: Outcome
@@ -65,16 +79,16 @@ class Advance:
 
     @property
     def all_heat(self) -> Heat | None:
-        """Of all parts of a step that was cut."""
+        """Heat balance of all parts of a step that was cut."""
         return _together(self.earlier, self.heat)
 
     def after(self, tried: SolverStatistics) -> "Advance":
-        """The same, with what was tried before it on record."""
+        """Return the same with the solver statistics of earlier attempts added."""
         effort = tried + self.outcome.effort
         return replace(self, outcome=replace(self.outcome, effort=effort))
 
     def then(self, other: "Advance") -> "Advance":
-        """This one and the next, as one step that was cut in two."""
+        """Return this advance and the next as one step that was cut in two."""
         both = self.outcome.then(other.outcome)
         outcome = replace(
             both,
@@ -96,7 +110,15 @@ class Advance:
         )
 
     def again(self, outcome: Outcome, healing: float, loading: Loading, heat: Heat) -> "Advance":
-        """The same step, after the temperature was changed once more and the energy minimized."""
+        """Return the same step after one more change of temperature and minimization.
+
+        Parameters
+        ----------
+        outcome : outcome of that minimization.
+        healing : its irreversibility violation.
+        loading : the change of loads before it.
+        heat : heat balance of the step.
+        """
         return replace(
             self,
             outcome=self.outcome.then(outcome),
@@ -110,7 +132,7 @@ class Advance:
 
 
 def _together(one: Heat | None, other: Heat | None) -> Heat | None:
-    """One after the other, where both are there."""
+    """Return the sum of two heat balances, or the one that is given."""
     return one.then(other) if one and other else one or other
 
 
@@ -122,15 +144,24 @@ def advance_to(
     watch: Watch = lambda sweep: None,
     cuts: int = CUTS,
 ) -> Advance:
-    """Put on the loads and minimize; if a solver fails, without proposals, then in two half steps.
+    """Apply the loads and minimize; after a failure without proposals, then in two half steps.
 
-    Only a failure is tried again: running out of sweeps is what the user set as the limit. Of what
-    failed, the record counts that it did (`plain`, `halvings`), not what it had done till then.
+    Only a failure is tried again: the largest number of sweeps is a limit of the user. The record
+    counts a failure (`plain`, `halvings`), but not the work before it.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    start : loads before the step.
+    end : loads after it.
+    watch : called after each sweep.
+    cuts : how often the step may be cut in two.
 
     Raises
     ------
     PartedError
-        A solver failed where a piece has come loose, so that there is nothing to be found.
+        A solver failed because a piece has come loose: there is no equilibrium.
     SolveError
         All of it failed; the state is the one at the start again.
     """
@@ -178,7 +209,7 @@ def _sound(
     end: Loads,
     watch: Watch,
 ) -> Advance:
-    """Take the step, and with a factorization again if an iterative solver has left it unsound."""
+    """Take the step; take it again with a factorization if an iterative solver was too inexact."""
     advance, elastic = _advance(problem, system, start, end, watch), system.alternation.elastic
     rise = advance.outcome.largest_rise
     if elastic.linear.direct or (advance.imbalance <= BALANCE_ALLOWED and rise <= RISE_ALLOWED):
@@ -213,7 +244,7 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
 
 
 def _slide(system: System, end: Loads, loading: Loading) -> tuple[float, Loading]:
-    """Let faces slide on frozen cracks; how new friction changed the energy, and where it ends."""
+    """Let faces slide on frozen cracks; return the energy change by new friction, and the end."""
     if system.energy.faces is None or not system.energy.faces.rubs:
         return 0.0, loading
 
@@ -231,7 +262,16 @@ def rubbing(
     advance: Advance,
     watch: Watch = lambda sweep: None,
 ) -> Advance:
-    """Minimize again, with friction as the pressure gives it, until both agree. Collective."""
+    """Minimize again with the friction of the new pressure, until both agree. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    end : the current loads.
+    advance : the step so far.
+    watch : called after each sweep.
+    """
     found = [advance]
 
     def minimize() -> bool:
@@ -253,24 +293,31 @@ def rubbing(
 
 
 def imbalance(loading: Loading, outcome: Outcome) -> float:
-    """Error of the energy balance on frozen cracks, over the energy."""
+    """Return the error of the energy balance on frozen cracks, over the energy."""
     scale = max(abs(loading.start), abs(loading.end), outcome.scale, CANCELED * loading.spread)
     return abs(loading.end - loading.start - loading.work) / scale
 
 
 def relative_difference(one: float, other: float, outcome: Outcome) -> float:
-    """Difference of two energies of one state, over its energy."""
+    """Return the difference of two energies over the energy.
+
+    Parameters
+    ----------
+    one : first energy.
+    other : second energy.
+    outcome : outcome with the scale of the energy.
+    """
     return abs(one - other) / max(abs(one), abs(other), outcome.scale)
 
 
 def _apart(outcome: Outcome, began: float | None) -> float:
-    """The same of what a part of the step ended and the next began with."""
+    """Return this difference between the end of one part of a step and the start of the next."""
     total = outcome.energies.total
     return 0.0 if began is None else relative_difference(total, began, outcome)
 
 
 def _taken_up(loading: Loading, outcome: Outcome) -> float:
-    """The same of what new loads left and the minimization began with."""
+    """Return this difference between new loads and the start of the minimization."""
     return relative_difference(loading.end, outcome.before, outcome)
 
 
@@ -281,16 +328,24 @@ def agree(
     advance: Advance,
     watch: Watch = lambda sweep: None,
 ) -> Advance:
-    """Where cracks change the flow of heat: repeat the step's heat with the cracks that it led to,
-    and minimize again, until the temperature no longer changes. Collective.
+    """Repeat heat and minimization until the temperature no longer changes. Collective.
 
-    Cracks that a pass has made stay, as in time they would: otherwise cracks and temperatures come
-    and go by turns, each the other's cause. They only grow then, and that ends.
+    This is needed if the temperature depends on the cracks. Cracks that an iteration has made stay,
+    as in time they would: otherwise cracks and temperatures could alternate, each the cause of the
+    other. So they only grow, and the iteration ends.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    end : the current loads.
+    advance : the step so far.
+    watch : called after each sweep.
 
     Raises
     ------
-    SolveError
-        They do not agree after so many passes: in too long a step cracks run ahead of the cold.
+    SolveError They do not agree after the allowed number of iterations: in too long a step cracks
+        run ahead of the thermal boundary layer.
     """
     equation, origin, state = system.cooling, advance.origin, system.state
     if not isinstance(equation, HeatEquation) or origin is None:
@@ -301,7 +356,7 @@ def agree(
         T, heat = equation.advance(origin.T, state.alpha.x.array, origin.time, end.time)
         n_owned = len(owned(state.T))
         apart = max_over_ranks(problem.domain.comm, np.abs(T - state.T.x.array)[:n_owned])
-        # Of the step, and not of its end alone, where the temperature may be the first one again.
+        # Scale of the whole step: at its end the temperature may be the first one again.
         gap = apart / (max(equation.span(origin.T), equation.span(T)) or 1.0)
         if gap <= rule.agreement:
             spent = heat.seconds
@@ -324,16 +379,16 @@ def agree(
 
 
 def snapshot(system: System) -> tuple[np.ndarray, ...]:
-    """A copy of the state, of the damage's lower bound and of the external loads, for `restore`.
+    """Return a copy of state, lower bound of the damage and external loads, for `restore`.
 
-    What comes then depends on these alone, so that it can be repeated to the last bit.
+    What follows depends on these alone, so that it can be repeated to the last bit.
     """
     system.alternation.elastic.forget()
     return copied(system)
 
 
 def copied(system: System) -> tuple[np.ndarray, ...]:
-    """The same copy, after which solvers go on with what they have."""
+    """Return the same copy, but let the solvers keep their preconditioners."""
     state, spent = system.state, system.energy.spent
     fields = [state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen]
     loads = system.energy.external.kept()
@@ -344,7 +399,7 @@ def copied(system: System) -> tuple[np.ndarray, ...]:
 
 
 def restore(system: System, kept: tuple[np.ndarray, ...]) -> None:
-    """Put back what `snapshot` kept, or a checkpoint, in which all that cracks cost is booked."""
+    """Restore a `snapshot`, or a checkpoint, in which all surface energy is booked."""
     state, parts, spent = system.state, system.alternation, system.energy.spent
     fields = (state.u, state.alpha, state.T, system.bounds.lower, *system.energy.frozen)
     *arrays, loads = kept

@@ -1,4 +1,4 @@
-"""New loads on frozen cracks, and the account of their work."""
+"""New loads on frozen cracks, and the balance of their work."""
 
 from dataclasses import dataclass, replace
 
@@ -13,22 +13,27 @@ from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium, support_reactions
 from staffa.records.step import CANCELED, Heat
 
-# To which the work is found with a split, over the energy.
+# Accuracy of the work with a split, over the energy.
 ACCURACY = 3e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loading:
-    """What changing the loads did with the cracks frozen.
+    """Result of a change of loads on frozen cracks.
 
-    work: of the temperature change, of the prescribed displacements and of external loads that
-    change, along the straight path from the loads before: by the power at its ends, which is exact
-    without a split, and with one by that between them too (see `evolution.path`). Where properties
-    depend on temperature, the path has two legs: first temperature and loads change, then the
-    displacement. The work of the first is the change of energy that they make by themselves, dE/dT
-    and dGc/dT integrated; along the second the energy is as before. start, end: total energies.
-    heat: what the heat equation did, if it gives the temperature. spread: the size of the terms
-    that these energies are differences of, see `ElasticSolver.spread`.
+    The work is that of the temperature change, of prescribed displacements and of external loads
+    that change, along the linear path from the loads before. Without a split it follows exactly
+    from the power at the ends; with one the power in between is used too (see `load_path`). If
+    properties depend on temperature, the path has two parts: first temperature and loads change,
+    then the displacement. The work of the first is the energy change by dE/dT and dGc/dT.
+
+    Attributes
+    ----------
+    work : work of the loads (J; J/m in 2-D).
+    start : total energy before.
+    end : total energy after.
+    heat : heat balance; None without the heat equation.
+    spread : size of the terms whose difference is the energy, see `ElasticSolver.spread`.
     """
 
     work: float
@@ -39,7 +44,14 @@ class Loading:
 
 
 def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> Loading:
-    """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
+    """Apply the loads of a time with frozen cracks, and return the work. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    start : loads before.
+    end : loads after.
 
     Raises
     ------
@@ -59,9 +71,15 @@ def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> 
 def put_on(
     problem: Problem, system: System, T: np.ndarray, before: np.ndarray, end: Loads
 ) -> Loading:
-    """The same with a temperature change (K) that is known, ghosts included. Collective.
+    """Apply loads whose temperature change is known. Collective.
 
-    before: the prescribed displacements (m) at hand, shape (n_fixed,).
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    T : temperature change after (K), ghosts included, shape (n_local,).
+    before : current prescribed displacements (m), shape (n_fixed,).
+    end : loads after.
     """
     energy, state, parts = system.energy, system.state, system.alternation
     comm = problem.domain.comm
@@ -102,6 +120,4 @@ def put_on(
 
 
 def _not_finite(what: str, time: float) -> LoadError:
-    return LoadError(
-        f"the load gives a {what} that is not finite at time {time:.6g}; mend the load"
-    )
+    return LoadError(f"the load gives a {what} that is not finite at time {time:.6g}; fix the load")

@@ -1,4 +1,4 @@
-"""Where the temperature of the next time comes from: a closed form, or the heat equation."""
+"""Source of the temperature at the next time: a closed form, or the heat equation."""
 
 from typing import Protocol
 
@@ -15,21 +15,29 @@ from staffa.records.step import Heat
 
 
 class Cooling(Protocol):
-    """Temperature changes (K) at the vertices, ghosts included, from time to time. Collective."""
+    """Temperature changes (K) at the vertices from time to time, ghosts included. Collective."""
 
     @property
     def feels_cracks(self) -> bool:
-        """Whether the temperature depends on the damage."""
+        """True if the temperature depends on the damage."""
         ...
 
     def start(self) -> np.ndarray:
-        """The temperature change at t = 0, shape (n_local,)."""
+        """Return the temperature change at t = 0, shape (n_local,)."""
         ...
 
     def advance(
         self, before: np.ndarray, alpha: np.ndarray, start: float, end: float
     ) -> tuple[np.ndarray, Heat | None]:
-        """The temperature change at a later time (s), and what the heat equation did; pure."""
+        """Return the temperature change at a later time, and the heat balance; it changes nothing.
+
+        Parameters
+        ----------
+        before : temperature change at the start (K), shape (n_local,).
+        alpha : damage, shape (n_local,).
+        start : time at the start (s).
+        end : time at the end (s).
+        """
         ...
 
     def destroy(self) -> None:
@@ -38,7 +46,7 @@ class Cooling(Protocol):
 
 
 class ClosedForm:
-    """A temperature that is known beforehand, and depends on the time alone."""
+    """Temperature in closed form, which depends on position and time alone."""
 
     feels_cracks = False
 
@@ -46,21 +54,28 @@ class ClosedForm:
         self._load, self._x = load, vertices(spaces.alpha).T
 
     def start(self) -> np.ndarray:
-        """See `Cooling`: what happens at t = 0 itself belongs to the first step."""
+        """Return 0: a change at t = 0 belongs to the first step."""
         return np.zeros(self._x.shape[1])
 
     def advance(
         self, before: np.ndarray, alpha: np.ndarray, start: float, end: float
     ) -> tuple[np.ndarray, None]:
-        """See `Cooling`."""
+        """Return the temperature change at `end`; before, alpha and start do not matter."""
         return self._load.temperature(self._x, end), None
 
     def destroy(self) -> None:
-        """Nothing to free."""
+        """Free nothing."""
 
 
 def cooling(load: Load | Conduction, domain: Domain, spaces: Spaces) -> Cooling:
-    """What a problem's load stands for on these spaces. Collective."""
+    """Return the source of the temperature for a problem's load. Collective.
+
+    Parameters
+    ----------
+    load : closed form, or heat equation.
+    domain : the mesh.
+    spaces : the function spaces.
+    """
     if isinstance(load, Conduction):
         return HeatEquation(domain, spaces, load)
     return ClosedForm(load, spaces)

@@ -1,4 +1,4 @@
-"""The time loop: one minimization a step, its audit, and its record."""
+"""Time loop: one minimization a step, its audit, and its record."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -42,14 +42,18 @@ from staffa.records.tip_release import Release
 
 @dataclass(frozen=True, kw_only=True)
 class Observers:
-    """What is done at each step by those who look on.
+    """Functions that are called at each step.
 
-    measure: the measures of the state, collective; None: those that the problem asks for. probe:
-    its fields where they are read off, collective; save: (moment, converged) -> the name of the
-    file written, or None, collective; release: G at the tips of a state that was saved, collective;
-    watch: called after each sweep, with the step's moment.
-    keep: offered where the loop stands before each step and after the last, and whether that must
-    be kept now, collective; pause: raises `StoppedError` where the run is to stop, on all ranks.
+    Attributes
+    ----------
+    measure : returns the measures of the state, collective; None for those of the problem.
+    probe : returns the fields at the probes, collective.
+    save : (moment, converged) -> name of the file written, or None, collective.
+    release : returns G at the tips of a saved state, collective.
+    watch : called after each sweep, with the step's moment.
+    keep : called with the restart state before each step and after the last, and True if it must be
+        kept now, collective.
+    pause : raises `StoppedError` on all ranks if the run is to stop.
     """
 
     measure: Callable[[], Measures | None] | None = None
@@ -67,28 +71,30 @@ def march(
     observers: Observers | None = None,
     standing: RestartState | None = None,
 ) -> Iterator[Step]:
-    """Visit the times of the problem; yield each step when it is complete. Collective.
+    """Visit the times of the problem; yield the record of each complete step. Collective.
 
-    With backtracking a step may come again (see `records.Step.returned`); a return that fails is
-    on record (status "rejected"), and left. Where steps follow the cracks one may be rejected
-    before it comes.
+    With backtracking a step may come again (see `records.Step.returned`); a failed return is
+    recorded (status "rejected") and given up. Adaptive steps may be rejected before they come.
 
     Parameters
     ----------
-    standing : where to go on, as `observers.keep` was offered it; None to begin.
+    problem : the problem.
+    system : its system.
+    observers : functions called at each step; None for the measures alone.
+    standing : restart state, as `observers.keep` received it; None to start.
 
     Raises
     ------
     PartedError
-        The load cannot be carried any more; as with any `SolveError`, what was before stands.
+        The load cannot be carried any more; as with any `SolveError`, earlier steps are kept.
     SolveError
-        A step did not converge, or a solver failed in it; it has been saved and yielded before,
-        with its status and the reason. Where the loop stood before it was kept.
+        A step did not converge, or a solver failed in it. It was saved and yielded before, with its
+        status and reason, and the restart state before it was kept.
     LoadError
-        What acts before the first step cracks the rock by itself.
+        The loads crack the rock by themselves before the first step.
     StoppedError
-        `observers.pause` raised it; where the loop stood before the step at hand was kept, if the
-        state of rest was found.
+        `observers.pause` raised it; the restart state before the current step was kept, if the
+        initial equilibrium was found.
     """
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     require(system, System, "system", "give a System, as staffa.build(problem) makes one")
@@ -197,10 +203,10 @@ def _try(
     walk: AdaptiveSteps,
     watch: Watch,
 ) -> tuple[Advance, Stability | None, float, bool]:
-    """Take a step: what it was, its second order, how far cracks ran, and whether they ran too far.
+    """Take a step; return it, its second order, the crack advance, and True if that is too far.
 
-    Then the state is the one before it. Cracks are looked at again if a state was left that is not
-    stable. Collective.
+    Then the state is the one before it. The crack advance is found again if a saddle was left.
+    Collective.
     """
     before = snapshot(system)
     if problem.schedule.pace is None:
@@ -224,7 +230,7 @@ def _try(
 
 
 def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> None:
-    """The same as `require_whole`, after which the state is the one before."""
+    """Call `require_whole`; if it refuses, restore the state before."""
     try:
         require_whole(problem, system)
     except PartedError:
@@ -233,14 +239,14 @@ def _require_whole(problem: Problem, system: System, before: tuple[np.ndarray, .
 
 
 def _ran(problem: Problem, system: System, before: tuple[np.ndarray, ...]) -> float:
-    """How far cracks ran since `snapshot` (m). Collective."""
+    """Return the crack advance since `snapshot` (m). Collective."""
     return crack_advance(system.state, before[1], threshold=problem.measuring.threshold)
 
 
 def _look_back(
     problem: Problem, system: System, observers: Observers, loop: Loop, history: StepHistory
 ) -> None:
-    """Whether, and where, to go back; where that fails it stays due, for a run that is resumed."""
+    """Find the step to return to, if any; after a failure it stays due for a resumed run."""
     try:
         loop.better = better_earlier(problem, system, history)
     except SolveError as error:
@@ -267,7 +273,7 @@ def _accepted(
     stability: Stability | None,
     seconds: float,
 ) -> Step:
-    """The record of a step that stands, converged or not, after measuring and saving its state."""
+    """Return the record of a kept step, converged or not, after measuring and saving its state."""
     outcome = advance.outcome
     fields = observers.save(moment, outcome.converged)
     return Step(
@@ -292,7 +298,7 @@ def _accepted(
 
 
 def _reactions(system: System) -> dict[str, tuple[float, ...]]:
-    """What the supports carry. Collective."""
+    """Return the reactions of the supports. Collective."""
     forces = system.alternation.u.duplicate()
     system.energy.residual(forces)
     mesh = system.state.u.function_space.mesh
@@ -304,7 +310,7 @@ def _reactions(system: System) -> dict[str, tuple[float, ...]]:
 def _rejected(
     problem: Problem, moment: Moment, advance: Advance, ran: float, seconds: float
 ) -> Step:
-    """The record of a step in which cracks ran too far."""
+    """Return the record of a step in which cracks advanced too far."""
     assert problem.schedule.pace is not None
     outcome, ell, most = advance.outcome, problem.material.ell, problem.schedule.pace.advance
     how_far = f"ran {ran / ell:.3g} ell" if np.isfinite(ran) else "started"
@@ -329,9 +335,9 @@ def _not_returned(
     spent: Outcome | None,
     seconds: float,
 ) -> Step:
-    """The record of a return to an earlier step that failed; the state is the last step's again.
+    """Return the record of a failed return to an earlier step; the state is the last step's again.
 
-    spent: what it did, if it came to its end.
+    `spent` is its outcome, if it has one.
     """
     last = len(history.steps) - 1
     return Step(
@@ -352,7 +358,7 @@ def _not_returned(
 
 
 def _failed(system: System, moment: Moment, observers: Observers, reason: str) -> Step:
-    """The record of a step in which all solvers failed, after saving the state before it."""
+    """Return the record of a step in which all solvers failed, after saving the state before it."""
     return Step(
         **vars(moment),
         energies=system.energy.energies(),

@@ -1,4 +1,4 @@
-"""Measures of a problem's states: what is looked at, and how, from the problem itself."""
+"""Measures of a problem's states, with settings from the problem."""
 
 from collections.abc import Callable
 
@@ -22,9 +22,13 @@ from staffa.records.tip_release import Release
 def measuring(
     problem: Problem, system: System, factor: float | None = None
 ) -> Callable[[], Measures]:
-    """The function that measures the system's state whenever it is called. Collective.
+    """Return the function that measures the system's current state. Collective.
 
-    factor: the discrete toughness over Gc; measured on the same cells if it is not given.
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    factor : effective Gc over Gc; None to measure it on the same cells.
     """
     factor = effective_gc_ratio(problem) if factor is None else factor
     gauge = Gauge(
@@ -47,13 +51,15 @@ def releasing(
     factor: float | None = None,
     mesh: tuple[np.ndarray, np.ndarray] | None,
 ) -> Callable[[], tuple[Release, ...]]:
-    """The function that finds G at the tips of the system's state. Collective, as that function.
+    """Return the function that finds G at the tips of the current state. Both are collective.
 
     Parameters
     ----------
-    factor : the discrete toughness over Gc; measured on the same cells if it is not given.
-    mesh : points, shape (n, 3), those of the ranks one after the other, and cells, shape (m,
-        vertices), in VTK's order, on rank 0; None elsewhere.
+    problem : the problem.
+    system : its system.
+    factor : effective Gc over Gc; None to measure it on the same cells.
+    mesh : points, shape (n, 3), rank after rank, and cells, shape (m, vertices), in VTK's order, on
+        rank 0; None elsewhere.
     """
     domain, material = problem.domain, problem.material
     factor = effective_gc_ratio(problem) if factor is None else factor

@@ -1,9 +1,8 @@
-"""Where the time loop stands between two steps: all that its next step depends on.
+"""Restart state of the time loop: all that its next step needs besides the case and the mesh.
 
-Of the case and its mesh nothing is kept here: both are made again, and so are forms and solvers.
-Each step begins with new preconditioners and takes its first guesses from the state alone, so that
-a run that goes on from here gives what it would have given: on one rank to the last bit, on as many
-ranks as before to round-off.
+Case, mesh, forms and solvers are made again. Each step starts with new preconditioners and takes
+its first guesses from the state alone. So a resumed run gives the results of an uninterrupted one:
+on one rank to the last bit, on the same number of ranks to round-off.
 """
 
 from collections import Counter
@@ -25,8 +24,8 @@ from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
 from staffa.records.step import Heat
 
-# The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has some
-# for each cell, and is there where faces of cracks touch.
+# The fields of `snapshot`, in its order; u has a value for each component at a node. FACES has
+# values in cells, and exists if crack faces touch.
 FIELDS, FACES = ("u", "alpha", "T", "lower"), "faces"
 # Those of a state of `StepHistory`.
 PAST_FIELDS = ("alpha", "T")
@@ -108,13 +107,21 @@ class LoopNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class RestartState:
-    """What a checkpoint keeps.
+    """Restart state of the time loop.
 
-    index: of the next step, unless `better` is an earlier one to go back to. start, length: of
-    `AdaptiveSteps`. kept: `snapshot` of the state. components: of u (a rank may have no vertex).
-    rest: energies that others count from. total: energy that the step before ended with, None in
-    checkpoints of older versions. past, returns, states: of `history`, as they were then; empty
-    without backtracking.
+    Attributes
+    ----------
+    index : index of the next step, unless `better` is an earlier one to return to.
+    start, length : time (s) and step length of `AdaptiveSteps`.
+    kept : `snapshot` of the state.
+    components : number of components of u (a rank may have no vertex).
+    rest : energies from which others are counted.
+    total : energy at the end of the step before; None in a checkpoint of an older version.
+    better : earlier step to return to next; None to continue.
+    past, returns, states : those of `history` at that time; empty without backtracking.
+    failed : indices of steps to which a return failed.
+    due : True if earlier steps must still be compared with the last one.
+    history : kept steps; None without backtracking.
     """
 
     index: int
@@ -150,28 +157,27 @@ class RestartState:
         return json_form(told)
 
     def fields(self) -> dict[str, np.ndarray]:
-        """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
+        """Return the fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
         fields = dict(zip(FIELDS, self.kept, strict=False))
         return fields | {"u": fields["u"].reshape(-1, self.components)}
 
     def faces(self) -> np.ndarray | None:
-        """Kept numbers of the faces of cracks, cell by cell, ghosts included; None for nothing."""
+        """Return the field of crack faces, cell by cell, ghosts included; None without."""
         return self.kept[len(FIELDS)] if len(self.kept) > len(FIELDS) + 1 else None
 
     def past_fields(self, number: int) -> dict[str, np.ndarray]:
-        """Those of one of the `states`, ghosts included."""
+        """Return the fields of one of the `states`, ghosts included."""
         assert self.history is not None
         return dict(zip(PAST_FIELDS, self.history.state(number), strict=True))
 
     def anew(self) -> "RestartState":
-        """The same, for solvers that may do what others could not: returns that failed are tried
-        again."""
+        """Return the same state, with failed returns allowed again, for changed solvers."""
         if self.history:
             self.history.failed.clear()
         return replace(self, failed=())
 
     def taken_up(self, problem: Problem, system: System) -> "Loop":
-        """Make the system what it was; the loop goes on from there. Collective."""
+        """Restore the system, and return the loop that continues. Collective."""
         restore(system, self.kept)
         system.energy.rest = self.rest
         history = None
@@ -193,10 +199,14 @@ def restart_state(
     past_fields: Iterable[Mapping[str, np.ndarray]] | None,
     system: System,
 ) -> RestartState:
-    """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
+    """Return the restart state from a checkpoint, on the current ranks.
 
-    fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
-    has FACES too, where faces of cracks touch.
+    Parameters
+    ----------
+    numbers : numbers of the checkpoint, from `RestartState.numbers`.
+    fields : fields of this rank's vertices, ghosts included, with FACES if crack faces touch.
+    past_fields : fields of the history, likewise; None without backtracking.
+    system : the system.
     """
     told = made(LoopNumbers, numbers)
     past = tuple(_past(one, system) for one in told.past)
@@ -239,10 +249,16 @@ def _past(told: PastNumbers, system: System) -> Past:
 
 @dataclass(kw_only=True)
 class Loop:
-    """The loop itself: what of it changes from step to step besides the state.
+    """State of the loop that changes from step to step, besides the fields.
 
-    index: of the next step, unless `better` is an earlier one to go back to. total: energy that the
-    step before ended with. due: whether the last step is still to be looked back from.
+    Attributes
+    ----------
+    walk : position in the schedule.
+    history : kept steps; None without backtracking.
+    total : energy at the end of the step before.
+    index : index of the next step, unless `better` is an earlier one to return to.
+    better : earlier step to return to; None to continue.
+    due : True if earlier steps must still be compared with the last one.
     """
 
     walk: AdaptiveSteps
@@ -254,25 +270,25 @@ class Loop:
 
     @property
     def next_index(self) -> int:
-        """Of the step that comes now."""
+        """Index of the next step."""
         return self.better.index if self.better else self.index
 
     def next_time(self) -> float | None:
-        """Its time (s); None at the end."""
+        """Return the time (s) of the next step; None at the end."""
         onward = self.walk.next()
         if self.better and self.history:
             return self.history.steps[self.better.index].loads.time
         return onward
 
     def start(self, system: System) -> Loads:
-        """The loads that the state at hand bears."""
+        """Return the loads of the current state."""
         time = self.walk.start
         if time is None:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
 
     def before(self, kept: tuple[np.ndarray, ...]) -> Before:
-        """The state that the step now follows on, as it is on record; kept: `snapshot`."""
+        """Return the recorded state before the next step; `kept` is its `snapshot`."""
         if self.better and self.history:
             damage, origin = self.history.before(self.better.index)
             return Before(alpha=damage, T=origin.T, total=None)
@@ -280,7 +296,7 @@ class Loop:
         return Before(alpha=alpha, T=T, total=self.total)
 
     def standing(self, system: System) -> RestartState:
-        """What of it is to be kept."""
+        """Return the restart state."""
         history = self.history
         return RestartState(
             index=self.index,
