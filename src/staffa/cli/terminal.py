@@ -87,5 +87,5 @@ def to_a_terminal_that_may_close() -> Iterator[None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
     if lossy.problem is not None and not isinstance(lossy.problem, BrokenPipeError):
         raise StaffaError(
-            f"what was to be printed was lost ({lossy.problem.strerror}); what is in files is there"
+            f"output to the terminal was lost ({lossy.problem.strerror}); the files are complete"
         )

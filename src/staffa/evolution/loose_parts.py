@@ -52,7 +52,7 @@ class LoosePart:
         return (
             f"the load cannot be carried any more, the body is in two: nothing holds the {what} "
             f"around ({place}), {self.share:.0%} of the body, against {' and '.join(self.loads)}. "
-            f"What was found before stands; shorter time steps find the load at which it breaks. "
+            f"Earlier steps are kept; shorter time steps find the load at which it breaks. "
             f"To go further take smaller loads, prescribe displacements in their place, or hold "
             f"that piece by [supports]"
         )

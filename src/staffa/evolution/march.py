@@ -346,7 +346,7 @@ def _not_returned(
         sweeps=spent.sweeps if spent else 0,
         effort=spent.effort if spent else SolverStatistics(),
         status=REJECTED,
-        reason=f"the return to it failed ({error}), and step {last} stands",
+        reason=f"the return to it failed ({error}), and step {last} is kept",
         seconds=seconds,
         returned=Return(
             index=last,

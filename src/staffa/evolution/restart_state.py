@@ -64,7 +64,7 @@ class PastNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopNumbers:
-    """The numbers of a checkpoint: all of a `RestartState` but its fields.
+    """Numbers of a checkpoint: all of a `RestartState` but its fields.
 
     Attributes
     ----------

@@ -106,7 +106,13 @@ class Series:
         return max_over_ranks(self._comm, off) <= AGREEMENT * self._largest
 
     def next(self, faces: CrackFaces, pressed: np.ndarray) -> np.ndarray:
-        """Return the stress (Pa) that faces shall carry next, cell by cell."""
+        """Return the stress (Pa) that faces shall carry next, cell by cell.
+
+        Parameters
+        ----------
+        faces : the crack faces.
+        pressed : shear stress that the pressure allows (Pa), cell by cell.
+        """
         bound = faces.bound
         free = np.isfinite(bound)
         change = np.where(free & faces.faced, pressed - np.where(free, bound, 0.0), 0.0)

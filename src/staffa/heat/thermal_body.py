@@ -109,7 +109,15 @@ class FluidFilledCrack:
 
 @dataclass(frozen=True, kw_only=True)
 class Conductor:
-    """Thermal properties of one rock; the attributes are as in `Conduction`."""
+    """Thermal properties of one rock.
+
+    Attributes
+    ----------
+    k : conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers.
+    rho_c : heat capacity per volume (J/(m^3 K)).
+    k_factor, rho_c_factor : factors on them at points, evaluated at the center of each cell.
+    k_law, c_law : factors on them by temperature; None for none.
+    """
 
     k: tuple[tuple[float, ...], ...]
     rho_c: float

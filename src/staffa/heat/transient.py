@@ -238,19 +238,22 @@ class HeatEquation:
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
     ) -> float:
-        """Error of a step over what is allowed, smoothed as Hosea and Shampine do: where the
-        equation is stiff, the embedded method is not of use."""
+        """Return the error of a substep over the allowed one.
+
+        It is smoothed as Hosea and Shampine do: for a stiff equation the embedded method alone is
+        useless.
+        """
         difference = length * np.einsum("i,ij", WEIGHTS - EMBEDDED, rates)
         error = max_over_ranks(self.comm, np.abs(self._solve(self.operators.capacity * difference)))
         return self._over_allowed(error, new, largest)
 
     def _over_allowed(self, error: float, new: np.ndarray, largest: float) -> float:
-        """An error (K) over what is allowed."""
+        """Return an error (K) over the allowed one."""
         allowed = self.conduction.tolerance * max(largest, self._change(new))
         return error / allowed if allowed > 0 else (0.0 if np.isfinite(error) else np.inf)
 
     def _gained(self, before: np.ndarray, after: np.ndarray, *, sizes: bool = False) -> float:
-        """Heat that the body gains on this rank (J), or the sum of its vertices' sizes of it."""
+        """Return the heat that the body gains on this rank (J); with `sizes` that of absolutes."""
         if self._nonlinear:
             gained = self._nonlinear.gained(before, after)
             return float((np.abs(gained) if sizes else gained).sum())

@@ -27,7 +27,7 @@ DIGITS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class Cells:
-    """The n polygonal cells of a plane, numbered from 1.
+    """Polygonal cells of a plane, n of them, numbered from 1.
 
     Attributes
     ----------

@@ -99,8 +99,7 @@ def alternate(
     problem : both halves of the problem.
     values : prescribed displacements (m), see `ElasticSolver.minimize`.
     lower, upper : bounds of the damage, which hold at its first value.
-    stop : tolerances, and the largest number of sweeps.
-    watch : called after each sweep.
+    stop, watch : tolerances, and the largest number of sweeps; called after each sweep.
 
     Raises
     ------

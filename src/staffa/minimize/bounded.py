@@ -192,7 +192,7 @@ class TaoSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """Overwrite x by a minimizer between lower and upper, see `BoundedSolver`."""
+        """Overwrite x by a minimizer between `lower` and `upper`, see `BoundedSolver.minimize`."""
         self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
         with petsc_errors("the damage was not minimized", self.tao.comm):
@@ -248,7 +248,7 @@ class SnesSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """Overwrite x by a minimizer between lower and upper, see `BoundedSolver`."""
+        """Overwrite x by a minimizer between `lower` and `upper`, see `BoundedSolver.minimize`."""
         self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
         with petsc_errors("the damage was not minimized", self.snes.comm):

@@ -8,8 +8,8 @@ from staffa.records.step import Step
 FEW = 0.05
 FIRST = 5  # steps that are named
 OUT = (
-    "in the rock radial cracks form, in planes through the axis, which a body of revolution has "
-    "not; for them take the section across the axis, or a 3-D body"
+    "in the rock radial cracks form, in planes through the axis, which a body of revolution cannot "
+    "have; for them take the section across the axis, or a 3-D body"
 )
 
 
@@ -33,7 +33,7 @@ def radial_steps(steps: Sequence[Step]) -> str | None:
     which = ", ".join(str(step.index) for step in found[:FIRST])
     more = f" and {len(found) - FIRST} more" if len(found) > FIRST else ""
     return (
-        f"no stress pulls more than the one around the axis where damage grows at "
+        f"the stress around the axis is the largest tension where damage grows at "
         f"step{'s' * (len(found) > 1)} {which}{more} (up to {worst.hoop:.0%} of a step's damage, "
         f"at step {worst.index}): {OUT}"
     )
