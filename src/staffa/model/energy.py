@@ -10,18 +10,17 @@ from staffa.backend.stack import PETSc
 import basix
 import numpy as np
 import ufl
-from dolfinx import fem, la
-from dolfinx.fem import petsc as fem_petsc
+from dolfinx import fem
 
 from staffa.backend import jit
-from staffa.backend.parallel import sum_over_ranks
 from staffa.loads.forces import Forces
 from staffa.model import axis
 from staffa.model.contact import CrackFaces
 from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
+from staffa.model.derivatives import EnergyDerivatives
 from staffa.model.domain import Domain
 from staffa.model.external_loads import External, crack_volume_density
-from staffa.model.fields import Spaces, State, read_vector
+from staffa.model.fields import Spaces, State
 from staffa.model.openings import Openings, cell_integrals
 from staffa.model.quadrature import DEGREE, in_the_middle
 from staffa.model.temperature_properties import Spent
@@ -41,7 +40,7 @@ def _is_continuous(field: fem.Function) -> bool:
     return bool(field.function_space.ufl_element().embedded_superdegree > 0)
 
 
-class Energy:
+class Energy(EnergyDerivatives):
     """Energy int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
     If temperature changes Gc, the second term is the energy spent at the last `book`, and
@@ -185,20 +184,6 @@ class Energy:
         self._hessian = form(ufl.derivative(gradient, alpha, ufl.TrialFunction(spaces.alpha)))
         self._mixed = form(ufl.derivative(gradient, u, ufl.TrialFunction(spaces.u)))
         self._resistance = form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
-
-    def _integral(self, form: fem.Form) -> float:
-        return float(sum_over_ranks(self.comm, fem.assemble_scalar(form)))
-
-    def _vector(self, form: fem.Form, sums: fem.Function, out: PETSc.Vec) -> None:
-        sums.x.array[:] = 0.0
-        fem.assemble_vector(sums.x.array, form)
-        sums.x.scatter_reverse(la.InsertMode.add)
-        read_vector(sums, out)
-
-    def _matrix(self, form: fem.Form, out: PETSc.Mat) -> None:
-        out.zeroEntries()
-        fem_petsc.assemble_matrix(out, form)
-        out.assemble()
 
     def energies(self) -> Energies:
         """Return elastic, surface, load and friction energy; see `count_from_here`."""
@@ -360,43 +345,3 @@ class Energy:
     def thermal_power(self) -> float:
         """Return the derivative of the energy along the temperature change in `direction`."""
         return self._integral(self._power)
-
-    def stiffness(self, out: PETSc.Mat) -> None:
-        """Write the second derivative in u, without supports."""
-        self._matrix(self._stiffness, out)
-
-    def load(self, out: PETSc.Vec) -> None:
-        """Write the forces of temperature and loads: minus the derivative in u at u = 0."""
-        self._vector(self._load, self._sums_u, out)
-
-    def residual(self, out: PETSc.Vec) -> None:
-        """Write the derivative in u."""
-        self._vector(self._residual, self._sums_u, out)
-
-    def gradient(self, out: PETSc.Vec) -> None:
-        """Write the derivative in alpha."""
-        self._vector(self._gradient, self._sums_alpha, out)
-
-    def hessian(self, out: PETSc.Mat) -> None:
-        """Write the second derivative in alpha."""
-        self._matrix(self._hessian, out)
-
-    def mixed(self, out: PETSc.Mat) -> None:
-        """Write the derivative in alpha, then in u: rows of alpha, columns of u."""
-        self._matrix(self._mixed, out)
-
-    def resistance(self, out: PETSc.Vec) -> None:
-        """Write int Gc/(4 c_w ell) phi_i, the scale of the gradient in alpha."""
-        self._vector(self._resistance, self._sums_alpha, out)
-
-    def new_stiffness(self) -> PETSc.Mat:
-        """Return a matrix that `stiffness` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._stiffness)
-
-    def new_mixed(self) -> PETSc.Mat:
-        """Return a matrix that `mixed` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._mixed)
-
-    def new_hessian(self) -> PETSc.Mat:
-        """Return a matrix that `hessian` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._hessian)
