@@ -124,7 +124,7 @@ LAWS_THAT_ARE_NONE = [
     (law(a=lambda x: np.exp(-x)), "a(1) = 0.367879", "scale it"),
     (law(c_w="2/3"), "c_w = '2/3' is a str", "give a number"),
     (law(name=3), "name = 3", "give it one"),
-    (law(name="AT1"), "another one whose name is 'AT1'", "a name of its own"),
+    (law(name="AT1"), "another one whose name is 'AT1'", "give it another name"),
     ("AT1", "damage = 'AT1' has no name, c_w, a, w", "give an object with"),
     (lambda alpha: (1 - alpha) ** 2, "has no name, c_w, a, w", "give an object with"),
     (AT1, "AT1 is a class", "like AT1()"),
@@ -177,7 +177,7 @@ SPLITS_THAT_ARE_NONE = [
     ),
     ("no-tension", "split = 'no-tension' has no name, isotropic, density", "give an object with"),
     (StarConvex, "StarConvex is a class", "like StarConvex()"),
-    (split(lambda e, g: g * e.psi, name="none"), "whose name is 'none'", "a name of its own"),
+    (split(lambda e, g: g * e.psi, name="none"), "whose name is 'none'", "give it another name"),
 ]
 
 

@@ -77,4 +77,4 @@ def test_what_is_not_a_number_on_one_rank_ends_all(case: Path) -> None:
 
 
 def test_a_directory_that_is_removed_ends_all_ranks(case: Path) -> None:
-    failed(on_two_ranks(case.parent, "gone"), "it is gone, and with it the run; begin again")
+    failed(on_two_ranks(case.parent, "gone"), "it is gone, and with it the run; start it again")

@@ -48,7 +48,7 @@ def step(index: int, depth: float) -> Step:
 
 
 def told(run: Run) -> str | None:
-    return next((fact.text for fact in summary(run) if fact.name == "far side"), None)
+    return next((fact.text for fact in summary(run) if fact.name == "opposite boundary"), None)
 
 
 def test_the_first_step_that_reaches_it_is_told() -> None:

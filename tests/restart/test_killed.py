@@ -231,7 +231,7 @@ def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) ->
     """The disk is full before the run has started: the same command does once there is room."""
     (disk / "full").write_bytes(bytes(143 * 1024))
     case = small("time.tau=[0.1]", "output.at=[]")
-    with pytest.raises(StaffaError, match="nothing was begun") as full:
+    with pytest.raises(StaffaError, match="no run was started") as full:
         run(case, disk / "run")
     assert full.value.exit_code == 1
     (disk / "full").unlink()

@@ -1,4 +1,4 @@
-"""The command line: arguments in, words out."""
+"""Command line of staffa."""
 
 from staffa.cli.commands import main
 

@@ -1,4 +1,4 @@
-"""The commands: what each reads, and what it prints."""
+"""Commands, their arguments and their output."""
 
 import os
 import sys
@@ -32,7 +32,7 @@ Settings = Annotated[
     list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
 ]
 Outside = Annotated[
-    bool, typer.Option("--outside", help="the case may name files outside of its own folder")
+    bool, typer.Option("--outside", help="the case may name files outside its folder")
 ]
 Folder = Annotated[
     Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
@@ -43,7 +43,7 @@ RunFolder = Annotated[
 WallTime = Annotated[
     str | None,
     typer.Option(
-        "--wall-time", help='stop and save before so much time is over, like "12 h"; exit code 3'
+        "--wall-time", help='stop and save before this time is over, like "12 h"; exit code 3'
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no pictures")]
@@ -68,7 +68,7 @@ def new(
 
 @app.command()
 def check(case_file: CaseFile, settings: Settings = None, outside: Outside = False) -> None:
-    """Say what the physics and the cost of a case will be, before anything runs."""
+    """Print the physics and the cost of a case before it runs."""
     case = read_case(case_file, settings or [], outside=outside)
     said = preview(case)
     if case.title:
@@ -85,8 +85,8 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
         out.print("[green]nothing is off[/green]")
 
 
-@app.command(epilog=EXIT_CODES)
-def run(
+@app.command("run", epilog=EXIT_CODES)
+def run_command(
     case_file: CaseFile,
     directory: Annotated[
         Path | None, typer.Option("--out", help="run directory; default runs/<case file's name>")
@@ -109,8 +109,8 @@ def run(
     )
 
 
-@app.command(epilog=EXIT_CODES)
-def resume(
+@app.command("resume", epilog=EXIT_CODES)
+def resume_command(
     directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
     settings: Annotated[
         list[str] | None,
@@ -119,7 +119,7 @@ def resume(
     wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
-    """Go on with a run that was stopped or killed, also under mpiexec -n N."""
+    """Continue a run that was stopped or killed, also under mpiexec -n N."""
     limit = wall_time_seconds(wall_time)
     if is_ensemble(directory):
         raise InputError(
@@ -149,8 +149,7 @@ def ensemble(
     wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
-    """Run a case with several seeds, for means and errors; members that are there are taken, or
-    go on."""
+    """Run a case with several seeds, for means and errors; finished members are kept."""
     limit = wall_time_seconds(wall_time)
     from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
 
@@ -167,7 +166,7 @@ def ensemble(
 
 @app.command()
 def show(directory: Folder) -> None:
-    """Show the summary of a run or an ensemble, also of one that is still going on."""
+    """Show the summary of a run or an ensemble, also of one that is not finished."""
     from staffa.cli.results import print_ensemble, print_summary
 
     if is_ensemble(directory):
@@ -211,7 +210,7 @@ def compare(
         typer.Option("--out", help="where the page goes; default runs/<one>-vs-<other>"),
     ] = None,
 ) -> None:
-    """Two finished runs side by side, in numbers and pictures: do they agree, and until when?"""
+    """Compare two finished runs in numbers and pictures: do they agree, and until when?"""
     from staffa.cli.results import print_pair, print_pair_pictures  # loads Matplotlib
     from staffa.compare.open_pair import place_of, read_pair
 
@@ -237,7 +236,7 @@ def doctor() -> None:
 
 
 def main() -> None:
-    """Entry point: user errors as one sentence, with their exit code; rank 0 alone prints."""
+    """Run the command line; errors of staffa are one sentence, on rank 0, with an exit code."""
     if not _is_first():
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115 (till the end)
     os.environ["MPLBACKEND"] = "agg"  # pictures go to files, whatever is asked for
@@ -264,17 +263,17 @@ def _require_docstrings() -> None:
 
 
 def _warn(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-    """Show a warning of staffa's own as one sentence, and none of a library's."""
+    """Show a warning of staffa as one sentence, and none of a library."""
     if issubclass(category, StaffaWarning) and sys.stderr is not None:
         print(f"staffa: {printable(str(message))}", file=sys.stderr)
 
 
-# By which launchers tell a process its rank: those of MPICH and Intel MPI, Open MPI, PMIx.
+# Variables in which launchers give a process its rank: MPICH and Intel MPI, Open MPI, PMIx.
 RANK = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK")
 
 
 def _is_first() -> bool:
-    """Whether this is rank 0, or the only one; also before MPI is loaded."""
+    """Return True on rank 0, or the only rank; also before MPI is loaded."""
     if "mpi4py.MPI" in sys.modules:
         return bool(sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0)
     return next((os.environ[name] for name in RANK if name in os.environ), "0") == "0"

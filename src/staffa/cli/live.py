@@ -1,4 +1,4 @@
-"""Runs a case and follows it: a live line on a terminal, one plain line a step otherwise."""
+"""Run of a case with its progress: a live line on a terminal, else one plain line a step."""
 
 import sys
 import traceback
@@ -36,7 +36,15 @@ from staffa.runs.run import Watcher, run
 def run_and_follow(
     read: Callable[[], Case], directory: Path, *, quiet: bool, wall_time: float | None = None
 ) -> None:
-    """Read the case on rank 0, run it on all, and print on rank 0. Collective."""
+    """Read the case on rank 0, run it on all ranks, and print on rank 0. Collective.
+
+    Parameters
+    ----------
+    read : returns the case.
+    directory : the run directory.
+    quiet : True to print errors only.
+    wall_time : longest time of the run (s); None for any.
+    """
     comm = MPI.COMM_WORLD
     with ending_all_ranks(comm, directory):
         case = on_root(comm, read)
@@ -50,7 +58,15 @@ def run_and_follow(
 def resume_and_follow(
     directory: Path, *, settings: Sequence[str], quiet: bool, wall_time: float | None = None
 ) -> None:
-    """Go on with a run in the same way. Collective."""
+    """Resume a run on all ranks, and print on rank 0. Collective.
+
+    Parameters
+    ----------
+    directory : the run directory.
+    settings : changes of the case, see `resume`.
+    quiet : True to print errors only.
+    wall_time : longest time of the run (s); None for any.
+    """
     comm = MPI.COMM_WORLD
     with (
         ending_all_ranks(comm, directory),
@@ -68,9 +84,15 @@ def following(
     wall_time: float | None,
     warnings: Sequence[str] = (),
 ) -> Iterator[Watcher]:
-    """A watcher that prints and logs a run that goes on within it, and then leaves its results.
+    """Yield a watcher that prints and logs a run, and write the results after it. Collective.
 
-    warnings: sentences of `staffa check`, said before the first step. Collective.
+    Parameters
+    ----------
+    comm : communicator of all ranks.
+    directory : the run directory.
+    quiet : True to print errors only.
+    wall_time : longest time of the run (s); None for any.
+    warnings : messages of `staffa check`, shown before the first step.
     """
     stopping = Stopping(wall_time)
     follower = Follower(
@@ -83,7 +105,7 @@ def following(
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
-    """Tables and networks in any case, and what is for people to look at unless it is quiet."""
+    """Write tables and networks, and unless it is quiet also print and draw the results."""
     if quiet:
         write_tables(run, networks(run)[0])
     else:
@@ -92,12 +114,12 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
 
 
 def require_sound(runs: Sequence[Run]) -> None:
-    """Finished runs of which the audit found nothing amiss.
+    """Refuse finished runs whose audit is violated.
 
     Raises
     ------
     AuditError
-        It did: in these steps, with the first of its sentences.
+        The audit of a run is violated; with the steps and the first of its messages.
     """
     for one in runs:
         found = violations(one)
@@ -116,8 +138,10 @@ FORWARDED = 0.5
 
 @contextmanager
 def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
-    """Within it, an error that only one rank meets ends all ranks, after its sentence, or its
-    traceback if it is none of ours."""
+    """End all ranks if only one has an error, after its message.
+
+    For an error that is not staffa's the message is its traceback.
+    """
     try:
         yield
     except StaffaError as error:
@@ -139,7 +163,7 @@ def ending_all_ranks(comm: MPI.Comm, directory: Path) -> Iterator[None]:
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
-    """True for Ctrl-C, also where PETSc turned it into an error of its own."""
+    """Return True for Ctrl-C, also if PETSc turned it into another error."""
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
             return True
@@ -158,8 +182,16 @@ def _interrupted(directory: Path, *, speaks: bool) -> int:
 
 @dataclass(kw_only=True)
 class Follower:
-    """Printer and log of a run that goes on. name: which of several runs it is; warnings: those
-    of `staffa check` on its case."""
+    """Printer and log of a run in progress.
+
+    Attributes
+    ----------
+    directory : the run directory.
+    speaks : True on rank 0, which alone prints.
+    quiet : True to print errors only.
+    name : name of this run among several; empty for one.
+    warnings : warnings of `staffa check` on its case.
+    """
 
     directory: Path
     speaks: bool
@@ -184,7 +216,7 @@ class Follower:
         self.task = self.progress.add_task("starting", total=None, now="")
 
     def watcher(self, stop: Callable[[], str | None]) -> Watcher:
-        """The watcher that `run` tells what happens, and asks whether to stop."""
+        """Return the watcher that `run` calls; `stop` returns a reason to stop, or None."""
         return Watcher(
             started=self.started,
             said=self.said,
@@ -195,7 +227,7 @@ class Follower:
         )
 
     def started(self, manifest: Manifest) -> None:
-        """Say what begins."""
+        """Print the start of a run."""
         self.manifest = manifest
         self.progress.update(self.task, total=1.0)
         steps = "adaptive" if manifest.adaptive else f"{len(manifest.times)}"
@@ -208,11 +240,11 @@ class Follower:
             self._say(f"  warning: {sentence}")
 
     def said(self, sentence: str) -> None:
-        """Say what else there is to say."""
+        """Print a message."""
         self._say(f"  {sentence}")
 
     def resumed(self, steps: tuple[Step, ...]) -> None:
-        """Say where a run goes on."""
+        """Print the step after which a run continues."""
         self.before = self._done(steps[-1]) if steps else 0.0
         last = f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else ""
         self._say(f"  goes on {last or 'from its start'}")
@@ -226,7 +258,7 @@ class Follower:
         )
 
     def stepped(self, step: Step) -> None:
-        """One line a step, in the log and where it is printed; violations aloud."""
+        """Log and print one line a step, with violations of its audit."""
         if step.status == Status.REJECTED:
             self._say(f"  step {step.index} to {self._clock(step)} rejected: {step.reason}")
             return
@@ -271,7 +303,7 @@ class Follower:
         return [f"{count} crack{'s' * (count > 1)} to {self._shown.length.text(front, 3)}"]
 
     def _done(self, step: Step) -> float:
-        """The part of the run that is behind it: of its steps, or if not known, of its clock."""
+        """Return the finished part of the run: of its steps, or if not known, of its time."""
         assert self.manifest is not None
         if not self.manifest.adaptive:
             return (step.index + 1) / len(self.manifest.times)

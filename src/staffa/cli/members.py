@@ -1,4 +1,4 @@
-"""Runs an ensemble and follows it: its members one after another, then their means and errors."""
+"""Run of an ensemble with its progress: its members one after another, then means and errors."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -31,6 +31,15 @@ def run_members_and_follow(
     wall_time: float | None = None,
 ) -> None:
     """Read the case on rank 0, run each member on all ranks, and print on rank 0. Collective.
+
+    Parameters
+    ----------
+    read : returns the case.
+    directory : directory of the ensemble.
+    count : number of members.
+    first : first seed; None for the case's own.
+    quiet : True to print errors only.
+    wall_time : longest time of all (s); None for any.
 
     Raises
     ------

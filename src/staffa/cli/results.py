@@ -1,4 +1,4 @@
-"""Prints what a run, an ensemble or two runs found: their summaries, tables, pictures."""
+"""Output of results: summaries, tables and pictures of a run, an ensemble or a pair."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -26,7 +26,7 @@ from staffa.results.tables import Table
 
 
 def print_summary(run: Run) -> None:
-    """Facts, the comparison with the paper where it has a meaning, the spacing by depth."""
+    """Print facts, the comparison with the paper if it has a meaning, and the spacing by depth."""
     _print_facts(title(run), summary(run))
     compared = slab_table.table(run)
     if compared is not None:
@@ -35,7 +35,7 @@ def print_summary(run: Run) -> None:
 
 
 def print_ensemble(ensemble: Ensemble) -> None:
-    """Facts, then the numbers of each member, with their means and errors, and what they are."""
+    """Print facts, the numbers of each member, their means and errors, and their definitions."""
     _print_facts(ensemble_title(ensemble), facts(ensemble))
     found = sheets(ensemble)
     for sheet in found:
@@ -47,7 +47,7 @@ def print_ensemble(ensemble: Ensemble) -> None:
 
 
 def print_pair(pair: Pair) -> None:
-    """What differs between two runs, whether they agree, and their results side by side."""
+    """Print the differences of two runs, their agreement, and their results side by side."""
     _print_facts(pair_title(pair), agreement(pair))
     for found in (case_differences(pair), manifest_differences(pair), results(pair)):
         _print_table(found)
@@ -55,9 +55,12 @@ def print_pair(pair: Pair) -> None:
 
 
 def print_pictures(run: Run, *, movie: bool | None = None) -> None:
-    """Draw the pictures and the page, with how far the animation is, and print where they are.
+    """Draw the pictures and the page with a progress bar, and print their paths.
 
-    movie: whether there is one; by default in 3-D only.
+    Parameters
+    ----------
+    run : the run.
+    movie : True for an animation; None for one in 3-D only.
     """
     with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
         task = bar.add_task("drawing", total=None)
@@ -68,12 +71,12 @@ def print_pictures(run: Run, *, movie: bool | None = None) -> None:
 
 
 def print_ensemble_pictures(ensemble: Ensemble) -> None:
-    """The same of an ensemble."""
+    """Draw the pictures and the page of an ensemble, and print their paths."""
     _print_drawn(draw_ensemble(ensemble))
 
 
 def print_pair_pictures(pair: Pair, folder: Path) -> None:
-    """The same of two runs, into a folder."""
+    """Draw the pictures and the page of two runs into a folder, and print their paths."""
     _print_drawn(draw_pair(pair, folder))
 
 

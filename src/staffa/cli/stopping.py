@@ -1,4 +1,4 @@
-"""When a run is asked to stop: by a signal, or because its wall time is nearly over."""
+"""Requests to stop a run: by a signal, or because its wall time is nearly over."""
 
 import os
 import signal
@@ -10,23 +10,29 @@ from types import FrameType
 from staffa.errors import StaffaError
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
-# A launcher and a terminal may both pass on one Ctrl-C; so soon (s) it is no second one.
+# A launcher and a terminal may both pass on one Ctrl-C; within this time (s) it is the same one.
 ONCE = 1.0
-# Left for what comes after the last look: this much of the longest time between two looks, and
-# seconds to save and to end in.
+# Time left after the last look: this multiple of the longest time between two looks, and seconds to
+# save and to end.
 MARGIN, SECONDS = 2.0, 1.0
 
 
 class Stopping:
-    """Whether to stop. wall_time: seconds that the run may take, None for any."""
+    """Requests to stop."""
 
     def __init__(self, wall_time: float | None = None) -> None:
+        """Start the clock.
+
+        Parameters
+        ----------
+        wall_time : longest time of the run (s); None for any.
+        """
         self._wall_time, self._began = wall_time, perf_counter()
         self._asked: str | None = None
         self._at = self._looked = self._longest = 0.0
 
     def reason(self) -> str | None:
-        """Why to stop now, None if there is no reason to."""
+        """Return the reason to stop now, or None."""
         now = perf_counter()
         if self._looked:
             self._longest = max(self._longest, now - self._looked)
@@ -48,10 +54,10 @@ class Stopping:
 
     @contextmanager
     def heeded(self, ranks: int = 1) -> Iterator[None]:
-        """Within it a signal asks to stop; a second one ends the process at once.
+        """Let a signal ask to stop in this context; a second one ends the process at once.
 
-        A compiler at work gets the signal too, and its failure is then none of its own. Where there
-        are more ranks it is one all the same: they might wait for the one that met it.
+        A compiler at work gets the signal too, and fails because of it. On several ranks its
+        failure counts as an error all the same: they might wait for the rank with the signal.
         """
         before = {number: signal.signal(number, self._ask) for number in SIGNALS}
         try:

@@ -1,4 +1,4 @@
-"""The terminal that everything is printed to."""
+"""Terminal to which all output is printed."""
 
 import os
 import sys
@@ -13,11 +13,13 @@ from staffa.errors import StaffaError, printable
 
 
 class Terminal(Console):
-    """A console on which what cannot be printed is spelled out: a name of a mesh or of a file may
-    hold sequences that rewrite the screen."""
+    """Console that escapes what cannot be printed.
+
+    A name of a mesh or a file may contain sequences that rewrite the screen.
+    """
 
     def render(self, *arguments: Any, **options: Any) -> Iterable[Segment]:
-        """See `rich.console.Console.render`."""
+        """Render with escapes, see `rich.console.Console.render`."""
         for segment in super().render(*arguments, **options):
             yield segment if segment.control else segment._replace(text=_lines(segment.text))
 
@@ -31,7 +33,7 @@ out = Terminal(highlight=False, width=None if sys.stdout and sys.stdout.isatty()
 
 
 class _Lossy:
-    """A stream on which what cannot be written any more is left out: a run goes on without it."""
+    """Stream that drops output which can no longer be written, so that a run continues."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -58,15 +60,14 @@ class _Lossy:
 
 @contextmanager
 def to_a_terminal_that_may_close() -> Iterator[None]:
-    """Within it what is printed is lost where its reader has gone (`| head`), or where nothing was
-    open to print to.
+    """Drop output in this context if its reader is gone (`| head`), or if there is none.
 
     Raises
     ------
     StaffaError
-        After the rest has been done: it was lost for another reason, such as a full disk.
+        Output was lost for another reason, such as a full disk; raised in the end.
     """
-    for number in range(3):  # or a file of the run would get this number, and what is printed
+    for number in range(3):  # or a file of the run would get this number, and the output
         try:
             os.fstat(number)
         except OSError:
@@ -86,5 +87,5 @@ def to_a_terminal_that_may_close() -> Iterator[None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stdout.fileno())
     if lossy.problem is not None and not isinstance(lossy.problem, BrokenPipeError):
         raise StaffaError(
-            f"what was to be printed was lost ({lossy.problem.strerror}); what is in files is there"
+            f"output to the terminal was lost ({lossy.problem.strerror}); the files are complete"
         )

@@ -1,16 +1,16 @@
-"""How long a run may take, as it is written on the command line."""
+"""Wall time as given on the command line."""
 
 from staffa.errors import InputError
 from staffa.units import Quantity, parse
 
 
 def wall_time_seconds(text: str | None) -> float | None:
-    """Seconds of a wall time with its unit, like "12 h"; None of None.
+    """Return the seconds of a wall time with its unit, like "12 h"; None for None.
 
     Raises
     ------
     InputError
-        It is none.
+        The text is no time.
     """
     if text is None:
         return None

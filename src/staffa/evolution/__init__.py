@@ -1,1 +1,1 @@
-"""The march through time: the only owner of a state that changes."""
+"""Time loop: the only owner of a state that changes."""

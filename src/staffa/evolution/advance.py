@@ -1,4 +1,4 @@
-"""From the loads of one time to those of the next, and what is tried when a solver fails."""
+"""Advance from the loads of one time to those of the next, and the fall-backs if a solver fails."""
 
 from dataclasses import dataclass, replace
 
@@ -66,16 +66,16 @@ class Advance:
 
     @property
     def all_heat(self) -> Heat | None:
-        """Of all parts of a step that was cut."""
+        """Heat balance of all parts of a step that was cut."""
         return _together(self.earlier, self.heat)
 
     def after(self, tried: SolverStatistics) -> "Advance":
-        """The same, with what was tried before it on record."""
+        """Return the same with the solver statistics of earlier attempts added."""
         effort = tried + self.outcome.effort
         return replace(self, outcome=replace(self.outcome, effort=effort))
 
     def then(self, other: "Advance") -> "Advance":
-        """This one and the next, as one step that was cut in two."""
+        """Return this advance and the next as one step that was cut in two."""
         both = self.outcome.then(other.outcome)
         outcome = replace(
             both,
@@ -99,7 +99,15 @@ class Advance:
     def again(
         self, outcome: Outcome, healing: float, loading: Loading, heat: Heat | None
     ) -> "Advance":
-        """The same step, after the temperature was changed once more and the energy minimized."""
+        """Return the same step after one more change of temperature and minimization.
+
+        Parameters
+        ----------
+        outcome : outcome of that minimization.
+        healing : its irreversibility violation.
+        loading : the change of loads before it.
+        heat : heat balance of the step.
+        """
         heat, seconds = heat or Heat(), self.heat.seconds if self.heat else 0.0
         return replace(
             self,
@@ -114,7 +122,7 @@ class Advance:
 
 
 def _together(one: Heat | None, other: Heat | None) -> Heat | None:
-    """One after the other, where both are there."""
+    """Return the sum of two heat balances, or the one that is given."""
     return one.then(other) if one and other else one or other
 
 
@@ -126,15 +134,24 @@ def advance_to(
     watch: Watch = lambda sweep: None,
     cuts: int = CUTS,
 ) -> Advance:
-    """Put on the loads and minimize; if a solver fails, without proposals, then in two half steps.
+    """Apply the loads and minimize; after a failure without proposals, then in two half steps.
 
-    Only a failure is tried again: running out of sweeps is what the user set as the limit. Of what
-    failed, the record counts that it did (`plain`, `halvings`), not what it had done till then.
+    Only a failure is tried again: the largest number of sweeps is a limit of the user. The record
+    counts a failure (`plain`, `halvings`), but not the work before it.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    start : loads before the step.
+    end : loads after it.
+    watch : called after each sweep.
+    cuts : how often the step may be cut in two.
 
     Raises
     ------
     PartedError
-        A solver failed where a piece has come loose, so that there is nothing to be found.
+        A solver failed because a piece has come loose: there is no equilibrium.
     SolveError
         All of it failed; the state is the one at the start again.
     """
@@ -182,7 +199,7 @@ def _sound(
     end: Loads,
     watch: Watch,
 ) -> Advance:
-    """Take the step, and with a factorization again if an iterative solver has left it unsound."""
+    """Take the step; take it again with a factorization if an iterative solver was too inexact."""
     advance, elastic = _advance(problem, system, start, end, watch), system.alternation.elastic
     rise = advance.outcome.largest_rise
     if elastic.linear.direct or (advance.imbalance <= BALANCE_ALLOWED and rise <= RISE_ALLOWED):
@@ -216,7 +233,7 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
 
 
 def _slide(system: System, end: Loads, loading: Loading) -> tuple[float, Loading]:
-    """Let faces slide on frozen cracks; how new friction changed the energy, and where it ends."""
+    """Let faces slide on frozen cracks; return the energy change by new friction, and the end."""
     if system.energy.faces is None or not system.energy.faces.rubs:
         return 0.0, loading
 
@@ -234,7 +251,16 @@ def rubbing(
     advance: Advance,
     watch: Watch = lambda sweep: None,
 ) -> Advance:
-    """Minimize again, with friction as the pressure gives it, until both agree. Collective."""
+    """Minimize again with the friction of the new pressure, until both agree. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    end : the current loads.
+    advance : the step so far.
+    watch : called after each sweep.
+    """
     found = [advance]
 
     def minimize() -> bool:
@@ -256,24 +282,31 @@ def rubbing(
 
 
 def imbalance(loading: Loading, outcome: Outcome) -> float:
-    """Error of the energy balance on frozen cracks, over the energy."""
+    """Return the error of the energy balance on frozen cracks, over the energy."""
     scale = max(abs(loading.start), abs(loading.end), outcome.scale, CANCELED * loading.spread)
     return abs(loading.end - loading.start - loading.work) / scale
 
 
 def relative_difference(one: float, other: float, outcome: Outcome) -> float:
-    """Difference of two energies of one state, over its energy."""
+    """Return the difference of two energies over the energy.
+
+    Parameters
+    ----------
+    one : first energy.
+    other : second energy.
+    outcome : outcome with the scale of the energy.
+    """
     return abs(one - other) / max(abs(one), abs(other), outcome.scale)
 
 
 def _apart(outcome: Outcome, began: float | None) -> float:
-    """The same of what a part of the step ended and the next began with."""
+    """Return this difference between the end of one part of a step and the start of the next."""
     total = outcome.energies.total
     return 0.0 if began is None else relative_difference(total, began, outcome)
 
 
 def _taken_up(loading: Loading, outcome: Outcome) -> float:
-    """The same of what new loads left and the minimization began with."""
+    """Return this difference between new loads and the start of the minimization."""
     return relative_difference(loading.end, outcome.before, outcome)
 
 

@@ -1,4 +1,4 @@
-"""New loads on frozen cracks, and the account of their work."""
+"""New loads on frozen cracks, and the balance of their work."""
 
 from dataclasses import dataclass, replace
 
@@ -40,7 +40,14 @@ class Loading:
 
 
 def change_loads(problem: Problem, system: System, start: Loads, end: Loads) -> Loading:
-    """Put on the loads of a time with the cracks frozen, and account for the work. Collective.
+    """Apply the loads of a time with frozen cracks, and return the work. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    start : loads before.
+    end : loads after.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Holds a step against what must be true of it, by what is on record of the step before."""
+"""Audit of a step: checks of what must be true, with the record of the step before."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -47,7 +47,16 @@ def audit(
     advance: Advance,
     stability: Stability | None = None,
 ) -> Audit:
-    """Hold the current state, and how it was reached, against what must be true. Collective."""
+    """Check the current state and the step to it. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    before : the recorded state before the step.
+    advance : the step.
+    stability : second-order conditions of the state, if they were computed.
+    """
     outcome, state = advance.outcome, system.state
     healing = max(advance.healing, _healed(problem, before.alpha, state))
     gap = max(advance.gap, _gap(system, before, advance))
@@ -71,14 +80,14 @@ def audit(
 
 
 def _healed(problem: Problem, before: np.ndarray, state: State) -> float:
-    """Largest decrease of the damage since the step before, where it must not heal."""
+    """Return the largest decrease of irreversible damage since the step before."""
     n_owned = len(owned(state.alpha))
     sunk = irreversible(problem.irreversibility, before)[:n_owned] - owned(state.alpha)
     return max_over_ranks(problem.domain.comm, sunk)
 
 
 def _gap(system: System, before: Before, advance: Advance) -> float:
-    """Between the energies on record and those of the states that the step began and ended with."""
+    """Return the difference of the recorded energies from those of the first and last state."""
     outcome = advance.outcome
     ended = relative_difference(outcome.energies.total, system.energy.total(), outcome)
     if before.total is None or advance.began is None:
@@ -87,7 +96,7 @@ def _gap(system: System, before: Before, advance: Advance) -> float:
 
 
 def _residual(system: System) -> float:
-    """The first-order residual of the current state."""
+    """Return the first-order residual of the current state."""
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
@@ -97,7 +106,7 @@ def _residual(system: System) -> float:
 def _broken(
     advance: Advance, stop: Stop, healing: float, residual: float, gap: float
 ) -> tuple[str, ...]:
-    """A sentence on each mechanical rule that is broken."""
+    """Return a sentence on each mechanical rule that is violated."""
     outcome, balance = advance.outcome, advance.imbalance
     checks = {
         f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (
@@ -114,7 +123,7 @@ def _broken(
 
 
 def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
-    """A sentence on a temperature that heat did not make, or on heat that came from nowhere."""
+    """Return a sentence on a temperature or heat that the heat equation does not explain."""
     heat = advance.all_heat
     if heat is None:
         return ()
@@ -126,14 +135,14 @@ def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
 
 
 def _pressed(problem: Problem, system: System, before: Before) -> tuple[str, ...]:
-    """A sentence on pressed rock that broke, where no split prevents it."""
+    """Return a sentence on rock that broke in compression without a split that prevents it."""
     if problem.material.split is not NO_SPLIT:
         return ()
     return system.pressed_growth.said(before.alpha)
 
 
 def _second_order(curvature: Curvature | None, stability: Stability | None) -> Iterator[str]:
-    """A sentence on a saddle that was not left, and on a second order that was not found."""
+    """Yield a sentence on a saddle that was not left, and on a failed second-order test."""
     if curvature and curvature.verdict is Verdict.SADDLE:
         said = curvature.verdict.sentence
         yield f"{said} (curvature {curvature.smallest:.1e}): {curvature.reason}"

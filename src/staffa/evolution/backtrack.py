@@ -1,16 +1,14 @@
-"""Backtracking: a later damage that lowers the energy at an earlier time is taken back there.
+"""Backtracking: return to an earlier time at which the damage found later has a lower energy.
 
-Irreversibility makes the damage of a step admissible at every earlier time. Where it gives a lower
-energy than the state kept there, that state was no global minimum (Bourdin 2007 for loads in
-proportion to time, where energies scale with its square; here each earlier time is solved for with
-its own temperature and displacements, so that any load will do). The evolution goes back to the
-earliest such time, and on from there. A return lowers the energy at the time returned to by more
-than a tolerance and leaves those before it as they are: a descent in lexicographic order, which
-ends.
+Irreversibility makes the damage of a step admissible at every earlier time. If it has a lower
+energy there than the kept state, that state was no global minimum (Bourdin 2007, for loads in
+proportion to time, where energies scale with its square; here each earlier time is solved with its
+own temperature and displacements, so that any load is possible). The evolution returns to the
+earliest such time, and continues from there. A return lowers the energy at its time by more than a
+tolerance and does not change the times before: a descent in lexicographic order, which ends.
 
-Where cracks change the flow of heat there is no energy that both share: the temperature at the
-earlier time is the one that these cracks would have led to there, and the returns to a time are
-limited.
+If the temperature depends on the cracks, both states have no common energy: the temperature at the
+earlier time is the one that these cracks would have led to, and the returns to a time are limited.
 """
 
 from collections import Counter
@@ -55,12 +53,15 @@ class Past:
 
 
 class StepHistory:
-    """The steps kept so far; their damage and temperature lie on disk, each rank's own part, ghosts
-    included.
+    """Kept steps; their damage and temperature are on disk, each rank's part with ghosts.
 
-    returns: how often each step, by its index, was returned to. failed: steps that could not be
-    returned to, and are not tried again. states: the numbers of the states
-    on disk, that before the first step and one a step; no number is given twice.
+    Attributes
+    ----------
+    steps : records of the kept steps.
+    returns : number of returns to each step, by its index.
+    failed : steps to which a return failed; they are not tried again.
+    states : numbers of the states on disk, that before the first step and one a step; no number is
+        used twice.
     """
 
     def __init__(self, system: System | None = None) -> None:
@@ -75,7 +76,14 @@ class StepHistory:
             self.remember(system.state.alpha.x.array, system.thermal.read())
 
     def keep(self, loads: Loads, advance: Advance, system: System) -> None:
-        """Remember one more step."""
+        """Add one step.
+
+        Parameters
+        ----------
+        loads : its loads.
+        advance : its result.
+        state : its fields.
+        """
         total = advance.outcome.energies.total
         self.steps.append(
             Past(
@@ -113,7 +121,7 @@ class StepHistory:
         del self.states[index + 1 :]
 
     def before(self, index: int) -> tuple[np.ndarray, Origin]:
-        """The damage that bounds a step's from below, and where its heat begins."""
+        """Return the damage that is a step's lower bound, and the start of its heat."""
         damage, thermal = self.state(self.states[index])
         time = self.steps[index - 1].loads.time if index else 0.0
         return damage, Origin(time=time, thermal=thermal)
@@ -152,17 +160,29 @@ class StepHistory:
 
 @dataclass(frozen=True, kw_only=True)
 class Better:
-    """An earlier step that the damage at hand improves, and its energy with that damage."""
+    """Earlier step whose energy the current damage lowers.
+
+    Attributes
+    ----------
+    index : index of the step.
+    found : its energy with that damage.
+    """
 
     index: int
     found: float
 
 
 def better_earlier(problem: Problem, system: System, history: StepHistory) -> Better | None:
-    """The earliest step whose energy the last step's damage lowers; the state stays as it is.
+    """Find the earliest step whose energy the last step's damage lowers; the state is unchanged.
 
-    The damage is frozen, so that one factorization serves all times; times whose whole energy is
+    The damage is frozen, so that one factorization serves all times. Times whose whole energy is
     less than the surface energy of that damage need no solution. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    history : the kept steps.
     """
     backtracking = problem.backtracking
     if backtracking is None:
@@ -204,7 +224,15 @@ def go_back(
     better: Better,
     watch: Watch = lambda sweep: None,
 ) -> Advance:
-    """Minimize at the earlier time from the damage at hand, within that time's bounds. Collective.
+    """Minimize at the earlier time from the current damage, within that time's bounds. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    history : the kept steps.
+    better : the earlier step.
+    watch : called after each sweep.
 
     Raises
     ------

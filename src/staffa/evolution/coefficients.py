@@ -1,4 +1,4 @@
-"""From the numbers of a problem to the coefficients of its energy, place by place."""
+"""Coefficients of the energy, cell by cell, from the numbers of a problem."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -23,12 +23,18 @@ from staffa.physics.material import AXIAL
 from staffa.physics.temperature import Algebra, Law
 
 Values = Callable[[Material, np.ndarray], np.ndarray]
-# Properties that temperature may change.
+# Properties that may depend on temperature.
 LAWFUL = ("E", "nu", "Gc", "expansion")
 
 
 def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
-    """The energy of a problem at a state on these spaces. Collective.
+    """Return the energy of a problem at a state. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    spaces : the function spaces.
+    state : the fields.
 
     Raises
     ------
@@ -57,8 +63,16 @@ def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
 
 @dataclass(frozen=True, kw_only=True)
 class Warmth:
-    """Temperatures (K) of the body in forms: at the state, before the first step, and free of
-    thermal strain. middle: of each cell (m); algebra: that of forms."""
+    """Temperatures of the body in forms (K).
+
+    Attributes
+    ----------
+    now : temperature of the state.
+    start : temperature before the first step.
+    stress_free : stress-free temperature.
+    middle : center of each cell (m).
+    algebra : arithmetic of forms.
+    """
 
     now: Expression
     start: Expression
@@ -67,18 +81,24 @@ class Warmth:
     algebra: Algebra
 
     def factor(self, law: Law | None, T: Expression) -> Expression | float:
-        """Factor on a property at a temperature."""
+        """Return the factor on a property at a temperature (K)."""
         return 1.0 if law is None else law.at(T, self.middle, self.algebra)
 
     def warming(self, law: Law | None) -> Expression:
-        """The free strain over the coefficient of expansion (K)."""
+        """Return the free strain over the coefficient of expansion (K)."""
         if law is None:
             return self.now - self.stress_free
         return law.integral(self.stress_free, self.now, self.middle, self.algebra)
 
 
 def warmth(problem: Problem, spaces: Spaces, state: State) -> Warmth | None:
-    """Temperatures at which the laws of the rock are evaluated; None without any. Collective.
+    """Return the temperatures for the laws of the rock; None without a law. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    spaces : the function spaces.
+    state : the fields.
 
     Raises
     ------
@@ -107,7 +127,7 @@ def warmth(problem: Problem, spaces: Spaces, state: State) -> Warmth | None:
 
 
 class CellValues:
-    """Numbers of the rock by cell: those of the body, and of each region its own. Collective."""
+    """Material properties by cell: those of the body, and those of each region. Collective."""
 
     def __init__(self, domain: Domain, material: Material, regions: Mapping[str, Material]) -> None:
         self.domain, self.material = domain, material
@@ -115,14 +135,14 @@ class CellValues:
         self._regions = [(domain.cells(name), rock) for name, rock in regions.items()]
 
     def values(self, of: Values) -> np.ndarray:
-        """Numbers of each cell, ghosts included, shape (n, ...)."""
+        """Return values in each cell, ghosts included, shape (n, ...)."""
         found = np.array(of(self.material, self._x), dtype=float)
         for cells, rock in self._regions:
             found[cells] = of(rock, self._x[:, cells])
         return found
 
     def field(self, values: np.ndarray, name: str) -> fem.Function:
-        """Values of each cell, ghosts included, as a function that is constant in each."""
+        """Return values in each cell, ghosts included, as a piecewise constant function."""
         element = ("Discontinuous Lagrange", 0, values.shape[1:] or None)
         field = fem.Function(fem.functionspace(self.domain.mesh, element), name=name)
         cells = field.function_space.dofmap.list[:, 0]
@@ -131,7 +151,7 @@ class CellValues:
         return field
 
     def number(self, get: Callable[[Material], Property], name: str) -> Coefficient:
-        """A number of the rock: a constant if it is one everywhere, else one a cell."""
+        """Return a material property: a constant if it is uniform, else one number a cell."""
         everywhere = get(self.material)
         others = [get(rock) for _, rock in self._regions]
         if not callable(everywhere) and all(other == everywhere for other in others):
@@ -139,30 +159,34 @@ class CellValues:
         return self.field(self.values(lambda m, x: values(get(m), x)), name)
 
     def by_law(self, name: str, value: Callable[[Law | None], Expression]) -> Expression:
-        """Factors from the law of a property, cell by cell."""
+        """Return factors from the law of a property, cell by cell."""
         every = np.arange(self._x.shape[1])
         rocks = [(self.material.laws.get(name), every)]
         rocks += [(rock.laws.get(name), cells) for cells, rock in self._regions]
         return by_law(self.domain.mesh, rocks, value)
 
     def has_law(self, name: str) -> bool:
-        """True if temperature changes a property of some rock."""
+        """Return True if a property of some rock depends on temperature."""
         return self.any(lambda m: name in m.laws)
 
     def any(self, of: Callable[[Material], bool]) -> bool:
-        """Whether something is true of some rock."""
+        """Return True if a condition is true of some rock."""
         return any(of(rock) for rock in (self.material, *(rock for _, rock in self._regions)))
 
 
 def rock(places: CellValues, forces: Forces | None = None, warm: Warmth | None = None) -> Rock:
-    """The rock of a body, its properties evaluated at the middle of each cell.
+    """Return the rock of a body, with its properties at the center of each cell.
 
-    warm: its temperatures, at which laws are evaluated; None without any.
+    Parameters
+    ----------
+    places : material properties by cell.
+    forces : the loads, with the prestress; None without any.
+    warm : temperatures for laws; None without any.
 
     Raises
     ------
     InputError
-        The split is for isotropic rock, and this is not.
+        The split is for isotropic rock, and this rock is anisotropic.
     """
     material, elastic = places.material, _elasticity(places)
     Gc = places.field(places.values(lambda m, x: m.Gc * m.toughness(x)), "Gc")
@@ -195,7 +219,7 @@ def rock(places: CellValues, forces: Forces | None = None, warm: Warmth | None =
 def _at(
     elastic: IsotropicRock | AnisotropicRock, places: CellValues, warm: Warmth, T: Expression
 ) -> IsotropicRock:
-    """The elasticity at a temperature (K)."""
+    """Return the elasticity at a temperature (K)."""
     if isinstance(elastic, AnisotropicRock):
         raise InputError(
             "E and nu depend on temperature, and some rock has directions; give E and nu of "
@@ -230,7 +254,7 @@ def _stiffness(material: Material, x: np.ndarray) -> np.ndarray:
 
 
 def _expansion(places: CellValues) -> Coefficient:
-    """A number, or where some rock has a tensor, a tensor."""
+    """Return the thermal expansion: a number, or a tensor if some rock has one."""
 
     def tensor(material: Material, x: np.ndarray) -> np.ndarray:
         if isinstance(material.expansion, np.ndarray):
@@ -244,7 +268,7 @@ def _expansion(places: CellValues) -> Coefficient:
 
 
 def _roughness(places: CellValues) -> Coefficient | None:
-    """A of all rock, of the body's dimension; None if it is the identity everywhere."""
+    """Return A of all rock, of the body's dimension; None if it is the identity everywhere."""
     if not places.any(lambda m: m.roughness is not None):
         return None
     dim = places.domain.dim
@@ -257,7 +281,7 @@ def _roughness(places: CellValues) -> Coefficient | None:
 
 
 def _prestress(domain: Domain, forces: Forces) -> fem.Function | None:
-    """The stress of the rock itself at u = 0 (Pa): the whole one, and what its pores carry."""
+    """Return the effective stress at u = 0 (Pa): the total one, and the part that pores carry."""
     if forces.prestress is None and forces.pore_pressure is None:
         return None
     # Linear in each cell: exact for stress that grows with depth.

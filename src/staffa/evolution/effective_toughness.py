@@ -1,4 +1,4 @@
-"""The toughness that a mesh really has: that of a straight crack, measured on the same cells."""
+"""Effective Gc of a mesh: that of a straight crack, measured on the same cells."""
 
 from staffa.backend.stack import MPI
 
@@ -18,8 +18,8 @@ from staffa.physics.trial import law_values
 
 # Half width of the strip in ell: AT1's profile ends at 2, AT2's has fallen to exp(-8) = 3e-4.
 REACH = 8
-# Extent of the crack in h. On blocks it is the same all along; over unstructured cells, whose layer
-# is uneven, it is a mean, which then scatters from mesh to mesh by 0.3 % (2-D) and 1 % (3-D).
+# Extent of the crack in h. On blocks Gc is the same all along. Over unstructured cells, whose layer
+# is uneven, it is a mean, which scatters from mesh to mesh by 0.3 % (2-D) and 1 % (3-D).
 BLOCKS, UNEVEN = 2, {2: 160, 3: 12}
 
 
@@ -27,8 +27,7 @@ _measured: dict[tuple[object, ...], float] = {}
 
 
 def effective_gc_ratio(problem: Problem) -> float:
-    """The discrete toughness over Gc of a problem's cells, measured once for all that are alike.
-    Collective."""
+    """Return effective Gc over Gc of a problem's cells, measured once. Collective."""
     domain, material = problem.domain, problem.material
     law, plane = material.law, _state(material, domain.dim)
     key = (type(law), law_values(law), plane, domain.dim, domain.cell_kind, material.ell, domain.h)
@@ -42,11 +41,18 @@ def effective_gc_ratio(problem: Problem) -> float:
 
 
 def effective_gc(material: Material, *, dim: int, h: float, cells: str) -> float:
-    """Surface energy of a unit of straight crack over Gc, on cells of edge h.
+    """Return the surface energy of a unit of straight crack over Gc.
 
-    The cells of a strip that its middle line cuts are broken (alpha = 1), the damage around them is
-    minimized without any load; expected 1 + h/(4 c_w ell) up to the discretization of the profile,
-    where the cells are one layer. Not collective: each rank that calls it works alone.
+    The cells that the middle line of a strip cuts are broken (alpha = 1), and the damage around
+    them is minimized without load. Expected is 1 + h/(4 c_w ell), up to the discretization of the
+    profile, if the cells are one layer. Not collective: each rank that calls it works alone.
+
+    Parameters
+    ----------
+    material : the rock, with law and ell.
+    dim : 2 or 3.
+    h : mesh size (m).
+    cells : shape of the cells, as `block` takes it.
     """
     columns = 2 * divisions((REACH * material.ell,), h)[0] + 1
     extent = UNEVEN[dim] if cells == UNSTRUCTURED else BLOCKS
@@ -81,7 +87,7 @@ def effective_gc(material: Material, *, dim: int, h: float, cells: str) -> float
 
 
 def _state(material: Material, dim: int) -> str:
-    """The state of the strip; far from the axis a crack around it is a straight one."""
+    """Return the state of the strip; far from the axis a crack around it is a straight one."""
     if dim == 3:
         return SOLID
     return PLANE_STRAIN if material.state == AXIAL else material.state

@@ -1,4 +1,4 @@
-"""From frozen cracks to a minimum at the same loads, by way of a coarser mesh where that pays."""
+"""Minimization at fixed loads from frozen cracks, with a first guess from a coarser mesh."""
 
 from dataclasses import dataclass, replace
 
@@ -13,30 +13,36 @@ from staffa.minimize.bounded import projected_gradient
 from staffa.model.fields import corners, owned, read_vector, write_vector
 from staffa.records.step import Outcome, SolverStatistics
 
-# Damage in the middle of a cell that makes it one of a crack's. Through nucleation on the slab of
-# 120k unknowns 0.95 led to the lowest energies of 0.9, 0.95, 0.98 and none at all.
+# Least damage at the center of a cell of a crack. In the nucleation on the slab of 120k unknowns
+# 0.95 led to the lowest energies among 0.9, 0.95, 0.98 and none at all.
 BROKEN = 0.95
-# A guess that changes the damage or the energy (relatively) by less than this is none.
+# A guess that changes the damage or the energy (relatively) by less than this is dropped.
 NO_GAIN, ROUND_OFF = 1e-4, 1e-10
 
 
 @dataclass(frozen=True, kw_only=True)
 class Loads:
-    """A time (s), and the displacements prescribed then (m), shape (n_fixed,)."""
+    """Time with its prescribed displacements.
+
+    Attributes
+    ----------
+    time : time (s).
+    values : prescribed displacements (m), shape (n_fixed,).
+    """
 
     time: float
     values: np.ndarray
 
 
 def irreversible(rule: Irreversibility, alpha: np.ndarray) -> np.ndarray:
-    """The part of a damage that must not heal, at each vertex."""
+    """Return the irreversible part of a damage at each vertex."""
     if not rule.crack_set_only:
         return alpha
     return np.where(alpha >= rule.threshold, alpha, 0.0)
 
 
 def raise_bounds(rule: Irreversibility, system: System) -> None:
-    """Bound the damage from below by what must not heal."""
+    """Set the lower bound of the damage to its irreversible part."""
     system.bounds.lower.x.array[:] = irreversible(rule, system.state.alpha.x.array)
 
 
@@ -49,11 +55,23 @@ def settle(
     guess: bool = False,
     damage: np.ndarray | None = None,
 ) -> tuple[Outcome, float]:
-    """Minimize from the frozen state; the outcome, and how far the damage sank below its bound.
+    """Minimize from the frozen state. Collective.
 
-    guess: begin where a coarser mesh ends, if the system has one and the energy is lower there.
-    damage: begin with this one, which the frozen state bounds from below; ghosts included.
-    Collective.
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    loads : the current loads.
+    watch : called after each sweep.
+    guess : True to start from the result of a coarser mesh, if there is one and its energy is
+        lower.
+    damage : damage to start from, if it is above that of the frozen state; ghosts included, shape
+        (n_local,); None for the frozen state.
+
+    Returns
+    -------
+    outcome : outcome of the minimization.
+    healing : irreversibility violation.
     """
     raise_bounds(problem.irreversibility, system)
     parts, guessed, before = system.alternation, SolverStatistics(), None
@@ -74,7 +92,20 @@ def descend(
     loads: Loads,
     watch: Watch = lambda sweep: None,
 ) -> tuple[Outcome, float]:
-    """Minimize from the state at hand, in equilibrium, within the bounds at hand. Collective."""
+    """Minimize from the current state in equilibrium, within the current bounds. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    loads : the current loads.
+    watch : called after each sweep.
+
+    Returns
+    -------
+    outcome : outcome of the minimization.
+    healing : irreversibility violation.
+    """
     parts, state, bounds = system.alternation, system.state, system.bounds
     read_vector(state.alpha, parts.alpha)
     outcome = alternate(
@@ -91,7 +122,7 @@ def descend(
 
 
 def _moves(problem: Problem, system: System) -> bool:
-    """Whether the frozen damage is driven at all: below the strength there is nothing to guess."""
+    """Return True if the frozen damage would grow: below the strength a first guess is useless."""
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
     lower, upper = bounds.lower.x.petsc_vec, bounds.upper.x.petsc_vec
@@ -105,7 +136,7 @@ def _first_guess(
     loads: Loads,
     watch: Watch = lambda sweep: None,
 ) -> SolverStatistics:
-    """Add to the damage what it gained on the coarser mesh, if that lowers the energy."""
+    """Add the growth of the damage on the coarser mesh, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), SolverStatistics()
@@ -117,7 +148,7 @@ def _first_guess(
         equilibrium(parts, loads.values)
         if system.energy.total() < before - ROUND_OFF * abs(before):
             return effort + SolverStatistics(guesses=1)
-    except SolveError:  # a guess may fail: the step goes on without it
+    except SolveError:  # a guess may fail: the step continues without it
         pass
     state.u.x.array[:], state.alpha.x.array[:] = u, alpha
     read_vector(state.u, parts.u)
@@ -131,10 +162,10 @@ def _coarse_gain(
     time: float,
     watch: Watch = lambda sweep: None,
 ) -> tuple[np.ndarray, SolverStatistics]:
-    """How the damage would change in a step to these loads, as seen on the coarser mesh.
+    """Return the growth of the damage in a step to these loads on the coarser mesh.
 
-    A crack is a layer of broken cells. The damage between its vertices, twice as far apart here,
-    may miss it: a cell is broken here if the damage in its middle says so.
+    A crack is a layer of broken cells. The damage interpolated at the coarser vertices may miss it:
+    a coarser cell is broken if the damage at its center says so.
     """
     problem, system = coarser.problem, coarser.system
     state = system.state
@@ -145,7 +176,7 @@ def _coarse_gain(
     state.alpha.x.array[:] = start
     state.T.x.array[:] = coarser.down(T)
     system.energy.external.at(time)
-    system.alternation.u.set(0.0)  # what a solve that failed may have left is no first guess
+    system.alternation.u.set(0.0)  # the rest of a failed solve is no first guess
     system.alternation.elastic.forget()  # nor is the last guess's factorization, in a resumed run
     loads = Loads(time=time, values=system.supports.values(time))
     equilibrium(system.alternation, loads.values)

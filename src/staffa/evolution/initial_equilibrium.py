@@ -1,4 +1,4 @@
-"""Before time starts: prestress, weight and loads of t = 0 in equilibrium, without a new crack."""
+"""Initial equilibrium under prestress, weight and loads of t = 0, without a new crack."""
 
 from staffa.backend.stack import MPI  # noqa: F401
 
@@ -16,26 +16,32 @@ from staffa.minimize.alternate import Watch, equilibrium
 from staffa.model.fields import vertices
 from staffa.physics.damage import damage_at_strength
 
-# Half width in ell of the damage beside a crack, which forms as the cracks that are given settle.
+# Half width (in ell) of the damage beside a crack, which forms beside initial cracks.
 PROFILE = 2.0
-# Damage beyond that of the strength by this much is a crack that has begun.
+# Damage beyond that of the strength by this amount is a crack that has started.
 MARGIN = 0.05
 
 
 def unmoved(system: System) -> Loads:
-    """The loads before the first step: t = 0, no prescribed displacement."""
+    """Return the loads before the first step: t = 0, no prescribed displacement."""
     return Loads(time=0.0, values=np.zeros(len(system.supports.fixed)))
 
 
 def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: None) -> None:
-    """Put on the forces of t = 0, and minimize. Collective.
+    """Apply the forces of t = 0, and minimize. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    watch : called after each sweep.
 
     Raises
     ------
     PartedError
-        Cracks that are given part a piece from what holds it.
+        Initial cracks part a piece from its supports.
     LoadError
-        They crack the rock by themselves, or extend the cracks that are there.
+        The loads crack the rock by themselves, or extend the initial cracks.
     SolveError
         No minimum was found.
     """
@@ -66,7 +72,7 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
 
 
 def _most_damaged(problem: Problem, system: System, before: np.ndarray) -> tuple[float, ...]:
-    """Where the damage grew most (m)."""
+    """Return the position at which the damage grew most (m)."""
     state = system.state
     space = state.alpha.function_space
     n_owned = space.dofmap.index_map.size_local

@@ -1,4 +1,4 @@
-"""The straight path from one state to another, and the power of the loads along it."""
+"""Linear path from one state to another, and the power of the loads along it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,14 +13,21 @@ from staffa.backend.vectors import readable
 from staffa.minimize.alternate import Alternation
 from staffa.model.energy import Energy
 
-# A part of the path is halved so often at most.
+# Most halvings of a part of the path.
 HALVINGS = 10
 
 
 def power_of_loads(energy: Energy, start: float, end: float) -> float:
-    """Change of the external loads' energy between two times at the current state; the loads stay.
+    """Return the change of the load energy between two times at the current state.
 
-    Where the volume in cracks is given, its growth counts times the pressure. Collective.
+    The loads do not change. If the volume in cracks is given, its growth counts times the pressure.
+    Collective.
+
+    Parameters
+    ----------
+    energy : the energy.
+    start : first time (s).
+    end : second time (s).
     """
     external, kept = energy.external, energy.external.kept()
     external.at(end)
@@ -38,10 +45,15 @@ def integral(
     accuracy: float,
     halvings: int = HALVINGS,
 ) -> float:
-    """Integral between two ends, by Simpson's rule on halves that are halved where it is needed.
+    """Integrate between two ends by Simpson's rule, on halves that are halved where needed.
 
-    values: at the ends and halfway between them. accuracy: by how much Simpson's rule on a part may
-    differ from that on its halves.
+    Parameters
+    ----------
+    slope : function to integrate.
+    ends : the two ends.
+    values : its values at the start, halfway and at the end.
+    accuracy : largest difference of Simpson's rule on a part from that on its halves.
+    halvings : how often a part may still be halved.
     """
     a, b = ends
     first, middle, last = values
@@ -59,8 +71,14 @@ def integral(
 
 @dataclass(frozen=True, kw_only=True)
 class PathPoint:
-    """A state on the path: displacement and temperature change, ghosts included; what the external
-    loads keep."""
+    """State on the path.
+
+    Attributes
+    ----------
+    u : displacement (m), ghosts included.
+    T : temperature change (K), ghosts included.
+    loads : time and pressure of the external loads.
+    """
 
     u: np.ndarray
     T: np.ndarray
@@ -68,25 +86,25 @@ class PathPoint:
 
 
 class Path:
-    """The straight path from the current state to a later one, displacements and loads alike.
+    """Linear path from the current state to a later one, in displacements and loads.
 
-    Both ends are in equilibrium, the states between them are not. The slope of the energy along it
-    is known from its first derivatives, whatever rock answers strains with; its integral is the
-    work of the loads, since at the ends displacements that are free do none. Nothing is solved for.
-    Everything is collective.
+    Both ends are in equilibrium; the states between them are not. The slope of the energy along the
+    path follows from its first derivatives, for any elasticity. Its integral is the work of the
+    loads, since free displacements do no work at the ends. Nothing is solved. All methods are
+    collective.
     """
 
     def __init__(self, energy: Energy, parts: Alternation) -> None:
-        """energy: its `direction` is the temperature change along the path (K)."""
+        """Start at the current state; `energy.direction` is the temperature change (K)."""
         self.energy, self.parts = energy, parts
         self.start = self._at_hand()
 
     def bend(self, *, accuracy: float) -> float:
-        """Integral of the slope up to the current state, less the mean of its ends.
+        """Return the integral of the slope up to the current state, less the mean of its ends.
 
-        By Simpson's rule on parts that are halved where that changes it by more than `accuracy` (an
-        energy): the slope has a kink where a part of the rock changes its answer. The current state
-        stays.
+        By Simpson's rule on parts that are halved where that changes the result by more than
+        `accuracy` (an energy): the slope has a kink where rock changes between tension and
+        compression. The current state does not change.
         """
         end = self._at_hand()
         slope = partial(self._slope, end)
@@ -101,7 +119,7 @@ class Path:
             self._go_to(end)
 
     def slope_at_start(self) -> float:
-        """Derivative of the energy along the path where it begins; the current state stays."""
+        """Return the derivative of the energy at the start; the current state is unchanged."""
         end = self._at_hand()
         try:
             return self._slope(end, 0.0)
@@ -109,7 +127,7 @@ class Path:
             self._go_to(end)
 
     def _slope(self, end: PathPoint, s: float) -> float:
-        """Derivative of the energy along the path, at a fraction s of it."""
+        """Return the derivative of the energy along the path, at a fraction s of it."""
         energy, start, external = self.energy, self.start, self.energy.external
         here = PathPoint(
             **{name: (1 - s) * a + s * getattr(end, name) for name, a in vars(start).items()}
@@ -125,7 +143,7 @@ class Path:
         return slope
 
     def _of_displacement(self, end: PathPoint) -> float:
-        """The part of the slope that is due to the displacement."""
+        """Return the part of the slope from the displacement."""
         forces = self.parts.elastic.rhs
         self.parts.forces(forces)
         own = slice(forces.getLocalSize())

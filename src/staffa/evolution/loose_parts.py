@@ -1,4 +1,4 @@
-"""Pieces of the body that cracks part from all that holds them, and the loads that they bear."""
+"""Loose parts: pieces of the body that cracks part from all supports, and their loads."""
 
 from dataclasses import dataclass
 
@@ -17,24 +17,28 @@ from staffa.evolution.system import System
 from staffa.model.fields import Spaces, vertices
 from staffa.model.supports import rigid_modes
 
-# Damage at all corners of a cell from which on it joins nothing.
+# Damage at all corners of a cell from which it connects nothing.
 BROKEN = 0.95
-# What is left of stiffness in cracks stores less than this fraction of what the rest does, unless
-# it bears a load of its own, or is opened by supports that move.
+# The residual stiffness of cracks stores less than this fraction of the other energy, unless it
+# carries a load, or is opened by moving supports.
 SHARE = 1e-2
-# A piece is borne by it if it bears this fraction of the piece's load.
+# The residual stiffness carries a piece if it carries this fraction of the piece's load.
 BORNE = 0.5
-# A rigid motion is free if supports resist it by less than this; a load is none if so much of it
-# does not cancel.
+# A rigid motion is free if supports resist it by less than the first number; a load is zero if all
+# but the second fraction of it cancels.
 FREE, CANCELS = 1e-9, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoosePart:
-    """A piece that nothing holds against its load.
+    """Piece that nothing holds against its load.
 
-    place: its middle (m). share: of the whole body. loads: what acts on it, by name. broken: True
-    for rock that is broken all through.
+    Attributes
+    ----------
+    place : its center (m).
+    share : its part of the whole body.
+    loads : names of the loads that act on it.
+    broken : True for rock that is broken throughout.
     """
 
     place: tuple[float, ...]
@@ -43,25 +47,25 @@ class LoosePart:
     broken: bool
 
     def sentence(self) -> str:
-        """Say what happened, and the way out."""
+        """Return a message on the piece, with the way out."""
         place = ", ".join(f"{c:.3g}" for c in self.place)
         what = "rock, broken all through," if self.broken else "piece"
         return (
             f"the load cannot be carried any more, the body is in two: nothing holds the {what} "
             f"around ({place}), {self.share:.0%} of the body, against {' and '.join(self.loads)}. "
-            f"What was found before stands; shorter time steps find the load at which it breaks. "
+            f"Earlier steps are kept; shorter time steps find the load at which it breaks. "
             f"To go further take smaller loads, prescribe displacements in their place, or hold "
             f"that piece by [supports]"
         )
 
 
 def require_whole(problem: Problem, system: System) -> None:
-    """Nothing that bears a load is held by the residual stiffness of cracks alone. Collective.
+    """Refuse a state in which only the residual stiffness of cracks carries a load. Collective.
 
     Raises
     ------
     PartedError
-        Something is.
+        A piece is loose.
     """
     piece = loose_part(problem, system)
     if piece is not None:
@@ -69,19 +73,21 @@ def require_whole(problem: Problem, system: System) -> None:
 
 
 def loose_part(problem: Problem, system: System, *, solved: bool = True) -> LoosePart | None:
-    """The piece with the largest load that nothing holds; None without one. Collective.
+    """Return the loose part with the largest load; None without one. Collective.
 
-    A piece is what is joined by cells that are not broken; what is in none of them counts as one
-    more, which may go anywhere. Nothing holds it if supports leave it a rigid motion along which
-    its load does work, and if what balances this load is the residual stiffness of cracks, not
-    faces that press on each other (a split).
+    A piece consists of cells that are not broken and are connected; the vertices in none of them
+    are one more piece, which may move freely. A piece is loose if supports leave it a rigid motion
+    along which its load does work, and if the residual stiffness of cracks balances this load, not
+    faces in contact (a split).
 
     Parameters
     ----------
-    solved : False where no displacement was found. Without a split none is needed.
+    problem : the problem.
+    system : its system.
+    solved : False if no displacement was found. Without a split none is needed.
     """
     energy, alpha, comm = system.energy, system.state.alpha, problem.domain.comm
-    # Where a volume is given in cracks, its pressure falls as a piece gives way.
+    # If the volume in cracks is given, the pressure falls as a piece moves.
     dead = energy.loaded and not energy.external.controlled
     if not dead or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
         return None
@@ -116,7 +122,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
 
 
 def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
-    """Number the piece of each vertex, ghosts included, -1 if it has none; and count them.
+    """Number the piece of each vertex, ghosts included, -1 for none, and count the pieces.
 
     Cells belong together if they share a vertex and neither has this damage at all its corners.
     Collective.
@@ -145,8 +151,10 @@ def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
 
 
 def _at_nodes(spaces: Spaces, alpha: fem.Function, labels: np.ndarray) -> np.ndarray:
-    """The pieces of the nodes of u, from those of the vertices; a node in the middle of an edge is
-    in that of a cell around it that is not broken, -1 if there is none."""
+    """Return the pieces of the nodes of u from those of the vertices.
+
+    A midpoint of an edge is in the piece of an unbroken cell around it, -1 if there is none.
+    """
     if not spaces.quadratic:
         return labels
     cells, nodes = spaces.alpha.dofmap.list, spaces.nodes.dofmap.list
@@ -164,7 +172,7 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
 
 
 def _stores_much(system: System) -> bool:
-    """True if the residual stiffness of cracks stores what counts beside the rest. Collective."""
+    """Return True if the residual stiffness of cracks stores a relevant energy. Collective."""
     energy = system.energy
     whole = energy.stored()
     with energy.without_residual_stiffness():
@@ -175,12 +183,18 @@ def _stores_much(system: System) -> bool:
 def _net(
     system: System, modes: np.ndarray, labels: np.ndarray, number: int, *, applied: bool
 ) -> tuple[np.ndarray, float]:
-    """The loads on each piece along rigid motions, or what is unbalanced but for the residual
-    stiffness, shape (number, n_modes); the size of all of them, their signs left out. Collective.
+    """Return the loads on each piece along rigid motions, and the sum of their absolute values.
+
+    Without `applied` it returns the residual without residual stiffness in place of the loads. The
+    loads have shape (number, n_modes). Collective.
 
     Parameters
     ----------
-    modes : shape (n_owned, n_modes), see `rigid_modes`. labels : of the owned nodes.
+    system : the system.
+    modes : rigid motions, shape (n_owned, n_modes), see `rigid_modes`.
+    labels : piece of each owned node.
+    number : number of pieces.
+    applied : True for the loads.
     """
     energy, forces = system.energy, system.alternation.u.duplicate()
     if applied:
@@ -197,7 +211,7 @@ def _net(
 
 
 def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> LoosePart:
-    """The piece of the owned nodes where `mine` is True. Collective."""
+    """Return the piece of the owned nodes where `mine` is True. Collective."""
     space, forces, domain = system.spaces.nodes, problem.forces, problem.domain
     comm = domain.comm
     x = vertices(space)[: len(mine)][mine][:, : domain.dim]
@@ -215,7 +229,7 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
 
 
 def _touches(problem: Problem, system: System, side: str, mine: np.ndarray) -> bool:
-    """True if some of this rank's owned nodes, or of another's, lie on a side. Collective."""
+    """Return True if some of the marked nodes lie on a boundary. Collective."""
     space, domain = system.spaces.nodes, problem.domain
     found = fem.locate_dofs_topological(space, domain.dim - 1, domain.facets(side))
     found = found[found < len(mine)]

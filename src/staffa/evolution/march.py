@@ -1,4 +1,4 @@
-"""The time loop: one minimization a step, its audit, and its record."""
+"""Time loop: one minimization a step, its audit, and its record."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -43,28 +43,30 @@ def march(
     observers: Observers | None = None,
     standing: RestartState | None = None,
 ) -> Iterator[Step]:
-    """Visit the times of the problem; yield each step when it is complete. Collective.
+    """Visit the times of the problem; yield the record of each complete step. Collective.
 
-    With backtracking a step may come again (see `records.Step.returned`); a return that fails is
-    on record (status "rejected"), and left. Where steps follow the cracks one may be rejected
-    before it comes.
+    With backtracking a step may come again (see `records.Step.returned`); a failed return is
+    recorded (status "rejected") and given up. Adaptive steps may be rejected before they come.
 
     Parameters
     ----------
-    standing : where to go on, as `observers.keep` was offered it; None to begin.
+    problem : the problem.
+    system : its system.
+    observers : functions called at each step; None for the measures alone.
+    standing : restart state, as `observers.keep` received it; None to start.
 
     Raises
     ------
     PartedError
-        The load cannot be carried any more; as with any `SolveError`, what was before stands.
+        The load cannot be carried any more; as with any `SolveError`, earlier steps are kept.
     SolveError
-        A step did not converge, or a solver failed in it; it has been saved and yielded before,
-        with its status and the reason. Where the loop stood before it was kept.
+        A step did not converge, or a solver failed in it. It was saved and yielded before, with its
+        status and reason, and the restart state before it was kept.
     LoadError
-        What acts before the first step cracks the rock by itself.
+        The loads crack the rock by themselves before the first step.
     StoppedError
-        `observers.pause` raised it; where the loop stood before the step at hand was kept, if the
-        state of rest was found.
+        `observers.pause` raised it; the restart state before the current step was kept, if the
+        initial equilibrium was found.
     """
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     require(system, System, "system", "give a System, as staffa.build(problem) makes one")
@@ -271,7 +273,7 @@ def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
 
 
 def _look_back(session: Session, observers: Observers, loop: Loop, history: StepHistory) -> None:
-    """Whether, and where, to go back; where that fails it stays due, for a run that is resumed."""
+    """Find the step to return to, if any; after a failure it stays due for a resumed run."""
     try:
         loop.better = better_earlier(session.problem, session.system, history)
     except SolveError as error:
@@ -298,7 +300,7 @@ def _accepted(
     stability: Stability | None,
     seconds: float,
 ) -> Step:
-    """The record of a step that stands, converged or not, after measuring and saving its state."""
+    """Return the record of a kept step, converged or not, after measuring and saving its state."""
     outcome = advance.outcome
     quantities = observers.quantities(session)  # first: where one is none, nothing is written
     fields = observers.save(session, moment, outcome.converged)
@@ -325,7 +327,7 @@ def _accepted(
 
 
 def _reactions(system: System) -> dict[str, tuple[float, ...]]:
-    """What the supports carry. Collective."""
+    """Return the reactions of the supports. Collective."""
     forces = system.alternation.u.duplicate()
     system.energy.residual(forces)
     mesh = system.state.u.function_space.mesh
@@ -335,7 +337,7 @@ def _reactions(system: System) -> dict[str, tuple[float, ...]]:
 
 
 def _failed(session: Session, moment: Moment, observers: Observers, reason: str) -> Step:
-    """The record of a step in which all solvers failed, after saving the state before it."""
+    """Return the record of a step in which all solvers failed, after saving the state before it."""
     return Step(
         **vars(moment),
         energies=session.system.energy.energies(),

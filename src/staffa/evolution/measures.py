@@ -1,4 +1,4 @@
-"""Measures of a problem's states: what is looked at, and how, from the problem itself."""
+"""Measures of a problem's states, with settings from the problem."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""The part of what drove a step's damage that a safe split would have kept, in pressed rock."""
+"""Growth of damage in compression: the part of its driving energy that a safe split would keep."""
 
 from dataclasses import dataclass
 
@@ -16,18 +16,24 @@ from staffa.model.energy import Energy
 from staffa.model.strain import AnisotropicRock, IsotropicRock
 from staffa.physics.split import NO_SPLIT, SPLITS, EnergySplit, driven_density
 
-# The driving energy without a split may exceed that of a safe one by this part of the latter.
+# Largest excess of the driving energy without a split over that of a safe one, over the latter.
 EXCESS_ALLOWED = 0.05
-# Damage that grew by less nowhere did not grow: round-off, and the thin tails of AT2.
+# Growth of the damage up to which there is none: round-off, and the thin tails of AT2.
 GROWTH = 0.01
-# Energies of two cells that are equal but for round-off.
+# Relative difference of two cells' energies that are equal within round-off.
 EQUAL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Driven:
-    """Energies that drove damage in a step (J/m in 2-D, J in 3-D): without a split, and under the
-    safe one. place: of the largest difference, in words."""
+    """Energies that drove damage in a step (J; J/m in 2-D).
+
+    Attributes
+    ----------
+    whole : without a split.
+    safe : with the safe split.
+    place : position of the largest difference, as text.
+    """
 
     whole: float
     safe: float
@@ -35,14 +41,17 @@ class Driven:
 
     @property
     def excess(self) -> float:
-        """The part by which the one exceeds the other."""
+        """Relative excess of the first over the second."""
         return self.whole / self.safe - 1 if self.safe else (np.inf if self.whole > 0 else 0.0)
 
 
 def safest_of(mesh: Mesh, rock: IsotropicRock | AnisotropicRock) -> EnergySplit:
-    """The split of a rock under which pressure breaks the least. Collective.
+    """Return the split under which a rock breaks least in compression. Collective.
 
-    mesh: that of the rock, whose nu may depend on temperature.
+    Parameters
+    ----------
+    mesh : mesh of the rock, whose nu may depend on temperature.
+    rock : the elastic law.
     """
     if isinstance(rock, IsotropicRock):
         dim = mesh.topology.dim
@@ -55,10 +64,10 @@ def safest_of(mesh: Mesh, rock: IsotropicRock | AnisotropicRock) -> EnergySplit:
 
 
 class PressedGrowth:
-    """Compares what drove damage without a split with what drives it under the safest one.
+    """Comparison of the energy that drove damage without a split with that under the safest split.
 
     With a(alpha) psi the elastic energy density, growth of the damage by d releases -a' psi d, and
-    under the safe split -a' (psi - psi_-) d. Everything is collective.
+    under the safe split -a' (psi - psi_-) d. All methods are collective.
     """
 
     def __init__(self, energy: Energy) -> None:
@@ -83,9 +92,11 @@ class PressedGrowth:
         self._sizes = fem.assemble_vector(sizes).array[:count]
 
     def said(self, before: np.ndarray) -> tuple[str, ...]:
-        """A sentence where the driving energy exceeds that of the safe split by more than 5 %.
+        """Return a message if the driving energy exceeds that of the safe split by more than 5 %.
 
-        before: damage at the vertices at the end of the step before, ghosts included.
+        Parameters
+        ----------
+        before : damage at the vertices after the step before, ghosts included, shape (n_local,).
         """
         driven = self.driven(before)
         if driven is None or driven.excess <= EXCESS_ALLOWED:
@@ -98,7 +109,7 @@ class PressedGrowth:
         )
 
     def driven(self, before: np.ndarray) -> Driven | None:
-        """The energies that drove damage since `before`; None if it grew nowhere."""
+        """Return the energies that drove damage since `before`; None if it did not grow."""
         self._grown.x.array[:] = np.maximum(self._alpha.x.array - before, 0.0)
         if max_over_ranks(self.comm, self._grown.x.array) < GROWTH:
             return None
@@ -110,8 +121,10 @@ class PressedGrowth:
         )
 
     def _worst(self, excess: np.ndarray) -> str:
-        """The place of the cell in which the most energy exceeds, shape (n_cells,), in words; of
-        equal ones the same on any partition."""
+        """Return the position of the cell with the largest excess, shape (n_cells,), as text.
+
+        Of equal cells it is the same on any partition.
+        """
         most = max_over_ranks(self.comm, excess)
         places = self._middles[excess >= (1 - EQUAL) * most, : self._mesh.geometry.dim]
         first = min(places.round(12).tolist(), default=None)

@@ -1,4 +1,4 @@
-"""Everything that defines a run, as objects: what a case file becomes, and a script can write."""
+"""Problem: everything that defines a run, as objects that a case or a script makes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -29,29 +29,38 @@ GUESSES = ("coarser", "none")
 
 
 def ones(x: np.ndarray) -> np.ndarray:
-    """1 at every point."""
+    """Return 1 at every point."""
     return np.ones(x.shape[1])
 
 
 def nowhere(x: np.ndarray) -> np.ndarray:
-    """False at every point."""
+    """Return False at every point."""
     return np.zeros(x.shape[1], dtype=bool)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """Numbers of the rock: E, Gc, expansion, ell (SI or scaled), nu; its laws; its heterogeneity.
+    """Material properties of a rock, in SI units or scaled.
 
-    split: how tension and compression share the energy; rho: density, for its weight alone.
-
-    expansion: also a symmetric tensor, shape (3, 3), along x, y, z. elasticity: another than the
-    isotropic one of E and nu, which then are what scales are told in. toughness: factor on Gc at
-    points, a function of position alone. roughness: symmetric A, shape (3, 3), of the term
-    ell grad alpha . A grad alpha: a straight crack of unit normal n costs Gc sqrt(n . A n); None:
-    the identity. laws: factors on E, nu, Gc and expansion by temperature, by these names.
-    cracked: True at the points
-    of cracks that are there from the start; cracks: those that break every cell they cut, which any
-    mesh can carry; given: cracks among all these whose normals are known.
+    Attributes
+    ----------
+    E, nu : Young's modulus (Pa) and Poisson's ratio; with `elasticity` those for scales.
+    Gc : fracture toughness (J/m^2).
+    expansion : thermal expansion (1/K), or a symmetric tensor along x, y, z, shape (3, 3).
+    ell : regularization length (m).
+    law : damage law.
+    state : one of the states of `physics.material`.
+    split : energy split.
+    rho : density (kg/m^3), for the weight alone.
+    elasticity : elastic law in place of the isotropic one of E and nu; None for that.
+    roughness : symmetric tensor A, shape (3, 3), of the term ell grad alpha . A grad alpha: a
+        straight crack of unit normal n costs Gc sqrt(n . A n); None for the identity.
+    residual_stiffness : fraction of the stiffness left in a crack.
+    toughness : factor on Gc, a function of points alone.
+    cracked : True at the points of initial cracks.
+    cracks : initial cracks that break every cell they cut, on any mesh.
+    laws : factors on E, nu, Gc and expansion by temperature, by these names.
+    given : initial cracks whose normals are known.
     """
 
     E: Property
@@ -75,7 +84,13 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class Temperatures:
-    """Temperatures (K) at points: free of thermal strain, and before the first step."""
+    """Temperatures at points (K).
+
+    Attributes
+    ----------
+    stress_free : stress-free temperature.
+    initial : temperature before the first step.
+    """
 
     stress_free: PointFunction
     initial: PointFunction
@@ -83,7 +98,13 @@ class Temperatures:
 
 @dataclass(frozen=True, kw_only=True)
 class Irreversibility:
-    """What cannot heal: all damage, or only the crack set, alpha >= threshold (the paper's)."""
+    """Irreversibility of the damage.
+
+    Attributes
+    ----------
+    crack_set_only : True if only the crack set is irreversible (the paper's rule), else all damage.
+    threshold : damage from which a point is in the crack set.
+    """
 
     crack_set_only: bool = False
     threshold: float = 0.95
@@ -91,10 +112,14 @@ class Irreversibility:
 
 @dataclass(frozen=True, kw_only=True)
 class Solvers:
-    """Names of the presets in `options`, and when a state counts as a minimum.
+    """Solvers and their stop.
 
-    guess: "coarser", a first guess from a coarser mesh where new loads overwhelm the state, or
-    "none".
+    Attributes
+    ----------
+    displacement, damage, acceleration : names of presets in `petsc_options`.
+    guess : "coarser" for a first guess from a coarser mesh after a large change of loads, or
+        "none".
+    stop : tolerances of a minimum.
     """
 
     displacement: str = "direct"
@@ -106,9 +131,11 @@ class Solvers:
 
 @dataclass(frozen=True, kw_only=True)
 class Backtracking:
-    """Whether a step's damage is tried at earlier times too, and taken back where it is better.
+    """Backtracking: each step's damage is tried at earlier times, and kept there if it is better.
 
-    tolerance: by how much of the energy there it must be lower.
+    Attributes
+    ----------
+    tolerance : least decrease of the energy there, over the energy.
     """
 
     tolerance: float = 1e-4
@@ -123,7 +150,7 @@ class SecondOrder:
     kind : "test", a cheap search for a direction along which the energy falls, which is followed;
         "report", the smallest second variations, exactly; "follow", the same, and a state is left
         along a mode of negative value.
-    tolerance : a value counts as negative below minus this.
+    tolerance : a value is negative if it is below minus this.
     """
 
     kind: Literal["test", "report", "follow"] = "test"
@@ -132,7 +159,13 @@ class SecondOrder:
 
 @dataclass(frozen=True, kw_only=True)
 class Measuring:
-    """Depths below the face at which cracks are counted (m), and the damage that is a crack."""
+    """Settings of the measures.
+
+    Attributes
+    ----------
+    depths : depths below the face at which cracks are counted (m).
+    threshold : damage above which a point is cracked.
+    """
 
     depths: tuple[float, ...] = ()
     threshold: float = 0.8
@@ -175,11 +208,12 @@ class Problem:
 
 
 def coarser(problem: Problem) -> Problem | None:
-    """The same on cells twice as long, as tough; None if that is of no use for a first guess.
-    Its temperature is brought from the finer one.
+    """Return the problem on cells twice as long, with the same effective Gc, for a first guess.
 
-    A crack dissipates about Gc (1 + h/(4 c_w ell)) on cells of edge h: Gc makes up for it. In 3-D
-    the guess saved 3 sweeps of 10 but no time, and costs memory (docs/performance.md). Collective.
+    None if such a guess is useless. Its temperature is taken from the finer mesh. A crack
+    dissipates about Gc (1 + h/(4 c_w ell)) on cells of edge h, and the new Gc makes up for it. In
+    3-D the guess saved 3 sweeps of 10 but no time, and costs memory (docs/performance.md).
+    Collective.
     """
     domain, material, guess = problem.domain, problem.material, problem.solvers.guess
     if guess not in GUESSES:

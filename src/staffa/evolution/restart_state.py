@@ -1,9 +1,8 @@
-"""Where the time loop stands between two steps: all that its next step depends on.
+"""Restart state of the time loop: all that its next step needs besides the case and the mesh.
 
-Of the case and its mesh nothing is kept here: both are made again, and so are forms and solvers.
-Each step begins with new preconditioners and takes its first guesses from the state alone, so that
-a run that goes on from here gives what it would have given: on one rank to the last bit, on as many
-ranks as before to round-off.
+Case, mesh, forms and solvers are made again. Each step starts with new preconditioners and takes
+its first guesses from the state alone. So a resumed run gives the results of an uninterrupted one:
+on one rank to the last bit, on the same number of ranks to round-off.
 """
 
 from collections import Counter
@@ -65,7 +64,7 @@ class PastNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class LoopNumbers:
-    """The numbers of a checkpoint: all of a `RestartState` but its fields.
+    """Numbers of a checkpoint: all of a `RestartState` but its fields.
 
     Attributes
     ----------
@@ -108,13 +107,21 @@ class LoopNumbers:
 
 @dataclass(frozen=True, kw_only=True)
 class RestartState:
-    """What a checkpoint keeps.
+    """Restart state of the time loop.
 
-    index: of the next step, unless `better` is an earlier one to go back to. start, length: of
-    `AdaptiveSteps`. kept: `snapshot` of the state. components: of u (a rank may have no vertex).
-    rest: energies that others count from. total: energy that the step before ended with, None in
-    checkpoints of older versions. past, returns, states: of `history`, as they were then; empty
-    without backtracking.
+    Attributes
+    ----------
+    index : index of the next step, unless `better` is an earlier one to return to.
+    start, length : time (s) and step length of `AdaptiveSteps`.
+    kept : `snapshot` of the state.
+    components : number of components of u (a rank may have no vertex).
+    rest : energies from which others are counted.
+    total : energy at the end of the step before; None in a checkpoint of an older version.
+    better : earlier step to return to next; None to continue.
+    past, returns, states : those of `history` at that time; empty without backtracking.
+    failed : indices of steps to which a return failed.
+    due : True if earlier steps must still be compared with the last one.
+    history : kept steps; None without backtracking.
     """
 
     index: int
@@ -150,7 +157,7 @@ class RestartState:
         return json_form(told)
 
     def fields(self) -> dict[str, np.ndarray]:
-        """The fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
+        """Return the fields, ghosts included: shape (n_vertices,), of u (n_nodes, components)."""
         kept = self.kept
         return {
             "u": kept.u.reshape(-1, self.components),
@@ -160,7 +167,7 @@ class RestartState:
         }
 
     def faces(self) -> np.ndarray | None:
-        """Kept numbers of the faces of cracks, cell by cell, ghosts included; None for nothing."""
+        """Return the field of crack faces, cell by cell, ghosts included; None without."""
         return self.kept.frozen[0] if self.kept.frozen else None
 
     def past_fields(self, number: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -170,8 +177,7 @@ class RestartState:
         return {"alpha": alpha, "T": thermal.T}, thermal.memory
 
     def anew(self) -> "RestartState":
-        """The same, for solvers that may do what others could not: returns that failed are tried
-        again."""
+        """Return the same state, with failed returns allowed again, for changed solvers."""
         if self.history:
             self.history.failed.clear()
         return replace(self, failed=())
@@ -292,32 +298,32 @@ class Loop:
 
     @property
     def next_index(self) -> int:
-        """Of the step that comes now."""
+        """Index of the next step."""
         return self.better.index if self.better else self.index
 
     def next_time(self) -> float | None:
-        """Its time (s); None at the end."""
+        """Return the time (s) of the next step; None at the end."""
         onward = self.walk.next()
         if self.better and self.history:
             return self.history.steps[self.better.index].loads.time
         return onward
 
     def start(self) -> Loads:
-        """The loads that the state at hand bears."""
+        """Return the loads of the current state."""
         time, system = self.walk.start, self.session.system
         if time is None:
             return unmoved(system)
         return Loads(time=time, values=system.supports.values(time))
 
     def before(self, kept: Snapshot) -> Before:
-        """The state that the step now follows on, as it is on record; kept: `snapshot`."""
+        """Return the recorded state before the next step; `kept` is its `snapshot`."""
         if self.better and self.history:
             damage, origin = self.history.before(self.better.index)
             return Before(alpha=damage, thermal=origin.thermal, total=None)
         return Before(alpha=kept.alpha, thermal=kept.thermal, total=self.total)
 
     def standing(self) -> RestartState:
-        """What of it is to be kept."""
+        """Return the restart state."""
         history, system = self.history, self.session.system
         return RestartState(
             index=self.index,

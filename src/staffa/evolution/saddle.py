@@ -1,4 +1,4 @@
-"""The second-order test of a step: a saddle is left, and the lowest state beside it kept."""
+"""Second-order test of a step: a saddle is left, and the lowest state beside it is kept."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,19 +22,20 @@ from staffa.minimize.newton import search
 from staffa.model.fields import owned, read_vector, vertices, write_vector
 from staffa.records.step import Curvature
 
-# A force on the damage this small, over Gc/(4 c_w ell), counts as none; or one as small as those
-# that the minimization left, up to the second: with 1e-2 a sound bar broke at .995 of its strength.
+# A gradient in the damage up to the first number, over Gc/(4 c_w ell), counts as zero; or up to the
+# residual of the minimization, at most the second: with 1e-2 an intact bar broke at .995 of its
+# strength.
 BALANCED, LOOSEST = 1e-6, 1e-3
-# Steps that turn a direction into one that heals nothing.
+# Most iterations that turn a direction into one without a decrease of the damage.
 TURNS = 16
 # The most applications of the second derivative in a search; most searches end after 8 to 14.
 ITERATIONS = 40
-# A state is left so often in a step.
+# Most saddles that are left in a step.
 MOST = 10
 # An energy lower by less than this fraction of it is not lower.
 ROUND_OFF = 1e-10
-# The damage of a state that is left is scattered by this fraction of itself, over lengths of so
-# many ell. Even cracks that grow from the softest direction alone stop each other later, and end at
+# The damage of a state that is left is scattered by this fraction of itself, over these lengths (in
+# ell). Uniform cracks that grow from the softest direction alone stop each other later, and end at
 # energies some 5 % higher (`make verify ONLY=saddles`).
 SCATTER, LENGTHS = 0.05, (2.0, 4.0)
 
@@ -52,8 +53,16 @@ def tested(
 ) -> Advance:
     """Search a converged state for a direction along which the energy falls, and follow it.
 
-    From a state that is left the minimization goes on from three starts: along that direction, and
-    twice with the damage scattered. The lowest end is kept and searched again. Collective.
+    From a saddle the minimization starts three times: along that direction, and twice with
+    scattered damage. The lowest result is kept and searched again. Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    loads : the current loads.
+    advance : the step.
+    watch : called after each sweep.
     """
     rule, model = problem.second_order, system.alternation.model
     if rule is None or model is None:
@@ -80,7 +89,7 @@ def _searched(
     advance: Advance,
     watch: Watch,
 ) -> Advance:
-    """Search, leave, and search again, until nothing is found or nothing is gained. Collective."""
+    """Search, leave, and search again, until nothing is found or gained. Collective."""
     for escapes in range(MOST + 1):
         slack = min(max(BALANCED, advance.outcome.residual), LOOSEST)
         way = _softest(problem, system, model, rule.tolerance, slack)
@@ -109,7 +118,7 @@ def _softest(
 ) -> Softest | None:
     """Search from a random start that depends on position alone. Collective.
 
-    slack : a force this small, in units, does not press damage against a bound.
+    `slack` is the gradient, over its scale, up to which a bound does not block.
     """
     parts, bounds = system.alternation, system.bounds
     read_vector(system.state.alpha, parts.alpha)
@@ -127,7 +136,7 @@ def _softest(
 
 
 def _scattered(problem: Problem, system: System) -> np.ndarray:
-    """Numbers between -1 and 1 at owned vertices that look random, a function of position alone."""
+    """Return pseudorandom numbers in [-1, 1] at owned vertices, a function of position alone."""
     x = vertices(system.state.alpha.function_space)[: len(owned(system.state.alpha))]
     waves = 43758.5453 * np.sin(x / problem.domain.h @ np.array([12.9898, 78.233, 37.719]))
     return np.asarray(2 * (waves - np.floor(waves)) - 1)
@@ -141,11 +150,11 @@ def _left(
     falling: Direction,
     watch: Watch,
 ) -> tuple[Advance, str]:
-    """Go on from some starts beside this state to the lowest end. Collective.
+    """Minimize from several starts beside this state, and keep the lowest result. Collective.
 
     Returns
     -------
-    The advance, with the work of all starts on record, and why the state was kept, if it was.
+    The advance, with the work of all starts recorded, and the reason if the state was kept.
     """
     kept, before = snapshot(system), advance.outcome.energies
     spent, ends = advance.outcome, []
@@ -200,11 +209,11 @@ def _left(
 
 
 def _falling(system: System, model: CoupledModel, loads: Loads, way: Softest) -> Direction | None:
-    """A direction within the bounds along which the energy falls; the state stays. Collective.
+    """Return a direction within the bounds along which the energy falls; the state is unchanged.
 
-    It begins with the softest direction, either way, and with its size everywhere. What would heal
-    damage that lies on a bound is cut off, and sweeps of the linearized alternate minimization,
-    each cut off likewise, turn it towards the softest direction that heals nothing.
+    It starts with the softest direction, with its negative, and with its absolute value. A decrease
+    of damage at a bound is cut off. Sweeps of the linearized alternate minimization, each cut off
+    likewise, turn it towards the softest admissible rate. Collective.
     """
     bounds, alpha = system.bounds, owned(system.state.alpha)
     at_lower = alpha <= owned(bounds.lower) + AT_BOUND
@@ -216,7 +225,7 @@ def _falling(system: System, model: CoupledModel, loads: Loads, way: Softest) ->
         return np.where(at_upper, np.minimum(b, 0.0), b)
 
     kept = snapshot(system)
-    equilibrium(system.alternation, loads.values)  # also finds how a section responds
+    equilibrium(system.alternation, loads.values)  # also solves for the modes of a section
     try:
         for start in (way.b, -way.b, np.abs(way.b)):
             b = admissible(start)
@@ -240,7 +249,9 @@ def _scatter(problem: Problem, system: System, length: float) -> None:
 
     Parameters
     ----------
-    length : over which the field is correlated, in ell.
+    problem : the problem.
+    system : its system.
+    length : correlation length of the field, in ell.
     """
     import gstools  # takes a second to load, and few runs need it
 
@@ -254,11 +265,14 @@ def _scatter(problem: Problem, system: System, length: float) -> None:
 
 
 def go_along(system: System, v: np.ndarray, b: np.ndarray) -> bool:
-    """Go along a direction within the bounds as far as the energy falls; False if it does not.
+    """Move along a direction within the bounds as far as the energy falls; False if it does not.
+
+    Collective.
 
     Parameters
     ----------
-    v, b : displacement and damage of the direction, owned entries. Collective.
+    system : the system.
+    v, b : displacement and damage of the direction, owned entries.
     """
     parts, state, bounds = system.alternation, system.state, system.bounds
     u, alpha = owned(state.u).copy(), owned(state.alpha).copy()

@@ -1,4 +1,4 @@
-"""The times that a run visits: those given, or steps that follow the cracks and the cold."""
+"""Times of a run: given ones, or adaptive steps that follow the cracks and the heat."""
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -6,39 +6,45 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-# Times that differ by less than this part of themselves are one.
+# Times that differ by less than this part of themselves are the same.
 SAME = 1e-9
-# A step is made to bring this much of the advance it may bring: the next one brings a little more.
+# A step is chosen for this part of the allowed crack advance: the next one advances a little more.
 SAFETY = 0.8
-# A step is longer than the one before by this factor at most, and cut by it where it went too far.
+# Largest factor between a step and the one before, and factor by which a rejected step is cut.
 FACTOR = 2.0
 
 
 def time_itself(time: float) -> float:
-    """The clock of a run that counts in time itself."""
+    """Return the time itself, the clock of a run that counts in time."""
     return time
 
 
-# Cracks run by whole cells, often just as far as they may: round-off decides nothing.
+# Cracks advance by whole cells, often by just the allowed length: round-off must decide nothing.
 TIE = 1 + 1e-9
 
 
-# An onset: cooling that begins at t = 0, and is felt at once.
+# Onset of cooling that starts at t = 0 and acts at once.
 FROM_THE_START = (0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pace:
-    """How long steps are, on the clock that the run counts in.
+    """Rule for the length of adaptive steps, on the clock of the run (time or tau).
 
-    shortest, longest: bounds; but a step that ends at a time of the schedule, or at a knot, may be
-    shorter. advance: how far cracks may run in a step (m); one in which they ran farther is taken
-    again, FACTOR shorter, unless it is the shortest, or the first, or one that backtracking came
-    back to. growth: by which fraction sqrt(kappa t) may grow in a step, t since the last onset,
-    None where nothing diffuses. knots: times (s), increasing, at which a step ends: jumps, extremes
-    and kinks of what is prescribed. onsets: (time, length) (s), increasing: when heat begins to
-    enter or leave in another way, and in which time that is felt, during which steps may be as long
-    as it. clock: time (s) -> clock, which grows with it; time_at: back.
+    Attributes
+    ----------
+    shortest, longest : bounds of a step; a step that ends at a time of the schedule, or at a
+        breakpoint, may be shorter.
+    advance : largest crack advance in a step (m). A step with more is taken again, FACTOR shorter,
+        unless it is the shortest, or the first, or a return of backtracking.
+    growth : largest relative growth of sqrt(kappa t) in a step, t since the last onset; None
+        without diffusion.
+    knots : breakpoints in time (s), increasing, at which a step ends: jumps, extremes and kinks of
+        prescribed values.
+    onsets : (time, length) (s), increasing: a change of the heat exchange, and the time until it
+        acts, during which steps may be as long as that.
+    clock : time (s) -> clock, increasing.
+    time_at : clock -> time (s).
     """
 
     shortest: float
@@ -51,7 +57,7 @@ class Pace:
     time_at: Callable[[float], float] = time_itself
 
     def ceiling(self, time: float) -> float:
-        """The longest step from this time (s)."""
+        """Return the longest step from this time (s)."""
         if self.growth is None:
             return self.longest
         ends = self._layers_end(time, self.growth)
@@ -59,7 +65,7 @@ class Pace:
         return max(self.shortest, min(self.longest, grown))
 
     def _layers_end(self, time: float, growth: float) -> float:
-        """The time (s) at which the first of the layers of cold has grown by a fraction."""
+        """Return the time (s) at which the first thermal boundary layer has grown by a fraction."""
         begun = (onset for onset in self.onsets if onset[0] <= time)
         return min(
             max(start + (1 + growth) ** 2 * (time - start), time + felt) for start, felt in begun
@@ -68,9 +74,13 @@ class Pace:
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """Times (s) in increasing order, and whether each was asked for as an output.
+    """Times of a run.
 
-    pace: how steps between them are chosen; None for none but these times.
+    Attributes
+    ----------
+    times : times (s), increasing.
+    requested : True for each that was requested as an output.
+    pace : rule for adaptive steps between them; None for these times only.
     """
 
     times: tuple[float, ...]
@@ -78,17 +88,23 @@ class Schedule:
     pace: Pace | None = None
 
     def wants(self, time: float) -> bool:
-        """Whether this time (s) was asked for as an output."""
+        """Return True if this time (s) was requested as an output."""
         return any(t == time and asked for t, asked in zip(self.times, self.requested, strict=True))
 
 
 def schedule(
     times: Sequence[float], requested: Sequence[float] = (), pace: Pace | None = None
 ) -> Schedule:
-    """All times and all requested ones, each once; the requested ones are hit exactly.
+    """Return the schedule of all times and all requested ones, each once; requested ones are exact.
 
-    A time closer to a requested one than SAME of it is replaced by it; so are knots of the pace,
-    which end with the last time.
+    A time closer to a requested one than SAME of it is replaced by it; so are breakpoints of the
+    pace, which end with the last time.
+
+    Parameters
+    ----------
+    times : times (s).
+    requested : times of outputs (s).
+    pace : rule for adaptive steps; None for none.
     """
     outputs = set(requested)
     visited = sorted([*_apart(times, requested), *requested])
@@ -100,7 +116,7 @@ def schedule(
 
 
 def _apart(times: Sequence[float], others: Sequence[float]) -> list[float]:
-    """The times that none of the others is the same as."""
+    """Return the times that differ from all of the others."""
     around = np.array([-np.inf, *sorted(others), np.inf])
     t = np.array(times, dtype=float)
     after = np.searchsorted(around, t)
@@ -109,10 +125,12 @@ def _apart(times: Sequence[float], others: Sequence[float]) -> list[float]:
 
 
 class AdaptiveSteps:
-    """A schedule as it is walked: the time of the next step, and how long steps are now.
+    """Position in a schedule: the next time, and the current length of steps.
 
-    start: the time (s) that the next step begins at, None before the first step; length: of steps
-    now, on the clock. Both together are all that a walk must know to go on.
+    Attributes
+    ----------
+    start : start of the next step (s); None before the first step.
+    length : current length of steps, on the clock.
     """
 
     def __init__(
@@ -125,9 +143,10 @@ class AdaptiveSteps:
         self._step = 0.0  # on the clock, as it was chosen: of a difference, round-off could decide
 
     def next(self) -> float | None:
-        """The time (s) that the next step leads to; None at the end.
+        """Return the end of the next step (s); None at the end.
 
-        The last two steps before a time of the schedule, or a knot, are equal, if long enough.
+        The last two steps before a time of the schedule, or a breakpoint, are equal, if long
+        enough.
         """
         start, pace = self.start, self._plan.pace
         if start is None:
@@ -145,14 +164,14 @@ class AdaptiveSteps:
         return pace.time_at(pace.clock(start) + self._step)
 
     def _target(self, start: float) -> float | None:
-        """The first time (s) after another at which a step ends whatever cracks do."""
+        """Return the first time (s) after another at which a step must end."""
         plan = self._plan
         ends = (plan.times, plan.pace.knots if plan.pace else ())
         after = [times[bisect_right(times, start) :][:1] for times in ends]
         return min((t for times in after for t in times), default=None)
 
     def goes_too_far(self, ran: float) -> bool:
-        """Whether a step in which cracks ran so far (m) is to be taken again, then shorter."""
+        """Return True if this crack advance (m) is too far; then make the step shorter."""
         pace = self._plan.pace
         if pace is None or self.start is None or ran <= pace.advance * TIE:
             return False
@@ -162,9 +181,9 @@ class AdaptiveSteps:
         return True
 
     def onward(self, time: float, ran: float) -> None:
-        """Go on from this time (s), after a step in which cracks ran so far (m).
+        """Continue from this time (s), after a step with this crack advance (m).
 
-        The first step begins from nothing: what it cracked says nothing of the next.
+        The first step starts without cracks: its advance says nothing of the next.
         """
         pace = self._plan.pace
         if pace and self.start is not None:
@@ -174,7 +193,7 @@ class AdaptiveSteps:
         self.start = time
 
     def back(self, time: float) -> None:
-        """Go on from this earlier time (s), where there are cracks now, with short steps."""
+        """Continue with short steps from this earlier time (s), at which there are cracks now."""
         if self._plan.pace:
             self.length = self._plan.pace.shortest
         self.start = time

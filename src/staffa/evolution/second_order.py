@@ -1,4 +1,4 @@
-"""After a step: whether its state is stable and unique, and the way out of it where it is not."""
+"""Second-order conditions after a step: stability, uniqueness, and a way out of a saddle."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,7 +18,7 @@ from staffa.minimize.stability import Mode, SecondVariation
 from staffa.model.fields import owned, read_vector
 from staffa.records.step import Stability
 
-# A force on the damage this small, over Gc/(4 c_w ell), counts as none.
+# A gradient in the damage up to this, over Gc/(4 c_w ell), counts as zero.
 BALANCED = 1e-2
 
 
@@ -29,9 +29,17 @@ def examine(
     advance: Advance,
     watch: Watch = lambda sweep: None,
 ) -> tuple[Advance, Stability | None]:
-    """Find the second order of a converged state, and leave it where that is asked for. Collective.
+    """Find the second order of a converged state, and leave it if that is asked for. Collective.
 
-    Where it cannot be found, the state stays the last that converged, and the record says why.
+    If it cannot be found, the state stays the last that converged, and the record has the reason.
+
+    Parameters
+    ----------
+    problem : the problem.
+    system : its system.
+    loads : the current loads.
+    advance : the step.
+    watch : called after each sweep.
     """
     rule = problem.second_order
     if not advance.outcome.converged:
@@ -64,7 +72,7 @@ def _escapes(
     advance: Advance,
     watch: Watch,
 ) -> Iterator[tuple[Advance, Stability]]:
-    """The converged state and its second order, and those of the states that it is left for."""
+    """Yield the converged state and its second order, and those of the states that follow it."""
     for escapes in range(MOST + 1):
         space, cone = modes(system)
         found = Stability(
@@ -97,11 +105,11 @@ def _escapes(
 
 
 def modes(system: System) -> tuple[Mode | None, Mode | None]:
-    """The smallest second variation on the space and on the cone.
+    """Return the modes of the smallest second variation in the space V and in the cone.
 
-    The first is None where no damage is free, the second where the first is not negative: the cone
-    is part of the space, so that the state is stable, and the cone is costly. Free is damage that
-    has left its bound, or that no force holds there. Collective.
+    The first is None if no damage is free. The second, in the cone of admissible rates, is None if
+    the first is not negative: the cone is a part of V, so that the state is stable, and it is
+    costly. Damage is free if it has left its bound, or if no gradient holds it there. Collective.
     """
     parts, energy, bounds = system.alternation, system.energy, system.bounds
     read_vector(system.state.alpha, parts.alpha)
@@ -138,7 +146,7 @@ def modes(system: System) -> tuple[Mode | None, Mode | None]:
 
 
 def _way_out(rule: SecondOrder, space: Mode | None, cone: Mode | None) -> Mode | None:
-    """The mode to follow: of lost stability, or else of bifurcation."""
+    """Return the mode to follow: of lost stability, or else of bifurcation."""
     if rule.kind != "follow":
         return None
     return next((m for m in (cone, space) if m and m.value < -rule.tolerance), None)

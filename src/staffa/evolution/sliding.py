@@ -1,8 +1,8 @@
-"""Cracks whose faces touch: their normals are renewed before a step, their friction within it.
+"""Crack faces that touch: normals are renewed before a step, friction within it.
 
-A step has an energy, since the normals of the faces, and the shear stress that friction bears, are
-frozen while it is minimized. That stress is the coefficient of friction times the pressure between
-the faces in the last minimum. Minimizing is repeated until both agree.
+A step has an energy, since the normals of the faces, and the shear stress that friction carries,
+are frozen during a minimization. That stress is the friction coefficient times the pressure between
+the faces in the last minimum. The minimization is repeated until both agree.
 """
 
 from collections.abc import Callable
@@ -16,16 +16,16 @@ from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium
 from staffa.model.contact import CrackFaces
 
-# The friction agrees when the stress that faces bear changes by less than this fraction of the
-# largest one in the step; and so many minimizations are allowed.
+# The friction agrees if the stress that faces carry changes by less than this fraction of the
+# largest one in the step; and the largest number of minimizations.
 AGREEMENT, PASSES = 1e-3, 100
-# A change of the stress is stretched by this at most, where its changes form a geometric series,
-# and shortened where they alternate.
+# Largest and smallest factor on a change of the stress: larger than 1 if the changes form a
+# geometric series, smaller if they alternate.
 LONGEST, SHORTEST = 50.0, 0.2
 
 
 def renew(system: System, loads: Loads) -> float:
-    """Renew the normals at the loads of the step before; how the energy changed. Collective.
+    """Renew the normals at the loads of the step before, and return the energy change. Collective.
 
     Slip up to here is that of earlier steps. The displacement is in equilibrium again.
     """
@@ -41,15 +41,16 @@ def renew(system: System, loads: Loads) -> float:
 
 
 def rub(system: System, minimize: Callable[[], bool]) -> float:
-    """Minimize with the friction that the current pressure gives, until both agree. Collective.
+    """Minimize with the friction from the current pressure, until both agree. Collective.
 
     Parameters
     ----------
-    minimize : goes to a minimum with the current friction; False ends it all.
+    system : the system.
+    minimize : finds a minimum with the current friction; False ends the iteration.
 
     Returns
     -------
-    By how much new friction alone changed the energy, in all.
+    Sum of the energy changes by new friction alone.
 
     Raises
     ------
@@ -76,10 +77,10 @@ def rub(system: System, minimize: Callable[[], bool]) -> float:
 
 
 class Series:
-    """Shear stresses that friction bears, one after the other; with the length of the next change.
+    """Sequence of shear stresses that friction carries, with the factor on the next change.
 
-    Where friction and pressure feed on one another their changes form a geometric series, whose
-    limit is guessed from its last two terms (Aitken's method for vectors, Irons and Tuck 1969).
+    If friction and pressure depend on one another their changes form a geometric series, whose
+    limit is estimated from its last two terms (Aitken's method for vectors, Irons and Tuck 1969).
     """
 
     def __init__(self, system: System) -> None:
@@ -89,9 +90,12 @@ class Series:
         self._own = slice(system.spaces.cell.dofmap.index_map.size_local)
 
     def is_over(self, faces: CrackFaces, pressed: np.ndarray) -> bool:
-        """True if what faces carry is what the pressure lets them.
+        """Return True if faces carry the stress that the pressure allows.
 
-        pressed : shear stress (Pa) that it lets them carry, cell by cell.
+        Parameters
+        ----------
+        faces : the crack faces.
+        pressed : shear stress that the pressure allows (Pa), cell by cell.
         """
         stress, bound = faces.mean("stress"), faces.bound
         faced = faces.faced[self._own]
@@ -102,7 +106,13 @@ class Series:
         return max_over_ranks(self._comm, off) <= AGREEMENT * self._largest
 
     def next(self, faces: CrackFaces, pressed: np.ndarray) -> np.ndarray:
-        """The stress (Pa) that faces are to bear next, cell by cell."""
+        """Return the stress (Pa) that faces shall carry next, cell by cell.
+
+        Parameters
+        ----------
+        faces : the crack faces.
+        pressed : shear stress that the pressure allows (Pa), cell by cell.
+        """
         bound = faces.bound
         free = np.isfinite(bound)
         change = np.where(free & faces.faced, pressed - np.where(free, bound, 0.0), 0.0)

@@ -1,4 +1,4 @@
-"""Forms, matrices and solvers of a problem, built once and used at every step."""
+"""System of a problem: forms, matrices and solvers, built once and used at every step."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,15 +34,20 @@ from staffa.model.fields import (
 from staffa.model.initial_cracks import broken
 from staffa.model.supports import Supports, build_supports, rigid_modes
 
-# The damage is minimized this much more tightly than the whole problem asks for.
+# Tolerance of the damage's minimization over that of the whole problem.
 INNER = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coarser:
-    """The problem on cells twice as long, and the ways there and back of values at vertices.
+    """Problem on cells twice as long, and the transfer of values between both meshes.
 
-    middles: values at the middles of its cells.
+    Attributes
+    ----------
+    problem, system : the problem on that mesh, and its system.
+    down : from the vertices to those of the coarser mesh.
+    middles : from the vertices to the cell centers of the coarser mesh.
+    up : from the vertices of the coarser mesh back.
     """
 
     problem: Problem
@@ -54,9 +59,19 @@ class Coarser:
 
 @dataclass(frozen=True, kw_only=True)
 class System:
-    """What `march` works on; everything in it is owned by it and freed by `destroy`.
+    """Objects on which `march` works; it owns them, and `destroy` frees them.
 
-    coarser: what a first guess is made on, if it is. hoop: of a body of revolution.
+    Attributes
+    ----------
+    spaces : function spaces.
+    state : the fields.
+    bounds : bounds of the damage.
+    energy : the energy.
+    supports : degrees of freedom that are not free.
+    cooling : source of the temperature.
+    alternation : both halves of the minimization.
+    coarser : system for first guesses; None without.
+    hoop : share of damage that hoop tension drives; None but for a body of revolution.
     """
 
     spaces: Spaces
@@ -72,7 +87,7 @@ class System:
 
     @cached_property
     def pressed_growth(self) -> PressedGrowth:
-        """The part of a step's damage that pressure drove. Collective where first asked for."""
+        """Growth of damage in compression. Collective at its first use."""
         return PressedGrowth(self.energy)
 
     @property
@@ -81,7 +96,7 @@ class System:
         return Cracks(alpha=self.state.alpha.x.array, u=self.state.u.x.array)
 
     def begin(self) -> None:
-        """Begin a time step: with the solvers that were asked for."""
+        """Start a time step with the solvers that were asked for."""
         self.alternation.elastic.linear.begin()
         if self.coarser:
             self.coarser.system.begin()
@@ -106,7 +121,7 @@ class System:
 
 
 def build(problem: Problem) -> System:
-    """Compile, allocate, and set up. Collective."""
+    """Compile, allocate, and set up the system of a problem. Collective."""
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     domain = problem.domain
     spaces = spaces_on(domain, problem.elements)
@@ -159,7 +174,7 @@ def _start_cracked(problem: Problem, state: State, bounds: Bounds) -> None:
 
 
 def bounded_energy(energy: Energy) -> BoundedEnergy:
-    """The energy as a function of the damage alone. The caller owns its matrix and vector."""
+    """Return the energy as a function of the damage. The caller owns its matrix and vector."""
     matrix = energy.new_hessian()
     unit = matrix.createVecRight()
     energy.resistance(unit)
@@ -177,7 +192,15 @@ def bounded_energy(energy: Energy) -> BoundedEnergy:
 def bounded_solver(
     name: str, damage: BoundedEnergy, tolerance: float, *, of: str = "alpha"
 ) -> BoundedSolver:
-    """A solver by the name of its preset; `of` starts its option prefix. The caller destroys it."""
+    """Return a solver of the damage. The caller destroys it.
+
+    Parameters
+    ----------
+    name : name of its preset.
+    damage : the energy.
+    tolerance : 2-norm of the projected gradient, over the smallest entry of its scale.
+    of : start of its option prefix.
+    """
     return SOLVERS[name](damage, tolerance=tolerance, preset=DAMAGE[name], prefix=f"{of}_{name}_")
 
 
@@ -225,8 +248,7 @@ def _alternation(
 
 
 def _convex(energy: Energy, matrix: PETSc.Mat, length: float) -> ConvexEnergy | None:
-    """The energy of the displacement, unless a linear problem is all there is to it; length: of the
-    body (m)."""
+    """Return the energy of the displacement; None if the problem is linear; `length` in m."""
     if energy.linear and not energy.external.controlled:
         return None
     return ConvexEnergy(

@@ -1,1 +1,1 @@
-"""The heat equation: what conducts, what cools, and how the temperature gets from time to time."""
+"""Heat equation: conduction, boundary conditions, and temperature from one time to the next."""

@@ -1,8 +1,8 @@
-"""The heat equation of rock whose properties depend on temperature, step by step.
+"""Heat equation of rock whose properties depend on temperature, step by step.
 
-The unknown is the heat that each vertex holds, the integral of its capacity over temperature, so
-that what enters is what is stored whatever the capacity. Each stage of TR-BDF2 is solved by
-Newton's method with a line search; a step whose stage has no solution in reach is tried shorter.
+The unknown is the heat at each vertex, the integral of its capacity over temperature. So the heat
+that enters is the heat that is stored, whatever the capacity. Each stage of TR-BDF2 is solved by
+Newton's method with a line search. If a stage has no solution in reach, the step is made shorter.
 """
 
 from collections import defaultdict
@@ -27,19 +27,19 @@ from staffa.model.fields import owned
 from staffa.model.temperature_properties import algebra, by_law, middle_of_cell
 from staffa.physics.temperature import Law
 
-# A stage is solved where the heat that is missing would change no vertex by more than this part of
-# the largest change; where round-off ends the descent earlier, this much is enough.
+# A stage is solved if the missing heat would change no vertex by more than the first part of the
+# largest change; if round-off ends the descent earlier, the second part is enough.
 SOLVED, ENOUGH = 1e-12, 1e-10
 ROUND_OFF = 1e-14  # part of a temperature
 MOST = 30
-# A line search halves a Newton step so often.
+# Most halvings of a Newton step in a line search.
 HALVINGS = 8
 # Degree of quadrature of k(T) grad T: exact for a conductivity linear in T.
 DEGREE = 2
 
 
 class NonlinearSteps:
-    """Steps of the method. Owns its PETSc objects. Everything is collective."""
+    """Steps of the method. It owns its PETSc objects. All methods are collective."""
 
     def __init__(self, at: HeatOperators) -> None:
         self.at, self.comm = at, at.comm
@@ -53,7 +53,7 @@ class NonlinearSteps:
             return ufl.as_ufl(1.0 if law is None else law.at(self._T, middle, forms))
 
         k = by_law(mesh, [(rock.k_law, cells) for rock, cells in at.rocks], factor)
-        # Of an even temperature exactly nothing flows.
+        # At a uniform temperature the flow is exactly zero.
         flow = ufl.inner(k * at.flow(ufl.grad(self._above)), ufl.grad(phi))
         form = flow * at.dx(degree=max(at.degree, DEGREE))
         slope = ufl.derivative(form, self._T, change) + ufl.derivative(form, self._above, change)
@@ -74,27 +74,28 @@ class NonlinearSteps:
         self._ksp.setFromOptions()
 
     def gained(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """Heat that vertices gain from one temperature (K) to another (J), owned entries."""
+        """Return the heat that vertices gain between two temperatures (K) (J), owned entries."""
         x, total = self.at.x, np.zeros(len(after))
         for law, capacity in self._held_heat:
             total += capacity * (after - before if law is None else law.integral(before, after, x))
         return total
 
     def _capacity(self, T: np.ndarray) -> np.ndarray:
-        """Heat a kelvin at temperatures (J/K), owned entries."""
+        """Return the heat capacity of the vertices at temperatures (J/K), owned entries."""
         x, total = self.at.x, np.zeros(len(T))
         for law, capacity in self._held_heat:
             total += capacity * (1.0 if law is None else law.at(T, x))
         return total
 
     def tried(self, T: np.ndarray, time: float, length: float, span: float) -> Tried:
-        """One step of the method, of any length (s); its error in K, infinite where it has no
-        solution in reach.
+        """Try one step of any length; its error is in K, infinite if it has no solution in reach.
 
         Parameters
         ----------
-        T : temperatures (K) at the start, owned entries.
-        span : largest change of temperature (K) up to then, by which it is judged what is small.
+        T : temperature at the start (K), owned entries, shape (n_owned,).
+        time : time at the start (s).
+        length : length of the step (s).
+        span : largest change of temperature so far (K), the scale of the tolerances.
         """
         at, held = self.at, self.at.held
         times = (time, time + GAMMA * length, time + length)
@@ -138,12 +139,12 @@ class NonlinearSteps:
     def _rates(
         self, T: np.ndarray, exchanges: list[HeatExchange]
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Heat that vertices gain in all (W), and from each cause but their neighbors."""
+        """Return the heat that vertices gain in total (W), and from each cause but neighbors."""
         entering = {e.name: e.entering(T) for e in exchanges}
         return np.sum(list(entering.values()), axis=0) + self._conducted(T), entering
 
     def _conducted(self, T: np.ndarray) -> np.ndarray:
-        """Heat that flows to the vertices from their neighbors (W), owned entries."""
+        """Return the heat that flows to the vertices from their neighbors (W), owned entries."""
         self._put(T)
         self._sums.x.array[:] = 0.0
         fem.assemble_vector(self._sums.x.array, self._conduct)
@@ -164,13 +165,23 @@ class NonlinearSteps:
         scale: float,
         span: float,
     ) -> np.ndarray:
-        """Temperatures (K) at which the heat gained since `started` is base (J) and what scale (s)
-        of the rates there brings; first: a guess, prescribed where held.
+        """Return the temperatures (K) of a stage.
+
+        There the heat gained since `started` is `base` (J) plus `scale` (s) times the rates.
+
+        Parameters
+        ----------
+        started : temperature at the start of the step (K).
+        base : heat from the earlier stages (J).
+        first : first guess (K), with the prescribed values.
+        exchanges : boundary heat exchange at the time of the stage.
+        scale : factor of the rates (s).
+        span : largest change of temperature so far (K).
 
         Raises
         ------
         SolveError
-            Newton's method ends before that.
+            Newton's method does not converge.
         """
 
         def missing(T: np.ndarray) -> np.ndarray:
@@ -202,20 +213,20 @@ class NonlinearSteps:
     def _tried_at(
         self, missing: Callable[[np.ndarray], np.ndarray], T: np.ndarray
     ) -> tuple[np.ndarray, float]:
-        """Residual at temperatures (K) on the way, and its size."""
+        """Return the residual at temperatures (K) of the line search, and its size."""
         try:
             left = missing(T)
-        except LoadError:  # a film has no coefficient there
+        except LoadError:  # a heat transfer coefficient is not defined there
             return T, np.inf
         return left, self._size(left)
 
     def _size(self, heat: np.ndarray) -> float:
-        """Largest change (K) that heat (J) makes of vertices; infinite where it is no number."""
+        """Return the largest change (K) that heat (J) makes; infinite if it is no number."""
         sizes = np.nan_to_num(np.abs(heat) / self.at.capacity, nan=np.inf, posinf=np.inf)
         return max_over_ranks(self.comm, sizes)
 
     def _make(self, T: np.ndarray, exchanges: list[HeatExchange], scale: float) -> None:
-        """Fill the derivative of what is missing: C(T) - scale times that of the rates."""
+        """Fill the derivative of the residual: C(T) - scale times that of the rates."""
         self._put(T)
         self._matrix.zeroEntries()
         fem_petsc.assemble_matrix(self._matrix, self._slope)

@@ -1,9 +1,9 @@
-"""The heat equation in space: C dT/dt = F(T, t), with every term but conduction at the vertices.
+"""Heat equation in space: C dT/dt = F(T, t), with every term but conduction at the vertices.
 
-Linear elements with the capacity, the films, fluxes and sources lumped at the vertices: a vertex
-then gains heat only from warmer neighbors or its own surroundings (on cells without obtuse angles
-the matrix of conduction has no positive entry off its diagonal), so that a sudden drop at a side
-makes nothing warmer beside it, as it would with a consistent capacity.
+Elements are linear; capacity, boundary exchange, fluxes and sources are lumped at the vertices. So
+a vertex gains heat only from warmer neighbors or its surroundings (on cells without obtuse angles
+the conduction matrix has no positive entry off its diagonal), and a sudden drop at a boundary makes
+no vertex warmer, as a consistent capacity would.
 """
 
 from collections.abc import Callable, Iterator
@@ -48,8 +48,15 @@ STEP = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class HeatExchange:
-    """Heat that enters at vertices from one cause (W): given, or coefficient (bath - T); owned
-    entries. film: gives the coefficient (W/K) at temperatures (K), where it depends on them."""
+    """Heat that enters at vertices from one cause (W): given, or h A (T_fluid - T); owned entries.
+
+    Attributes
+    ----------
+    name : the cause.
+    given, coefficient : given heat (W); heat transfer coefficient times area (W/K).
+    bath : temperature of the fluid (K).
+    film : function that returns `coefficient` at surface temperatures (K); None if it is constant.
+    """
 
     name: str
     given: np.ndarray
@@ -58,11 +65,11 @@ class HeatExchange:
     film: Callable[[np.ndarray], np.ndarray] | None = None
 
     def entering(self, T: np.ndarray) -> np.ndarray:
-        """What enters at these temperatures (K)."""
+        """Return the heat that enters at these temperatures (K) (W)."""
         return np.asarray(self.given + self._at(T) * (self.bath - T))
 
     def slope(self, T: np.ndarray) -> np.ndarray:
-        """Its derivative by temperature (W/K)."""
+        """Return its derivative in temperature (W/K)."""
         if self.film is None:
             return -self.coefficient
         apart = STEP * np.maximum(np.abs(self.bath - T), STEP * (np.abs(T) + 1.0))
@@ -74,10 +81,12 @@ class HeatExchange:
 
 
 class HeatOperators:
-    """Capacities, conduction and exchanges of a body; made once. All methods are collective.
+    """Capacities, conduction and exchanges of a body; arrays have its owned entries. Collective.
 
-    Of owned entries: capacity, heat a kelvin at the vertices (J/K); initial, the temperature (K) at
-    t = 0; stress_free, the one without thermal strain; held, the entries that are prescribed.
+    Attributes
+    ----------
+    capacity, held : heat capacity of the vertices (J/K); entries with a Dirichlet condition.
+    initial, stress_free : temperature at t = 0, and without thermal strain (K).
     """
 
     def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:
@@ -137,11 +146,11 @@ class HeatOperators:
 
     @property
     def x(self) -> np.ndarray:
-        """Places of the owned entries (m), shape (3, n)."""
+        """Positions of the owned entries (m), shape (3, n)."""
         return self._x
 
     def capacities(self) -> list[tuple[Law | None, np.ndarray]]:
-        """The laws of the heat capacities, and of each what its rock has of `capacity`."""
+        """Return the laws of the heat capacities, each with its part of `capacity` (J/K)."""
         rocks = [(rock.c_law, cells) for rock, cells in self.rocks]
         laws = distinct(rocks)
         if len(laws) == 1:
@@ -151,7 +160,7 @@ class HeatOperators:
         return list(zip(laws, parts, strict=True))
 
     def _held_entries(self, domain: Domain) -> dict[str, np.ndarray]:
-        """Owned entries of each held side; a vertex of two of them belongs to the first."""
+        """Return owned entries of each Dirichlet boundary; a vertex of two is the first's."""
         taken = np.zeros(self._x.shape[1], dtype=bool)
         found = {}
         for side in self._sides(Dirichlet):
@@ -167,7 +176,7 @@ class HeatOperators:
         return [side for side in self.conduction.sides if isinstance(side, kind)]
 
     def feel(self, alpha: np.ndarray) -> bool:
-        """Take on what the damage (ghosts included) does to the flow of heat; True if it did."""
+        """Update the heat flow to the damage (ghosts included); return True if it changed."""
         cracks, known = self.conduction.cracks, self._felt
         if known is not None and (cracks is None or self._same(alpha, known)):
             return False
@@ -192,7 +201,7 @@ class HeatOperators:
             raise InputError(str(error)) from None
 
     def held_values(self, t: float) -> np.ndarray:
-        """Prescribed temperatures (K) of the entries `held` at time t."""
+        """Return the prescribed temperatures (K) of the entries `held` at time t (s)."""
         parts = [
             self._at(f"{side.side}.T", side.T, t, self._held[side.side])
             for side in self._sides(Dirichlet)
@@ -200,14 +209,14 @@ class HeatOperators:
         return np.concatenate([np.zeros(0), *parts])
 
     def held_by_side(self) -> Iterator[tuple[str, slice]]:
-        """Where the entries of each held side stand in `held`."""
+        """Yield the positions in `held` of the entries of each Dirichlet boundary."""
         start = 0
         for name, entries in self._held.items():
             yield name, slice(start, start + len(entries))
             start += len(entries)
 
     def exchanges(self, t: float) -> list[HeatExchange]:
-        """What enters from each cause but held sides at time t."""
+        """Return the heat exchange of each cause but Dirichlet boundaries at time t (s)."""
         found = []
         for film in self._sides(Robin):
             area = self._areas[film.side]
@@ -242,7 +251,7 @@ class HeatOperators:
     def _coefficient(
         self, name: str, h: OfSurface, t: float, area: np.ndarray, T: np.ndarray
     ) -> np.ndarray:
-        """Heat a kelvin through a film (W/K) on surfaces at temperatures (K), owned entries."""
+        """Return h A (W/K) of a surface at temperatures (K), owned entries."""
         where, found = np.flatnonzero(area), np.zeros_like(area)
         surface = T[where]
         found[where] = area[where] * self._at(
@@ -258,13 +267,7 @@ class HeatOperators:
         entries: np.ndarray | None = None,
         least: float = -np.inf,
     ) -> np.ndarray:
-        """Prescribed values at owned entries, by default all of them.
-
-        Raises
-        ------
-        LoadError
-            One of them is not finite, or less than it may be.
-        """
+        """Return prescribed values at owned entries, by default all; refuse impossible values."""
         x = self._x if entries is None else self._x[:, entries]
         with np.errstate(all="ignore"):  # what is not finite is said below
             found = np.broadcast_to(values(x, t), x.shape[1:]).astype(float)
@@ -277,7 +280,7 @@ class HeatOperators:
         return found
 
     def conducted(self, T: np.ndarray) -> np.ndarray:
-        """Heat that flows to the vertices from their neighbors (W), owned entries."""
+        """Return the heat that flows to the vertices from their neighbors (W), owned entries."""
         writable(self._in)[:] = T - self._level  # of an even temperature exactly nothing flows
         self.matrix.mult(self._in, self._out)
         return -readable(self._out)
@@ -297,7 +300,7 @@ Rocks = list[tuple[Conductor, np.ndarray]]
 
 
 def _rocks(domain: Domain, conduction: Conduction) -> Rocks:
-    """The rock of the body, in all cells, then those of its regions, which go before it."""
+    """Return the rock of the body, in all cells, then those of its regions, which override it."""
     cells = domain.mesh.topology.index_map(domain.dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
     body = Conductor(
@@ -313,7 +316,7 @@ def _rocks(domain: Domain, conduction: Conduction) -> Rocks:
 
 
 def _tensor(domain: Domain, rocks: Rocks) -> fem.Constant | fem.Function:
-    """Conductivity without its factor: one for all, or one for each cell."""
+    """Return the conductivity without its factor: one for all, or one a cell."""
     shape = (domain.dim, domain.dim)
     if len(rocks) == 1:
         return fem.Constant(domain.mesh, np.array(rocks[0][0].k, dtype=float))
@@ -327,7 +330,7 @@ def _tensor(domain: Domain, rocks: Rocks) -> fem.Constant | fem.Function:
 def _in_cells(
     spaces: Spaces, rocks: Rocks, value: Callable[[Conductor, np.ndarray], np.ndarray]
 ) -> fem.Function:
-    """What each rock has in the middles of its cells."""
+    """Return the value of each rock at the centers of its cells."""
     found = fem.Function(spaces.cell)
     x = spaces.cell.tabulate_dof_coordinates().T
     for rock, cells in rocks:
@@ -337,7 +340,7 @@ def _in_cells(
 
 
 def _measures(domain: Domain, conduction: Conduction) -> tuple[axis.Measure, axis.Measure]:
-    """Of the volume, and of the sides, numbered from 1 as the conduction lists them."""
+    """Return the measures of the volume and of the boundaries, numbered from 1 in their order."""
     dim = domain.dim
     facets = [domain.facets(side.side) for side in conduction.sides]
     numbers = [np.full(len(f), n + 1, dtype=np.int32) for n, f in enumerate(facets)]

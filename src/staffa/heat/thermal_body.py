@@ -1,4 +1,4 @@
-"""What the heat equation needs to know of a body: how it conducts, where heat enters and leaves."""
+"""Thermal properties and boundary conditions of a body."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -9,32 +9,43 @@ from staffa.physics.temperature import Law
 
 # Values at points x, shape (3, n), and a time t (s): shape (n,), or one value for all.
 Values = Callable[[np.ndarray, float], np.ndarray | float]
-# Values at points x and a time, where the surface has temperatures T (K), shape (n,).
+# Values at points x and a time, for surface temperatures T (K), shape (n,).
 SurfaceValues = Callable[[np.ndarray, float, np.ndarray], np.ndarray | float]
 # Values at points alone, shape (3, n) -> (n,).
 PointValues = Callable[[np.ndarray], np.ndarray]
 
 
 def nothing(x: np.ndarray, t: float) -> float:
-    """0, anywhere and ever."""
+    """Return 0, at all points and times."""
     return 0.0
 
 
 def everywhere_one(x: np.ndarray) -> np.ndarray:
-    """1 at every point."""
+    """Return 1 at every point."""
     return np.ones(x.shape[1])
 
 
 @dataclass(frozen=True, kw_only=True)
 class OfSurface:
-    """A film coefficient (W/(m^2 K)) by the temperature of the surface behind it."""
+    """Heat transfer coefficient that depends on the surface temperature.
+
+    Attributes
+    ----------
+    at : function of points, time (s) and surface temperatures (K) that returns it (W/(m^2 K)).
+    """
 
     at: SurfaceValues
 
 
 @dataclass(frozen=True, kw_only=True)
 class Dirichlet:
-    """A side at a prescribed temperature T (K)."""
+    """Boundary at a prescribed temperature.
+
+    Attributes
+    ----------
+    side : name of the boundary.
+    T : temperature (K).
+    """
 
     side: str
     T: Values
@@ -42,7 +53,13 @@ class Dirichlet:
 
 @dataclass(frozen=True, kw_only=True)
 class Neumann:
-    """A side through which heat enters at a prescribed flux q (W/m^2), negative where it leaves."""
+    """Boundary with a prescribed heat flux.
+
+    Attributes
+    ----------
+    side : name of the boundary.
+    q : flux into the body (W/m^2), negative if heat leaves.
+    """
 
     side: str
     q: Values
@@ -50,7 +67,14 @@ class Neumann:
 
 @dataclass(frozen=True, kw_only=True)
 class Robin:
-    """A side behind a film of coefficient h (W/(m^2 K)), beyond which there is a bath at T (K)."""
+    """Boundary with a convective condition.
+
+    Attributes
+    ----------
+    side : name of the boundary.
+    h : heat transfer coefficient (W/(m^2 K)).
+    T : temperature of the fluid beyond it (K).
+    """
 
     side: str
     h: Values | OfSurface
@@ -59,15 +83,25 @@ class Robin:
 
 @dataclass(frozen=True, kw_only=True)
 class Insulating:
-    """Cracks that hinder heat: in them this fraction of the conductivity is left."""
+    """Cracks that insulate.
+
+    Attributes
+    ----------
+    residual : fraction of the conductivity left in them.
+    """
 
     residual: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class FluidFilledCrack:
-    """Cracks full of a fluid at T (K), each of whose two faces exchanges heat with it: a film of
-    coefficient h (W/(m^2 K))."""
+    """Cracks full of a fluid that exchanges heat with both crack faces.
+
+    Attributes
+    ----------
+    h : heat transfer coefficient of each face (W/(m^2 K)).
+    T : temperature of the fluid (K).
+    """
 
     h: Values | OfSurface
     T: Values
@@ -75,7 +109,15 @@ class FluidFilledCrack:
 
 @dataclass(frozen=True, kw_only=True)
 class Conductor:
-    """How a rock conducts and stores heat: k, rho_c and factors on them as in `Conduction`."""
+    """Thermal properties of one rock.
+
+    Attributes
+    ----------
+    k : conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers.
+    rho_c : heat capacity per volume (J/(m^3 K)).
+    k_factor, rho_c_factor : factors on them at points, evaluated at the center of each cell.
+    k_law, c_law : factors on them by temperature; None for none.
+    """
 
     k: tuple[tuple[float, ...], ...]
     rho_c: float
@@ -87,21 +129,26 @@ class Conductor:
 
 @dataclass(frozen=True, kw_only=True)
 class Conduction:
-    """rho c dT/dt = div(k grad T) + source; sides are insulated where nothing else is said.
+    """Heat equation rho c dT/dt = div(k grad T) + source; boundaries are insulated by default.
 
-    k: conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers; rho_c: heat capacity
-    a volume (J/(m^3 K)); k_factor, rho_c_factor: factors on them at points, evaluated in the middle
-    of each cell; k_law, c_law: factors on them by temperature, None for no dependence on it (that
-    of c with the place of each vertex); regions: the rock of the domain's regions that differs from
-    these. initial: temperature (K) at points at t = 0; stress_free: the one without thermal strain,
-    the initial one if None. source: heat made a volume and time (W/m^3). cracks: how they change
-    the flow of heat; None for not at all.
-
-    kinks: times (s), increasing, at which something prescribed changes its course: steps end there.
-    tolerance: largest error of a time step of its own, over the largest change of temperature since
-    t = 0 that there was at the start of the advance or in it. agreement: how well the temperature
-    and the cracks that change it must agree at the end of a step, in the same measure; after so
-    many passes at most.
+    Attributes
+    ----------
+    k : conductivity (W/(m K)), a symmetric tensor as dim rows of dim numbers.
+    rho_c : heat capacity per volume (J/(m^3 K)).
+    initial : temperature at t = 0 (K), a function of points.
+    stress_free : stress-free temperature (K), a function of points; None for the initial one.
+    k_factor : factor on k at points, evaluated at the center of each cell.
+    rho_c_factor : factor on rho_c, likewise.
+    k_law : factor on k by temperature; None for none.
+    c_law : factor on rho_c by temperature, with the position of each vertex; None for none.
+    regions : rocks of the domain's regions that differ from these.
+    sides : boundary conditions.
+    source : heat per volume and time (W/m^3).
+    cracks : thermal effect of cracks; None for none.
+    kinks : breakpoints in time (s), increasing: steps end there.
+    tolerance : largest error of a substep, over the largest change of temperature since t = 0.
+    agreement : largest difference of the temperature in staggered iterations that agree, likewise.
+    passes : largest number of staggered iterations.
     """
 
     k: tuple[tuple[float, ...], ...]

@@ -1,4 +1,4 @@
-"""A step of TR-BDF2: its numbers, and what both kinds of rock have in common."""
+"""Step of TR-BDF2: its coefficients, and the parts common to linear and nonlinear rock."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -15,7 +15,14 @@ EMBEDDED = np.array([(1 - W) / 3, (1 + 3 * W) / 3, D / 3])
 
 @dataclass(frozen=True, kw_only=True)
 class Tried:
-    """A step tried: the temperature after it, its error over the tolerance, what entered (J)."""
+    """Step that was tried.
+
+    Attributes
+    ----------
+    T : temperature after it (K), owned entries.
+    error : its error over the tolerance.
+    entered : heat that entered by cause (J), on this rank.
+    """
 
     T: np.ndarray
     error: float
@@ -25,15 +32,16 @@ class Tried:
 def by_cause(
     at: HeatOperators, taken: np.ndarray, gain: np.ndarray, entering: dict[str, np.ndarray]
 ) -> dict[str, float]:
-    """Heat that enters the body (W): on held sides, what their vertices gain beyond the rest.
+    """Return the heat that enters the body by cause (W), of this rank's vertices.
 
-    Of this rank's own vertices.
+    On a Dirichlet boundary it is the heat that its vertices take up beyond the rest.
 
     Parameters
     ----------
-    taken : heat that the held vertices take up (W), shape (n_held,).
+    at : operators of the body.
+    taken : heat that the Dirichlet vertices take up (W), shape (n_held,).
     gain : heat that all vertices gain from neighbors and causes (W), shape (n_owned,).
-    entering : the part of it from each cause, likewise.
+    entering : the part of it from each cause (W), shape (n_owned,) each.
     """
     found = {name: float(part.sum()) for name, part in entering.items()}
     needed = taken - gain[at.held]

@@ -1,11 +1,11 @@
-"""Temperature from one time to another: pure, so that a step can be repeated or taken back.
+"""Temperature from one time to another: pure, so that a step can be repeated or returned to.
 
 TR-BDF2 (Bank et al. 1985) as a diagonally implicit Runge-Kutta method of three stages, the first
 of them explicit (Hosea and Shampine, Appl. Numer. Math. 20, 21, 1996): second order, L-stable, one
-matrix for both implicit stages, and an embedded method of third order that tells the error. The
-last stage is the new temperature, so that what enters is known to the last digit: stage by stage,
-with the weights of the method. PETSc's TS has such methods, but keeps a state of its own, and hands
-out neither the stages nor, for them, integrals over a step.
+matrix for both implicit stages, and an embedded method of third order that estimates the error. The
+last stage is the new temperature, so the heat that enters is known to the last digit: stage by
+stage, with the weights of the method. PETSc's TS has such methods, but it keeps a state, and gives
+access neither to the stages nor to integrals over a step.
 """
 
 from collections import defaultdict
@@ -31,17 +31,18 @@ from staffa.model.domain import Domain
 from staffa.model.fields import Spaces, owned
 from staffa.records.step import Heat
 
-# A step is as long as its error allows, with some caution, and changes by these factors at most.
+# A substep is as long as its error allows, times the first number; its length changes by a factor
+# between the other two.
 CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
-# A change of a temperature by less than this part of it is none: rounding makes such.
+# A change of a temperature by less than this part of it is round-off.
 UNCHANGED = 1e-7
-# What flows from vertex to vertex at one temperature cancels, but for its round-off: over the
-# least that an audit allows, less than this fraction of what would flow from each alone.
+# At one temperature the flows between vertices cancel, except for round-off: over the tolerance of
+# the audit, less than this fraction of the flow from each vertex alone.
 CANCELED = 1e-9
 
 
 class HeatEquation:
-    """The heat equation of a body, built once. Owns its PETSc objects. Everything is collective."""
+    """Heat equation of a body, built once. It owns its PETSc objects. Collective."""
 
     def __init__(self, domain: Domain, spaces: Spaces, conduction: Conduction) -> None:
         self.comm = domain.comm
@@ -69,31 +70,35 @@ class HeatEquation:
 
     @property
     def feels_cracks(self) -> bool:
-        """Whether the damage changes the flow of heat."""
+        """True if the damage changes the flow of heat."""
         return self.conduction.cracks is not None
 
     def start(self) -> np.ndarray:
-        """Temperature change (K) from the stress-free state at t = 0; ghosts included."""
+        """Return the temperature change (K) from the stress-free state at t = 0, with ghosts."""
         return self._with_ghosts(self._initial - self._stress_free)
 
     def span(self, T: np.ndarray) -> float:
-        """Largest change (K) of a temperature, given as `start` gives it, since t = 0."""
+        """Return the largest change (K) of a temperature since t = 0; T as `start` returns it."""
         mine = T[: len(self._initial)] + self._stress_free - self._initial
         return max_over_ranks(self.comm, np.abs(mine))
 
     def advance(
         self, before: np.ndarray, alpha: np.ndarray, start: float, end: float
     ) -> tuple[np.ndarray, Heat]:
-        """From the temperature change (K) at one time (s) to that at another, cracks frozen.
+        """Return the temperature change (K) after a step with frozen cracks, and the heat balance.
 
         Parameters
         ----------
-        before, alpha : at the vertices, ghosts included, shape (n_local,).
+        before : temperature change at the start (K), at the vertices, ghosts included, shape
+            (n_local,).
+        alpha : damage at the vertices, ghosts included, shape (n_local,).
+        start : time at the start (s).
+        end : time at the end (s).
 
         Raises
         ------
         SolveError
-            A linear solver failed, or the steps became too short.
+            A linear solver failed, or the substeps became too short.
         """
         began_at = perf_counter()
         if self.operators.feel(alpha):
@@ -112,10 +117,10 @@ class HeatEquation:
     def _march(
         self, T: np.ndarray, time: float, end: float, largest: float, entered: dict[str, float]
     ) -> tuple[np.ndarray, float, int]:
-        """Steps of the method from a time to another, nothing between them having a kink.
+        """Take substeps between two times without a breakpoint.
 
-        largest: change of temperature (K) so far. The temperature, that change, and how many steps;
-        what entered is added.
+        `largest` is the largest change of temperature so far (K). Return the temperature, that
+        change and the number of substeps; heat that entered is added to `entered`.
         """
         length, substeps = end - time, 0
         while time < end:
@@ -136,12 +141,12 @@ class HeatEquation:
         return T, largest, substeps
 
     def _change(self, T: np.ndarray) -> float:
-        """Largest change (K) since t = 0, or what rounding makes of none."""
+        """Return the largest change (K) since t = 0, or its round-off if there is none."""
         changed = max_over_ranks(self.comm, np.abs(T - self._initial))
         return max(changed, UNCHANGED * max_over_ranks(self.comm, np.abs(T)))
 
     def _try(self, T: np.ndarray, time: float, length: float, largest: float = 0.0) -> Tried:
-        """One step of the method, of any length (s); largest: change of temperature before (K)."""
+        """Try one substep of any length (s); `largest` is the change of temperature before (K)."""
         if self._nonlinear:
             tried = self._nonlinear.tried(T, time, length, max(largest, self._change(T)))
             return replace(tried, error=self._over_allowed(tried.error, tried.T, largest))
@@ -175,7 +180,7 @@ class HeatEquation:
     def _rates(
         self, T: np.ndarray, exchanges: list[HeatExchange]
     ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Heat that vertices gain in all (W), and from each cause but their neighbors."""
+        """Return the heat that vertices gain in total (W), and from each cause but neighbors."""
         entering = {e.name: e.entering(T) for e in exchanges}
         gained = np.sum(list(entering.values()), axis=0)
         return gained + self.operators.conducted(T), entering
@@ -183,14 +188,14 @@ class HeatEquation:
     def _by_cause(
         self, rate: np.ndarray, gain: np.ndarray, entering: dict[str, np.ndarray]
     ) -> dict[str, float]:
-        """Heat that enters the body (W), see `step.by_cause`."""
+        """Return the heat that enters the body (W), see `tr_bdf2.by_cause`."""
         held = self.operators.held
         return by_cause(self.operators, self.operators.capacity[held] * rate[held], gain, entering)
 
     def _stage(
         self, base: np.ndarray, held: np.ndarray, exchanges: list[HeatExchange], length: float
     ) -> np.ndarray:
-        """The rate (K/s) k with C k = F(base + D length k), and as prescribed where held."""
+        """Return the rate (K/s) k with C k = F(base + D length k), and as prescribed in `held`."""
         at, scale = self.operators, D * length
         self._make(scale, np.sum([e.coefficient for e in exchanges], axis=0))
         moved = base.copy()
@@ -201,7 +206,7 @@ class HeatEquation:
         return rate
 
     def _make(self, scale: float, coefficient: np.ndarray) -> None:
-        """Fill the matrix C + scale (coefficient + K), if it is another one than before."""
+        """Fill the matrix C + scale (coefficient + K), if it has changed."""
         if self._made_for is not None:
             before, films = self._made_for
             other = before != scale or not np.array_equal(films, coefficient)
@@ -235,19 +240,22 @@ class HeatEquation:
     def _error(
         self, new: np.ndarray, rates: list[np.ndarray], length: float, largest: float
     ) -> float:
-        """Error of a step over what is allowed, smoothed as Hosea and Shampine do: where the
-        equation is stiff, the embedded method is not of use."""
+        """Return the error of a substep over the allowed one.
+
+        It is smoothed as Hosea and Shampine do: for a stiff equation the embedded method alone is
+        useless.
+        """
         difference = length * np.einsum("i,ij", WEIGHTS - EMBEDDED, rates)
         error = max_over_ranks(self.comm, np.abs(self._solve(self.operators.capacity * difference)))
         return self._over_allowed(error, new, largest)
 
     def _over_allowed(self, error: float, new: np.ndarray, largest: float) -> float:
-        """An error (K) over what is allowed."""
+        """Return an error (K) over the allowed one."""
         allowed = self.conduction.tolerance * max(largest, self._change(new))
         return error / allowed if allowed > 0 else (0.0 if np.isfinite(error) else np.inf)
 
     def _gained(self, before: np.ndarray, after: np.ndarray, *, sizes: bool = False) -> float:
-        """Heat that the body gains on this rank (J), or the sum of its vertices' sizes of it."""
+        """Return the heat that the body gains on this rank (J); with `sizes` that of absolutes."""
         if self._nonlinear:
             gained = self._nonlinear.gained(before, after)
             return float((np.abs(gained) if sizes else gained).sum())
@@ -262,10 +270,11 @@ class HeatEquation:
         substeps: int,
         length: float,
     ) -> Heat:
-        """Heat that was stored and heat that entered in a time (s), over all ranks.
+        """Return the heat balance of a step, over all ranks.
 
-        Their difference is held against what crossed, or what the body has stored since t = 0 if
-        that is more: near a steady state next to nothing crosses.
+        The difference of heat stored and heat entered is relative to the heat that crossed the
+        boundary, or to the heat stored since t = 0 if that is more: near a steady state hardly any
+        heat crosses.
         """
         self.operators.matrix.getDiagonal(self._diagonal)
         names, capacity = sorted(entered), self.operators.capacity
@@ -286,8 +295,14 @@ class HeatEquation:
         )
 
     def unaccounted(self, before: np.ndarray, after: np.ndarray, heat: Heat) -> float:
-        """Heat that the body gained from one temperature change (K) to another and that an account
-        does not know of, over what crossed or is stored; see `advance`."""
+        """Return the gained heat that a balance does not explain, over the heat that crossed.
+
+        Parameters
+        ----------
+        before : temperature change at the start (K), ghosts included, shape (n_local,).
+        after : temperature change at the end (K), ghosts included, shape (n_local,).
+        heat : the heat balance, see `advance`.
+        """
         n = len(self._initial)
         T, capacity = after[:n] + self._stress_free, self.operators.capacity
         gained = capacity @ (after - before)[:n]
@@ -318,5 +333,5 @@ class HeatEquation:
 
 
 def _fitting(length: float, left: float) -> float:
-    """A step of about this length such that no short one is left for the end."""
+    """Return a length near the given one such that no short substep is left for the end."""
     return left / ceil(left / length * (1 - 1e-9)) if 0 < left < 1e3 * length else length

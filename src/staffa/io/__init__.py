@@ -1,1 +1,1 @@
-"""The run directory, and fields in and out of it."""
+"""Run directory on disk, and fields to and from it."""

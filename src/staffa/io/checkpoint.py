@@ -1,8 +1,8 @@
 """Checkpoints on disk: atomic, checked by SHA-256, the last two kept; no finite elements.
 
 A checkpoint is a page of numbers, `000012.json`, and the parts that it names: arrays in HDF5 files,
-each called by the SHA-256 of its content. What is on disk is so never changed, only added and, once
-no page names it, removed; a part that several pages name is written once.
+each named by the SHA-256 of its content. So a file on disk never changes: it is added and, when no
+page names it any more, removed. A part that several pages name is written once.
 """
 
 import io
@@ -28,11 +28,11 @@ PAGE, PART = re.compile(r"\d{6,}\.json"), re.compile(r"[0-9a-f]{64}\.h5")
 
 
 class DamagedError(StaffaError):
-    """A checkpoint that cannot be used, and why."""
+    """Error of a checkpoint that cannot be used, with the reason."""
 
 
 def write_part(folder: Path, arrays: Mapping[str, np.ndarray]) -> str:
-    """Write arrays, and give the name that a page calls them by."""
+    """Write arrays, and return the name by which a page refers to them."""
     with h5py.File("part", "w", driver="core", backing_store=False) as file:
         for name, values in arrays.items():
             file.create_dataset(name, data=values, track_times=False)
@@ -45,12 +45,12 @@ def write_part(folder: Path, arrays: Mapping[str, np.ndarray]) -> str:
 
 
 def read_part(folder: Path, name: str) -> dict[str, np.ndarray]:
-    """The arrays that `write_part` called so.
+    """Read the arrays that `write_part` wrote under a name.
 
     Raises
     ------
     DamagedError
-        They are not there, or not as they were.
+        The file is missing, or was changed.
     """
     file = _part(folder, name)
     if file.exists() and not file.is_file():  # a pipe would be waited for
@@ -66,9 +66,14 @@ def read_part(folder: Path, name: str) -> dict[str, np.ndarray]:
 
 
 def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterable[str]) -> None:
-    """Complete a checkpoint whose parts are written; then remove what is older than the last two.
+    """Complete a checkpoint whose parts are written, and remove all but the last two.
 
-    number: grows from one to the next. parts: the names of all parts that the page tells of.
+    Parameters
+    ----------
+    folder : folder of the checkpoints.
+    number : number of the checkpoint, larger than that of the one before.
+    page : numbers of the restart state.
+    parts : names of all parts that the page names.
     """
     content = {"parts": list(parts), **page}
     head = {"format": FORMAT, "version": page.get("version"), "sha256": _sum(FORMAT, content)}
@@ -79,21 +84,21 @@ def write_page(folder: Path, number: int, page: Mapping[str, Any], parts: Iterab
 
 
 def checkpoint_numbers(folder: Path) -> list[int]:
-    """Those of the checkpoints that are there, the latest first."""
+    """Return the numbers of the checkpoints in a folder, the latest first."""
     found = folder.iterdir() if folder.is_dir() else ()
     pages = (path for path in found if PAGE.fullmatch(path.name) and path.is_file())
     return sorted((int(path.stem) for path in pages), reverse=True)
 
 
 def read_page(folder: Path, number: int) -> dict[str, Any]:
-    """A checkpoint's page.
+    """Read a checkpoint's page.
 
     Raises
     ------
     DamagedError
         It is not what was written.
     InputError
-        It has a format of the future.
+        It has a format of a later version.
     """
     damaged = DamagedError("its page is not what was written")
     try:
@@ -106,7 +111,7 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
         return dict(page)
     if right or found == FORMAT:
         raise damaged
-    # How another format is summed is not known.
+    # The checksum of another format is not known.
     raise InputError(
         f"{folder} has format {found or 1}, this staffa reads {FORMAT}; use the staffa that wrote "
         f"it, {text.get('version') or 'another one'}"
@@ -114,7 +119,7 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
 
 
 def remove_after(folder: Path, number: int) -> None:
-    """Remove the checkpoints after one, which the run goes on from, and what was half written."""
+    """Remove the checkpoints after the one from which the run continues, and unfinished files."""
     for later in checkpoint_numbers(folder):
         if later > number:
             _page(folder, later).unlink()
@@ -123,8 +128,10 @@ def remove_after(folder: Path, number: int) -> None:
 
 
 def _tidy(folder: Path) -> None:
-    """Keep the last two checkpoints, and the parts that they name; of a damaged page none are
-    known, and then no part is removed."""
+    """Keep the last two checkpoints and the parts that they name.
+
+    The parts of a damaged page are unknown; then no part is removed.
+    """
     for number in checkpoint_numbers(folder)[KEPT:]:
         _page(folder, number).unlink()
     for half in folder.glob(f".*{HALF}"):

@@ -1,4 +1,4 @@
-"""The layout of an ensemble on disk: a run directory for each seed; no finite elements."""
+"""Layout of an ensemble on disk: a run directory for each seed; no finite elements."""
 
 import re
 import tomllib
@@ -19,29 +19,35 @@ SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random propert
 
 @dataclass(frozen=True, kw_only=True)
 class Ensemble:
-    """Runs of one case that differ in nothing but their seeds: that of [toughness] -> run."""
+    """Runs of one case that differ in their seeds only.
+
+    Attributes
+    ----------
+    path : the ensemble's directory.
+    runs : the runs by the seed of [toughness].
+    """
 
     path: Path
     runs: dict[int, Run]
 
     @property
     def first(self) -> Run:
-        """The one of the lowest seed."""
+        """Run of the lowest seed."""
         return self.runs[min(self.runs)]
 
     @property
     def finished(self) -> dict[int, Run]:
-        """The runs that came to their end; only these are averaged."""
+        """Runs that reached their end; only these are averaged."""
         return {seed: run for seed, run in self.runs.items() if run.finished}
 
 
 def member_path(path: Path, seed: int) -> Path:
-    """Where the run of a seed is."""
+    """Return the folder of the run of a seed."""
     return path / f"seed-{seed}"
 
 
 def members(path: Path) -> dict[int, Path]:
-    """What is at the place of a member, in the order of the seeds: a run or not."""
+    """Return the folders with a member's name by their seeds, in order; they may hold no run."""
     found = {}
     for inside in path.iterdir() if path.is_dir() else ():
         match = MEMBER.fullmatch(inside.name)
@@ -51,21 +57,20 @@ def members(path: Path) -> dict[int, Path]:
 
 
 def is_ensemble(path: Path) -> bool:
-    """True for a folder that holds members and is no run itself."""
+    """Return True for a folder that contains members and is no run itself."""
     begun = (inside / MANIFEST for inside in members(path).values())
     return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in begun)
 
 
 def is_of_ensemble(inside: Path) -> bool:
-    """True if a thing in a folder belongs to an ensemble: a member, or what is written beside
-    members that have started."""
+    """Return True for a member, or a file that was written beside members that have started."""
     if MEMBER.fullmatch(inside.name):
         return True  # each is looked at by itself
     return inside.name in BESIDE and is_ensemble(inside.parent)
 
 
 def read_ensemble(path: str | Path) -> Ensemble:
-    """Read the members that have begun, also while others are still to come.
+    """Read the members that have started, also while others are still to come.
 
     Raises
     ------
@@ -88,6 +93,6 @@ def read_ensemble(path: str | Path) -> Ensemble:
 
 
 def _fixed(run: Run) -> dict[str, Any]:
-    """What the cases of all members have in common."""
+    """Return the part of a case that all members share."""
     tables = tomllib.loads(SEED.sub("seed = 0", run.case))
     return {name: table for name, table in tables.items() if name not in OWN}

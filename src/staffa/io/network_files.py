@@ -17,9 +17,16 @@ def write_vtp(
     at_points: Mapping[str, np.ndarray],
     on_cells: Mapping[str, np.ndarray],
 ) -> None:
-    """Write polylines, or the triangles of a surface, so that they are there whole or not at all.
+    """Write polylines, or the triangles of a surface, atomically.
 
-    cells: the numbers of the points of each. at_points, on_cells: values by their names.
+    Parameters
+    ----------
+    path : the file.
+    points : coordinates (m), shape (n, 3).
+    cells : numbers of the points of each line or triangle.
+    surface : True for triangles.
+    at_points : values at the points by name, shape (n, ...).
+    on_cells : values of the lines or triangles by name, shape (m, ...).
     """
     import pyvista
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter

@@ -1,4 +1,4 @@
-"""Values at nodes, or of cells, in an order that no partition changes."""
+"""Order of values at nodes or in cells that does not depend on the partition."""
 
 from staffa.backend.stack import MPI
 
@@ -11,16 +11,15 @@ from staffa.model.fields import vertices
 
 
 class Numbering:
-    """The way from the nodes (or cells) of each rank to those of the whole mesh, on rank 0, and
-    back.
+    """Map between the nodes (or cells) of each rank and those of the whole mesh on rank 0.
 
-    Vertices stand in the order in which the mesh was made (DOLFINx's `input_global_indices`), the
-    middles of edges by the two ends in that order, and cells by their vertices, so that what some
-    ranks wrote any others read. Everything is collective.
+    Vertices are in the order in which the mesh was made (DOLFINx's `input_global_indices`),
+    midpoints of edges are ordered by the two ends in that order, and cells by their vertices. So
+    any number of ranks can read what another number wrote. All methods are collective.
     """
 
     def __init__(self, comm: MPI.Comm, space: fem.FunctionSpace) -> None:
-        """space: scalar elements, linear or quadratic, or constants in cells, scalar or not."""
+        """Find the order of a space: linear or quadratic scalars, or constants in cells."""
         self.comm = comm
         points = vertices(space)
         self._owned = space.dofmap.index_map.size_local
@@ -32,13 +31,18 @@ class Numbering:
         self.points = self.whole(points)
 
     def whole(self, values: np.ndarray) -> np.ndarray | None:
-        """All values on rank 0, None elsewhere, from those of this rank, shape (n_local,)
-        or (n_local, components); ghosts are left out."""
+        """Return all values on rank 0, None elsewhere.
+
+        Parameters
+        ----------
+        values : values of this rank, shape (n_local,) or (n_local, components); ghosts are left
+            out.
+        """
         parts = gather(self.comm, np.ascontiguousarray(values[: self._owned]))
         return None if parts is None else np.concatenate(parts)[self._order]
 
     def share(self, whole: np.ndarray | None) -> np.ndarray:
-        """This rank's own values, from all that rank 0 has."""
+        """Return this rank's own values, from all values on rank 0."""
         parts = None
         if whole is not None:
             own = np.empty_like(whole)
@@ -48,14 +52,16 @@ class Numbering:
 
 
 def _corners(space: fem.FunctionSpace) -> np.ndarray:
-    """The vertices of each cell in the order in which the mesh was made, sorted; shape (n, k)."""
+    """Return the vertices of each cell in the order in which the mesh was made, sorted; (n, k)."""
     geometry = space.mesh.geometry
     return np.sort(geometry.input_global_indices[geometry.dofmaps[0]], axis=1)
 
 
 def _ends(space: fem.FunctionSpace) -> np.ndarray:
-    """The ends of the edge of each node in the order in which the mesh was made, ghosts included,
-    shape (n, 2): of a vertex twice its own place."""
+    """Return the ends of each node's edge in the order of the mesh, ghosts included, shape (n, 2).
+
+    For a vertex both are the vertex.
+    """
     geometry, cells, element = space.mesh.geometry, space.dofmap.list, space.element.basix_element
     known = geometry.input_global_indices[geometry.dofmaps[0]]
     ends = np.zeros((len(vertices(space)), 2), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Files that staffa writes: whole or not at all, and never through a symbolic link."""
+"""Files that staffa writes: atomic, and never through a symbolic link."""
 
 import os
 from pathlib import Path
@@ -13,8 +13,7 @@ NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 def write_aside(path: Path, content: str | bytes) -> None:
-    """Write a file so that it is there whole or not at all, also after a power cut; a symbolic link
-    in its place is replaced, not followed."""
+    """Write a file atomically, power failures included; a symbolic link there is replaced."""
     aside = path.with_name(f".{path.name}{HALF}")
     try:
         aside.unlink(missing_ok=True)  # of a run that was killed
@@ -37,7 +36,7 @@ def to_append(path: Path) -> IO[str]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder of a run, and those above it, if it is not there.
+    """Make a folder of a run, and its parents, if it is missing.
 
     Raises
     ------
@@ -53,7 +52,7 @@ def make_folder(folder: Path) -> None:
 
 
 def remove_halves(path: Path) -> None:
-    """Remove what a kill left half written, in the run's own folders."""
+    """Remove unfinished files of a killed run in its own folders."""
     inside = (folder for folder in path.iterdir() if folder.is_dir() and not folder.is_symlink())
     for folder in (path, *inside):
         for half in folder.glob(f".*{HALF}"):
@@ -62,7 +61,7 @@ def remove_halves(path: Path) -> None:
 
 
 def keep_names(path: Path) -> None:
-    """Bring to the disk which files a folder has: that a file has its name is kept there."""
+    """Write the list of files of a folder to disk (fsync): a file's name is stored there."""
     folder = os.open(path, os.O_RDONLY)
     try:
         os.fsync(folder)

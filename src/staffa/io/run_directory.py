@@ -1,4 +1,4 @@
-"""The layout of a run on disk, and how its records are written and read; no finite elements."""
+"""Layout of a run on disk, and its records, written and read; no finite elements."""
 
 import json
 import os
@@ -40,10 +40,16 @@ FIELDS_OF_A_STEP = re.compile(r"step-\d{4,}\.vtkhdf")
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """A run as read back: its case file's text, its manifest, and the steps finished so far.
+    """Run as read from its directory.
 
-    steps: those that stand; superseded: those that backtracking has gone back behind, and rejected:
-    those that were taken again, as recorded.
+    Attributes
+    ----------
+    path : the run directory.
+    case : text of its case file.
+    manifest : description of the run.
+    steps : kept steps, in order.
+    superseded : steps that a later return replaced.
+    rejected : steps that were computed again, shorter.
     """
 
     path: Path
@@ -66,7 +72,7 @@ class Run:
         return frame_of(self.manifest, self.steps)
 
     def wants(self, step: Step) -> bool:
-        """Whether the time of a step was asked for as an output."""
+        """Return True if the time of a step was requested as an output."""
         planned = zip(self.manifest.times, self.manifest.requested, strict=True)
         return any(time == step.time and asked for time, asked in planned)
 
@@ -76,15 +82,18 @@ def require_free(
     way_out: str = "choose another folder or remove it",
     ours: Callable[[Path], bool] = lambda inside: False,
 ) -> None:
-    """Refuse a place that holds a run already, or a person's files, or cannot hold a run.
+    """Refuse a folder that contains a run or a user's files, or in which no run can be made.
 
-    way_out: from a run that is there. ours: which of the things that are there staffa itself wrote,
-    so that it may write over them.
+    Parameters
+    ----------
+    path : the folder.
+    way_out : advice if it contains a run.
+    ours : returns True for a file or folder that staffa wrote, so that it may be overwritten.
 
     Raises
     ------
     InputError
-        With the way out.
+        The folder cannot be used; the message has the way out.
     """
     another = "name a folder that is new or empty"
     try:
@@ -110,19 +119,21 @@ def require_free(
 
 
 def _is_lock(path: Path) -> bool:
-    """True if a file is the lock of a run that was not started."""
+    """Return True if a file is the lock of a run that was not started."""
     return path.name == LOCK and path.is_file() and path.stat().st_size <= LONGEST_LOCK
 
 
 def write_case(path: Path, case: str, manifest: Manifest) -> None:
-    """Write what a run is, in place of what may be there."""
+    """Write the text `case` and the `manifest` of a run into `path`, in place of existing ones."""
     write_aside(path / CASE, case)
     write_aside(path / MANIFEST, json.dumps(json_form(manifest), indent=2) + "\n")
 
 
 def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()) -> None:
-    """Make a run directory with its case, copies of the files that it names, its manifest, and no
-    step yet. If the disk does not take all of it, there is no run."""
+    """Make a run directory `path` with `case`, `manifest` and copies of `files`, without a step.
+
+    If the disk does not take all of it, there is no run.
+    """
     make_folder(path / FIELDS)
     copies = [file for file in files if not _is_there(file, path)]
     try:
@@ -138,18 +149,18 @@ def create(path: Path, case: str, manifest: Manifest, files: Sequence[Path] = ()
 
 
 def _is_there(file: Path, folder: Path) -> bool:
-    """True if a file is that of this name in a folder."""
+    """Return True if a file is the one of this name in a folder."""
     return (folder / file.name).exists() and file.samefile(folder / file.name)
 
 
 class Journal:
-    """The file of steps as it grows: how many lines it has, and the SHA-256 of all of them.
+    """File of steps as it grows: its number of lines, and the SHA-256 of all of them.
 
-    A checkpoint names both, so that what is before it is known to be what was written.
+    A checkpoint stores both, so that a change of the lines before it is detected.
     """
 
     def __init__(self, path: Path, lines: Sequence[str] = ()) -> None:
-        """lines: those that are there, without their ends."""
+        """Start from the existing lines, given without their ends."""
         self.path, self.lines = path, len(lines)
         self._sum = sha256("".join(f"{line}\n" for line in lines).encode())
 
@@ -159,7 +170,7 @@ class Journal:
         return self._sum.hexdigest()
 
     def append(self, step: Step) -> None:
-        """Add a step's record as one line, on disk before this returns."""
+        """Write a step's record as one line; it is on disk when this returns."""
         line = json.dumps(step.to_record()) + "\n"
         with to_append(self.path / STEPS) as file:
             file.write(line)
@@ -170,19 +181,19 @@ class Journal:
 
 
 def append_step(path: Path, step: Step) -> None:
-    """Add one step's record, see `Journal`."""
+    """Append one step's record, see `Journal`."""
     Journal(path).append(step)
 
 
 def journal_lines(path: Path) -> list[str]:
-    """The whole lines of the file of steps, whatever they hold."""
+    """Return the complete lines of the file of steps, whatever their content."""
     file = path / STEPS
     text = _text(file, "replace") if file.is_file() else ""
     return text.split("\n")[:-1]
 
 
 def put_aside(path: Path) -> Path:
-    """Rename the file of steps, since a run begins again; its new name."""
+    """Rename the file of steps, since a run begins again, and return its new name."""
     taken = (path / f"{STEPS}.{number}" for number in count(1))
     aside = next(name for name in taken if not name.exists())
     (path / STEPS).rename(aside)
@@ -190,34 +201,35 @@ def put_aside(path: Path) -> Path:
 
 
 def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
-    """Let the file of steps hold these lines alone, and the fields be those of these steps."""
+    """Reduce the steps in `path` to these `lines`, and the fields to those of these `steps`."""
     write_aside(path / STEPS, "".join(f"{line}\n" for line in lines))
     make_folder(path / FIELDS)
     written = [(step.fields, step.time) for step in steps if step.fields]
     known = {Path(name).name for name, _ in written}
-    for file in (path / FIELDS).iterdir():  # people may keep their own beside these
+    for file in (path / FIELDS).iterdir():  # users may keep their own files there
         if FIELDS_OF_A_STEP.fullmatch(file.name) and file.name not in known:
             file.unlink()
     write_series(path, written)
 
 
 def append_log(path: Path, line: str) -> None:
-    """Add one line to the log."""
+    """Append one line to the log."""
     with to_append(path / LOG) as file:
         file.write(printable(line) + "\n")
 
 
 def fields_name(index: int) -> str:
-    """Name of the fields of a step, below the run directory."""
+    """Return the name of a step's file of fields, relative to the run directory."""
     return f"{FIELDS}/step-{index:04d}.vtkhdf"
 
 
 def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
-    """Write the index by which ParaView and PyVista see the files of fields as one animation.
+    """Write the index by which ParaView and PyVista show the files of fields as one animation.
 
     Parameters
     ----------
-    written : name below the run directory, and time (s), of each file.
+    path : the run directory.
+    written : name relative to the run directory, and time (s), of each file.
     """
     files = [{"name": Path(name).name, "time": time} for name, time in written]
     index = {"file-series-version": "1.0", "files": files}
@@ -256,7 +268,7 @@ def open_run(path: str | Path) -> Run:
 
 
 def read_manifest(path: Path) -> Manifest:
-    """What a run is; errors as of `open_run`."""
+    """Read the manifest of a run; errors as in `open_run`."""
     file = path / MANIFEST
     try:
         record = parsed(_text(file))
@@ -280,12 +292,12 @@ def read_manifest(path: Path) -> Manifest:
 
 
 def parsed(text: str) -> Any:
-    """Read a text of JSON.
+    """Parse a JSON text.
 
     Raises
     ------
     ValueError
-        It is none, or its brackets are nested too deeply.
+        It is no JSON, or its brackets are nested too deeply.
     """
     try:
         return json.loads(text)
@@ -294,7 +306,7 @@ def parsed(text: str) -> Any:
 
 
 def _is_whole(manifest: Manifest) -> None:
-    """Raise a ValueError where numbers of a manifest can be those of no run."""
+    """Raise a ValueError if numbers of a manifest are impossible."""
     m, dim = manifest, len(manifest.size)
     positive = (m.h, m.ell, m.L, m.toughness_factor, m.cells, m.unknowns, m.ranks, *m.size)
     if dim not in (2, 3) or len(m.corner) != dim:
@@ -308,7 +320,7 @@ def _is_whole(manifest: Manifest) -> None:
 
 
 def read_case_text(path: Path) -> str:
-    """The case of a run, as TOML; errors as of `open_run`."""
+    """Return the case of a run as TOML; errors as in `open_run`."""
     file = path / CASE
     try:
         return _text(file)
@@ -326,12 +338,12 @@ def _text(file: Path, errors: str = "strict") -> str:
 
 
 def _read_steps(path: Path) -> tuple[Step, ...]:
-    """The steps up to a last line that a kill cut short; a bad line before it is an error."""
+    """Return the steps up to a last line cut short by a kill; a damaged line before is an error."""
     return steps_in(journal_lines(path), path / STEPS)
 
 
 def steps_in(lines: Sequence[str], file: Path) -> tuple[Step, ...]:
-    """The steps that lines of a file hold.
+    """Return the steps in the lines of a file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Fields on a mesh as one VTKHDF file, which ParaView and PyVista read; no finite elements here.
+"""Fields on a mesh as one VTKHDF file for ParaView and PyVista; no finite elements.
 
 The format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/, UnstructuredGrid.
 """
@@ -21,7 +21,14 @@ DENSEST = 1100  # so many times fewer bytes does gzip make of them at most
 
 @dataclass(frozen=True, kw_only=True)
 class VtkMesh:
-    """A mesh of one cell type. points: (n, 3); cells: (m, vertices) in VTK's order; type: VTK's."""
+    """Mesh of one cell type.
+
+    Attributes
+    ----------
+    points : coordinates (m), shape (n, 3).
+    cells : vertices of each cell in VTK's order, shape (m, vertices).
+    type : VTK's number of the cell type.
+    """
 
     points: np.ndarray
     cells: np.ndarray
@@ -34,8 +41,15 @@ def write_vtkhdf(
     fields: Mapping[str, np.ndarray],
     in_cells: Mapping[str, np.ndarray] | None = None,
 ) -> None:
-    """Write values of points and of cells, shape (n,) or (n, components), aside; then put the file
-    in place."""
+    """Write values at points and in cells, atomically.
+
+    Parameters
+    ----------
+    path : the file.
+    grid : the mesh.
+    fields : values at points by name, shape (n,) or (n, components).
+    in_cells : values in cells by name, shape (m,) or (m, components).
+    """
     # In memory first: on a disk that is full HDF5 breaks off in the middle, and is of no use then.
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         _fill(file.create_group("VTKHDF"), grid, fields, in_cells or {})

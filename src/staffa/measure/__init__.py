@@ -1,1 +1,1 @@
-"""From a state to numbers."""
+"""Measures of a state: cracks, openings, cells, tips and forces, as numbers."""

@@ -1,4 +1,4 @@
-"""Means of numbers that not every member of an ensemble has, and their standard errors."""
+"""Means over the members of an ensemble, and their standard errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Average:
-    """The mean of the members that have a number, its standard error, and how many they are.
+    """Mean of a number over the members that have it.
 
-    mean: None without a member; error: None with fewer than two.
+    Attributes
+    ----------
+    mean : mean; None without a member.
+    error : standard error of the mean; None with fewer than two members.
+    members : number of members that have the number.
     """
 
     mean: float | None
@@ -21,9 +25,13 @@ class Average:
 
 
 def average(values: Sequence[float | None]) -> Average:
-    """Mean and standard error of the mean, s/sqrt(n) with s^2 = sum (x - mean)^2/(n - 1).
+    """Return the mean and its standard error.
 
-    A member without the number, None, is left out.
+    The error is s/sqrt(n), with s^2 = sum (x - mean)^2/(n - 1).
+
+    Parameters
+    ----------
+    values : number of each member; a member without one, None, is left out.
     """
     known = [value for value in values if value is not None]
     n = len(known)
@@ -36,7 +44,15 @@ def average(values: Sequence[float | None]) -> Average:
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """What members did on one clock: times (n,), values (members, n), mean (n,), error (n,)."""
+    """Series of several members, brought to common times.
+
+    Attributes
+    ----------
+    at : common times, shape (n,).
+    values : value of each member at each time, shape (members, n).
+    mean : mean over the members, shape (n,).
+    error : standard error of the mean, shape (n,).
+    """
 
     at: np.ndarray
     values: np.ndarray
@@ -45,15 +61,15 @@ class Spread:
 
 
 def mean_over_time(series: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Spread:
-    """Put at least two members on one clock, and average them at each of its times.
+    """Bring the series of at least two members to common times, and average them at each.
 
-    A state lasts until the next step, so that a value is a step function of the time: the one at
-    the last step that is not later. The clock has the times of all members, from the latest first
-    one to the earliest last one, since nothing is known of a member outside its own.
+    A state lasts until the next step, so a value is a step function of time: the value of the last
+    step that is not later. The common times are those of all members, from the latest first time to
+    the earliest last time: nothing is known of a member outside its own times.
 
     Parameters
     ----------
-    series : increasing times, and the value at each of them, of every member.
+    series : of each member, increasing times and the value at each of them.
     """
     first, last = max(at[0] for at, _ in series), min(at[-1] for at, _ in series)
     union = np.unique(np.concatenate([np.asarray(at, dtype=float) for at, _ in series]))

@@ -1,4 +1,4 @@
-"""Where the tiles of a raster border one another, how far, and where three or more meet."""
+"""Borders between the tiles of a pixel grid, their lengths, and the junctions of tiles."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -9,21 +9,21 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-# Two tiles that share a border of less than so many ell meet in a point only: crests are told
-# apart no better.
+# Two tiles whose common border is shorter than this (in ell) meet in a point only: ridges are not
+# resolved more finely.
 SHORTEST = 1.0
-# The direction of a crack where it meets others is that of its first few ell: beyond half of this,
-# as the crest's own place at the meeting is known to a pixel only.
+# The direction of a crack at a junction is that of its first few ell, up to this length (in ell).
+# The nearer half is left out, since the ridge's position at the junction is known to a pixel only.
 REACH = 3.0
-# The widest of the three angles is 180 degrees at a T and 120 at a Y: it is told by the nearer one.
+# The widest of the three angles is 180 degrees at a T and 120 at a Y: the nearer one decides.
 WIDEST_OF_Y = 150.0
 
 
 class Junction(StrEnum):
-    """How cracks meet: one ends at another (T), three part alike (Y), four or more cross (X).
+    """Type of a junction: T (one crack ends at another), Y (three alike), X (four or more).
 
-    After Goehring, Phil. Trans. R. Soc. A 371, 20120353 (2013): at a T a crack meets another,
-    straight one at a right angle; at a Y all angles are near 120 degrees.
+    After Goehring, Phil. Trans. R. Soc. A 371, 20120353 (2013): at a T a crack meets a straight
+    crack at a right angle; at a Y all angles are near 120 degrees.
     """
 
     T = "T"
@@ -33,8 +33,14 @@ class Junction(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Raster:
-    """Pixels over a rectangle: their edges (m) and number along both axes, and whether the raster
-    goes on at its other end."""
+    """Pixel grid over a rectangle.
+
+    Attributes
+    ----------
+    pixel : edges of a pixel along both axes (m).
+    shape : number of pixels along both axes.
+    periodic : True for each axis along which the grid continues at its other end.
+    """
 
     pixel: tuple[float, float]
     shape: tuple[int, ...]
@@ -42,31 +48,49 @@ class Raster:
 
     @property
     def extent(self) -> np.ndarray:
-        """Along both axes (m)."""
+        """Lengths of the rectangle along both axes (m), shape (2,)."""
         return np.array(self.pixel) * self.shape
 
     def onward(self, field: np.ndarray, axes: tuple[bool, bool] = (True, True)) -> np.ndarray:
-        """The field, and along a periodic axis its first row once more."""
+        """Return the field with its first row repeated at the end of each periodic axis.
+
+        Parameters
+        ----------
+        field : one value a pixel, shape (n_x, n_y).
+        axes : axes to extend, if they are periodic.
+        """
         more = [(0, int(p and a)) for p, a in zip(self.periodic, axes, strict=True)]
         return np.pad(field, more, mode="wrap")
 
     def offsets(self, points: np.ndarray, of: np.ndarray) -> np.ndarray:
-        """The shortest ways from a point to others (m)."""
+        """Return the shortest vectors from a point to other points (m), shape (n, 2).
+
+        Parameters
+        ----------
+        points : end points (m), shape (n, 2).
+        of : start point (m), shape (2,).
+        """
         away = points - of
         return np.asarray(
             away - np.where(self.periodic, np.round(away / self.extent) * self.extent, 0.0)
         )
 
     def tree(self, points: np.ndarray) -> cKDTree:
-        """Points by nearness."""
+        """Return a search tree of points (m), shape (n, 2), that knows the periodic axes."""
         size = np.where(self.periodic, self.extent, 0.0)
         return cKDTree(np.where(self.periodic, points % self.extent, points), boxsize=size)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Borders:
-    """Faces between pixels of different tiles: their middles (m), shape (n, 2), the two tiles, the
-    lower number first, shape (n, 2), and the axis across each, shape (n,)."""
+    """Faces between pixels of different tiles.
+
+    Attributes
+    ----------
+    points : centers of the faces (m), shape (n, 2).
+    pairs : numbers of the two tiles, the lower one first, shape (n, 2).
+    axes : axis across each face, shape (n,).
+    """
 
     points: np.ndarray
     pairs: np.ndarray
@@ -74,7 +98,13 @@ class Borders:
 
 
 def borders(tiles: np.ndarray, raster: Raster) -> Borders:
-    """All borders of tiles, 0 being no tile."""
+    """Find all borders between tiles.
+
+    Parameters
+    ----------
+    tiles : number of the tile of each pixel, 0 for none, shape (n_x, n_y).
+    raster : the pixel grid.
+    """
     points, pairs, axes = [], [], []
     for axis in range(2):
         onward = raster.onward(tiles, (axis == 0, axis == 1))
@@ -91,10 +121,15 @@ def borders(tiles: np.ndarray, raster: Raster) -> Borders:
 
 
 def shared(found: Borders, raster: Raster) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs of tiles that border one another, shape (m, 2), and the lengths of that (m), (m,).
+    """Return the pairs of tiles that have a common border, shape (m, 2), and its length (m), (m,).
 
-    A border goes up and down stairs; its length is that of a straight one between the same ends,
-    so that it is the same in all directions.
+    A border follows pixel edges like stairs. Its length is that of a straight border between the
+    same ends, so that it is the same in all directions.
+
+    Parameters
+    ----------
+    found : the borders.
+    raster : the pixel grid.
     """
     pairs, number = np.unique(found.pairs, axis=0, return_inverse=True)
     length = np.zeros((2, len(pairs)))
@@ -107,11 +142,23 @@ def shared(found: Borders, raster: Raster) -> tuple[np.ndarray, np.ndarray]:
 def junctions(
     tiles: np.ndarray, found: Borders, raster: Raster, ell: float
 ) -> tuple[np.ndarray, tuple[Junction, ...]]:
-    """Where three or more tiles meet (m), shape (k, 2), and how.
+    """Find the points at which three or more tiles meet, and the type of each junction.
 
-    Meetings closer than SHORTEST ell are one. Of three cracks the widest angle tells whether they
-    are a T or a Y; each one's direction is from the meeting to the middle of the part of the border
-    that is within REACH ell, its nearer half left out.
+    Junctions closer than SHORTEST ell are one. At a junction of three cracks the widest angle
+    decides between T and Y. The direction of a crack is that from the junction to the middle of the
+    part of its border within REACH ell, without the nearer half.
+
+    Parameters
+    ----------
+    tiles : number of the tile of each pixel, shape (n_x, n_y).
+    found : the borders of the tiles.
+    raster : the pixel grid.
+    ell : regularization length (m).
+
+    Returns
+    -------
+    points : positions of the junctions (m), shape (k, 2).
+    kinds : type of each.
     """
     corners, around = _corners(tiles, raster)
     if not len(corners):
@@ -132,7 +179,7 @@ def junctions(
 
 
 def _corners(tiles: np.ndarray, raster: Raster) -> tuple[np.ndarray, np.ndarray]:
-    """The corners of pixels at which three tiles or more meet, and nothing else, with the tiles."""
+    """Return the pixel corners at which three tiles or more meet, without gaps, and these tiles."""
     onward = raster.onward(tiles)
     around = np.stack([onward[:-1, :-1], onward[1:, :-1], onward[:-1, 1:], onward[1:, 1:]])
     around.sort(axis=0)
@@ -142,7 +189,7 @@ def _corners(tiles: np.ndarray, raster: Raster) -> tuple[np.ndarray, np.ndarray]
 
 
 def _kind(members: np.ndarray, pairs: np.ndarray, offsets: np.ndarray) -> Junction:
-    """How the cracks between some tiles meet, from the borders around, relative to the meeting."""
+    """Return the type of a junction from the borders around it; offsets are from the junction."""
     if len(members) > 3:
         return Junction.X
     distance = np.linalg.norm(offsets, axis=1)

@@ -1,8 +1,8 @@
-"""From the damage on a raster to the cells that cracks cut out of it.
+"""Polygonal cells that cracks cut out of a plane, from the damage on a pixel grid.
 
-A cell is a connected uncracked region. The damage, flooded from these regions (a watershed), gives
-each a tile, whose borders are the crests of the cracks between regions. So tiles fill the body
-whatever the threshold is, and a crack that ends within a region borders nothing.
+A cell is a connected uncracked region. A watershed of the damage, started from these regions,
+gives each a tile; the borders of the tiles are the ridges of the cracks between them. So tiles
+fill the body whatever the threshold is, and a crack that ends within a region is no border.
 """
 
 from collections import Counter
@@ -18,24 +18,29 @@ from skimage.segmentation import watershed
 from staffa.measure.borders import SHORTEST, Junction, Raster, borders, junctions, shared
 from staffa.records.step import CellSection
 
-# An uncracked region of less than so many ell^2 is a gap between cracks, and no cell.
+# A smaller uncracked region (in ell^2) is a gap between cracks, and no cell.
 SMALLEST = 4.0
-# Digits of the damage that count: the same run on other ranks differs in those beyond, and on flat
-# crests they would steer the flood.
+# Digits of the damage that count. The same run on another number of ranks differs in later digits,
+# which would decide the watershed on flat ridges.
 DIGITS = 6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cells:
-    """The n cells of a section, numbered from 1.
+    """Polygonal cells of a plane, n of them, numbered from 1.
 
-    tiles: to which cell each pixel belongs, shape (n_x, n_y), 0 outside of the body.
-    areas: of the tiles (m^2), shape (n,); centroids: of these, from the raster's corner (m), shape
-    (n, 2). perimeters: length of the borders with other cells (m). sides: how many other cells a
-    cell borders. ends: along how many axes it touches an end of the body, 2 in a corner, 0 inside;
-    of a body that is no rectangle at most 1.
-    junctions: where cracks meet (m), shape (k, 2); kinds: how. cracked: the part of the body that
-    has more damage than the threshold.
+    Attributes
+    ----------
+    tiles : number of the cell of each pixel, 0 outside the body, shape (n_x, n_y).
+    areas : areas of the tiles (m^2), shape (n,).
+    centroids : centroids of the tiles, from the corner of the grid (m), shape (n, 2).
+    perimeters : length of the borders with other cells (m), shape (n,).
+    sides : number of cells with which a cell has a border, shape (n,).
+    ends : number of axes along which a cell touches an end of the body: 2 in a corner, 0 inside; at
+        most 1 if the body is no rectangle. Shape (n,).
+    junctions : positions of the junctions of cracks (m), shape (k, 2).
+    kinds : type of each junction.
+    cracked : part of the body's pixels whose damage exceeds the threshold.
     """
 
     tiles: np.ndarray
@@ -50,12 +55,19 @@ class Cells:
 
     @property
     def number(self) -> int:
-        """How many there are."""
+        """Number of cells."""
         return len(self.areas)
 
 
 def cell_section(found: Cells, *, depth: float, pixel: tuple[float, float]) -> CellSection:
-    """The record of the cells on a plane at a depth (m)."""
+    """Return the record of the cells of one plane.
+
+    Parameters
+    ----------
+    found : the cells.
+    depth : depth of the plane below the cooled face (m).
+    pixel : edges of a pixel along both axes (m).
+    """
     counts = Counter(found.kinds)
     return CellSection(
         depth=depth,
@@ -77,14 +89,16 @@ def cells(
     threshold: float,
     periodic: tuple[bool, bool] = (False, False),
 ) -> Cells:
-    """The cells of a section.
+    """Find the polygonal cells of a plane.
 
     Parameters
     ----------
-    damage : at the middles of pixels, shape (n_x, n_y); NaN outside of the body.
-    pixel : their edges along both axes (m). ell : regularization length (m).
-    threshold : what has more damage is cracked.
-    periodic : axes along which the raster goes on at its other end, so that no cell ends there.
+    damage : at the centers of pixels, shape (n_x, n_y); NaN outside the body.
+    pixel : edges of a pixel along both axes (m).
+    ell : regularization length (m).
+    threshold : damage above which a pixel is cracked.
+    periodic : True for each axis along which the grid continues at its other end: no cell ends
+        there.
     """
     raster = Raster(pixel=pixel, shape=damage.shape, periodic=periodic)
     body, area = np.isfinite(damage), pixel[0] * pixel[1]
@@ -108,7 +122,7 @@ def cells(
 
 
 def _regions(sound: np.ndarray, periodic: tuple[bool, bool], smallest: float) -> np.ndarray:
-    """Connected regions of at least so many pixels, numbered from 1."""
+    """Number the connected regions of at least `smallest` pixels from 1."""
     found = label(sound, connectivity=1)  # a crack from pixel to pixel across corners divides
     first_and_last = [
         np.stack([np.take(found, end, axis) for end in (0, -1)])
@@ -128,8 +142,8 @@ def _regions(sound: np.ndarray, periodic: tuple[bool, bool], smallest: float) ->
 def _flooded(
     height: np.ndarray, regions: np.ndarray, body: np.ndarray, periodic: tuple[bool, bool]
 ) -> np.ndarray:
-    """The regions grown over the cracks until they meet on their crests."""
-    # Beyond a periodic end the flood goes on for half of the raster.
+    """Return the regions, grown over the cracks until they meet on the ridges."""
+    # Beyond a periodic end the watershed continues for half of the grid.
     more = [(n // 2 * joined,) * 2 for n, joined in zip(height.shape, periodic, strict=True)]
     fields = (np.pad(field, more, mode="wrap") for field in (height, regions, body))
     height, regions, body = fields
@@ -138,12 +152,12 @@ def _flooded(
 
 
 def _by_cell(pairs: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
-    """The sum over each cell's pairs."""
+    """Return the sum over the pairs of each cell."""
     return np.bincount(pairs.ravel(), weights=np.repeat(values, 2), minlength=n + 1)[1:]
 
 
 def _centroids(tiles: np.ndarray, n: int, raster: Raster) -> np.ndarray:
-    """The means of pixels' places; around a periodic axis, of their directions."""
+    """Return the mean pixel positions; along a periodic axis, the circular means."""
     found = np.empty((n, 2))
     for axis, (extent, joined) in enumerate(zip(raster.extent, raster.periodic, strict=True)):
         place = np.expand_dims((np.arange(tiles.shape[axis]) + 0.5) * raster.pixel[axis], 1 - axis)
@@ -158,7 +172,7 @@ def _centroids(tiles: np.ndarray, n: int, raster: Raster) -> np.ndarray:
 
 
 def _ends(tiles: np.ndarray, n: int, periodic: tuple[bool, bool]) -> np.ndarray:
-    """Along how many axes each cell touches the raster's end; whether it does what is no body."""
+    """Return the number of axes along which each cell touches the outside of the body."""
     beyond = np.pad(tiles, [(int(not joined),) * 2 for joined in periodic])
     found = np.zeros(n + 1, dtype=int)
     for axis in range(2):

@@ -1,4 +1,4 @@
-"""Cracks in cells that are too long for them, and lengths by the toughness of each cell."""
+"""Cracks in mesh cells too large for ell, and crack lengths by each cell's effective Gc."""
 
 from dataclasses import dataclass
 
@@ -12,25 +12,34 @@ from staffa.model.domain import Domain, local_edges, middles
 from staffa.records.step import Coarse
 
 RESOLVED = 3.0  # cells in ell that resolve a crack
-# Edges of one mesh scatter: in one of even edges ell/3 long hardly any cell is longer than this.
+# Edges of a mesh scatter: on a uniform mesh of size ell/3 hardly any cell exceeds this factor.
 SCATTER = 1.25
 MIDDLE = 0.5  # damage of a cell that is near the middle of a crack
-LITTLE = 0.1  # of the cracks' length in such cells, of which nothing is said
+LITTLE = 0.1  # part of the crack length in such cells up to which nothing is reported
 
 
 @dataclass(frozen=True, kw_only=True)
 class Local:
-    """The cells of a mesh whose edges differ: of each that this rank owns the mean edge (m) and the
-    discrete toughness over Gc, shape (n,)."""
+    """Mesh size and effective Gc of each cell that this rank owns, on a mesh of unequal cells.
+
+    Attributes
+    ----------
+    edge : mean edge length of each cell (m), shape (n,).
+    toughness : effective Gc over Gc of each cell, shape (n,).
+    """
 
     edge: np.ndarray
     toughness: np.ndarray
 
 
 def local(domain: Domain, factor: float) -> Local | None:
-    """Known numbers of each cell; None where one number is true of all.
+    """Return mesh size and effective Gc of each cell, or None if they are the same in all cells.
 
-    factor: the discrete toughness over Gc of cells of edge h; what is above 1 grows like the edge.
+    Parameters
+    ----------
+    domain : the mesh.
+    factor : effective Gc over Gc on cells of edge h; the excess over 1 grows in proportion to the
+        edge.
     """
     if not domain.graded:
         return None
@@ -39,9 +48,13 @@ def local(domain: Domain, factor: float) -> Local | None:
 
 
 def local_length(domain: Domain, spent: np.ndarray, cells: Local) -> float:
-    """The length of cracks (m; in 3-D area), each cell's by its own toughness. Collective.
+    """Return the crack length (m; in 3-D area, m^2) by each cell's effective Gc. Collective.
 
-    spent: surface energy over Gc in each cell, shape (n,).
+    Parameters
+    ----------
+    domain : the mesh.
+    spent : surface energy over Gc in each cell, shape (n,) (m; m^2 in 3-D).
+    cells : effective Gc of each cell.
     """
     return sum_over_ranks(domain.comm, float((spent / cells.toughness).sum()))
 
@@ -49,9 +62,17 @@ def local_length(domain: Domain, spent: np.ndarray, cells: Local) -> float:
 def coarse(
     domain: Domain, alpha: fem.Function, spent: np.ndarray, cells: Local, ell: float
 ) -> Coarse | None:
-    """The cracks in cells longer than ell/3; None if they are few. Collective.
+    """Return the record of cracks in cells larger than ell/3, or None if they are few. Collective.
 
-    Of a crack's damage the half near its middle counts: beyond, cells may well get longer.
+    Only the half of the damage near the middle of a crack counts: beyond it cells may be larger.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    alpha : the damage.
+    spent : surface energy over Gc in each cell, shape (n,) (m; m^2 in 3-D).
+    cells : mesh size and effective Gc of each cell.
+    ell : regularization length (m).
     """
     damage = alpha.x.array[alpha.function_space.dofmap.list[: len(spent)]].mean(axis=1)
     spent = np.where(damage > MIDDLE, spent, 0.0)
@@ -71,7 +92,7 @@ def coarse(
 
 
 def _worst(domain: Domain, here: np.ndarray) -> tuple[tuple[float, ...], str]:
-    """The middle of the cell with most cracks, and its region."""
+    """Return the center of the cell with the longest cracks, and its region."""
     mine = None
     if len(here) and here.max() > 0:
         cell = int(np.argmax(here))

@@ -1,4 +1,4 @@
-"""The damage of a 3-D body on planes below the cooled face, and the cells that cracks cut there."""
+"""Damage of a 3-D body on planes below the cooled face, and the polygonal cells in them."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ from staffa.records.step import CellSection
 
 
 class Planes:
-    """Looks at a state on rasters of edge h/2 at some depths, which are found in the mesh once."""
+    """Pixel grids of edge h/2 on depth planes, found in the mesh once."""
 
     def __init__(
         self, domain: Domain, face: Face, depths: Sequence[float], *, ell: float, threshold: float
@@ -24,8 +24,11 @@ class Planes:
 
         Parameters
         ----------
-        depths : below the face (m). ell : regularization length (m). threshold : the damage that
-            is a crack.
+        domain : the mesh.
+        face : the cooled face.
+        depths : depths of the planes below the face (m).
+        ell : regularization length (m).
+        threshold : damage above which a pixel is cracked.
         """
         self.comm, self.depths, self.ell, self.threshold = domain.comm, depths, ell, threshold
         flat = [axis for axis in range(3) if axis != face.axis]
@@ -40,7 +43,7 @@ class Planes:
         self.points = points[self.here]
 
     def __call__(self, state: State) -> tuple[CellSection, ...]:
-        """The cells at each depth, the same on every rank. Collective."""
+        """Return the polygonal cells at each depth, the same on every rank. Collective."""
         damage = state.alpha.eval(self.points, self.cells).ravel() if len(self.here) else self.here
         found = gather(self.comm, np.stack([self.here, damage]))
 

@@ -1,4 +1,4 @@
-"""From a state to its cracks: how many cross each height, how deep each runs, how long they are."""
+"""Cracks of a state: their number on depth sections, their tips, lengths and volume."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -19,19 +19,23 @@ from staffa.model.energy import Energy
 from staffa.model.fields import State, owned, vertices
 from staffa.records.step import CracksAtHeight, Fluid, Measures, Tip
 
-# A sharp tip lies so many ell beyond the recorded one at most (see `measure.tip`).
+# Largest distance (in ell) of a sharp tip from the recorded one (see `measure.tip`).
 FARTHEST = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gauge:
-    """What is measured, and how.
+    """Settings of the crack measures.
 
-    face: where depth is measured from, None for a body without a cooled face (no tips then).
-    depths: where cracks are counted (m). threshold: the damage that is a crack.
-    prominence: how much deeper than its surroundings a crack's tip is, ell (m). h: cell edge (m).
-    toughness_factor: the discrete toughness over Gc, measured on the same cells. local: of a mesh
-    whose edges differ, what is known of each cell.
+    Attributes
+    ----------
+    face : face from which depth is measured; None for a body without a cooled face (then no tips).
+    depths : depths at which cracks are counted (m).
+    threshold : damage above which a point is cracked.
+    prominence : least depth of a tip below its surroundings, ell (m).
+    h : mesh size (m).
+    toughness_factor : effective Gc over Gc, measured on the same cells.
+    local : mesh size and effective Gc of each cell, on a mesh of unequal cells; else None.
     """
 
     face: Face | None
@@ -49,7 +53,14 @@ class Gauge:
 
 
 def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
-    """What a gauge looks at in a 3-D body at its depths, found once. Collective."""
+    """Return the depth planes of a 3-D body, found once; None without any. Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    gauge : settings of the measures.
+    ell : regularization length (m).
+    """
     if domain.dim == 2 or gauge.face is None or not gauge.depths:
         return None
     return Planes(domain, gauge.face, gauge.depths, ell=ell, threshold=gauge.threshold)
@@ -58,7 +69,16 @@ def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
 def measures(
     domain: Domain, state: State, energy: Energy, gauge: Gauge, below: Planes | None = None
 ) -> Measures:
-    """Measure a state; in 3-D with the cells on its planes (see `planes`). Collective."""
+    """Measure a state. Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    state : the fields.
+    energy : the energy of the same state.
+    gauge : settings of the measures.
+    below : depth planes of a 3-D body (see `planes`); None without any.
+    """
     found = cracks(domain, state, gauge) if gauge.face else ()
     lines = gauge.depths if domain.dim == 2 else ()
     cells, too_long = gauge.local, None
@@ -82,20 +102,29 @@ def measures(
 
 
 def fluid(energy: Energy) -> Fluid | None:
-    """The fluid in the cracks. Collective."""
+    """Return pressure and volume of the fluid in the cracks; None without one. Collective."""
     external = energy.external
     if not external.forces.in_cracks:
         return None
     return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
 
 
-# Edges of a triangle, and of a quadrilateral, whose fields are straight along these alone.
+# Edges of a triangle, and of a quadrilateral: a quadrilateral's fields are linear along edges only.
 EDGES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1), (1, 3), (3, 2), (2, 0)]}
 
 
 def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> float:
-    """By how much cracks are open (m^3; area in 2-D): the opening strain near them, summed.
-    Collective."""
+    """Return the crack volume (m^3; area in 2-D, m^2): the opening strain near cracks, summed.
+
+    Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    state : the fields.
+    energy : the energy of the same state.
+    gauge : settings of the measures.
+    """
     space = state.alpha.function_space
     x = vertices(space)
     cracked = owned(state.alpha) > gauge.threshold
@@ -110,7 +139,15 @@ def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> 
 
 
 def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> CracksAtHeight:
-    """The cracks of a 2-D body that cross the line at a depth below the face. Collective."""
+    """Return the cracks of a 2-D body that cross a depth section. Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    state : the fields.
+    gauge : settings of the measures.
+    depth : depth of the section below the face (m).
+    """
     assert gauge.face is not None and domain.dim == 2
     x = vertices(state.alpha.function_space)
     side = gauge.face.depth(x.T) - depth
@@ -132,7 +169,14 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Cracks
 
 
 def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
-    """The tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective."""
+    """Return the tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    state : the fields.
+    gauge : settings of the measures; `face` is given.
+    """
     assert gauge.face is not None
     space = state.alpha.function_space
     layer = damaged_layer(domain, state, gauge)
@@ -172,7 +216,16 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
 
 
 def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
-    """Depth (m) of the layer at the face that is cracked all over, 0 without one. Collective."""
+    """Return the depth (m) of the layer at the face that is cracked throughout. Collective.
+
+    The depth is 0 without such a layer.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    state : the fields.
+    gauge : settings of the measures; `face` is given.
+    """
     assert gauge.face is not None
     n_owned = state.alpha.function_space.dofmap.index_map.size_local
     depth = gauge.face.depth(vertices(state.alpha.function_space)[:n_owned].T)
@@ -185,11 +238,11 @@ def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:
 
 
 def _cells(domain: Domain, state: State) -> np.ndarray:
-    """Vertices (local numbers) of the cells that this rank owns, shape (n, vertices a cell)."""
+    """Return the vertices (local numbers) of the cells that this rank owns, shape (n, vertices)."""
     owned_cells = domain.mesh.topology.index_map(domain.dim).size_local
     return np.asarray(state.alpha.function_space.dofmap.list[:owned_cells])
 
 
 def _pairs(cells: np.ndarray) -> np.ndarray:
-    """All pairs of vertices of each cell, shape (n, 2)."""
+    """Return all pairs of vertices of each cell, shape (n, 2)."""
     return np.concatenate([cells[:, pair] for pair in combinations(range(cells.shape[1]), 2)])

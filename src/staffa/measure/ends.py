@@ -1,4 +1,4 @@
-"""Ends of the cracks of a network: a crack that has not grown ends where it was given."""
+"""Ends of the cracks of a network: a crack that has not grown ends where the case gives it."""
 
 from dataclasses import replace
 from typing import Any
@@ -9,25 +9,28 @@ from scipy.spatial import cKDTree
 from staffa.measure.network import Network
 from staffa.measure.opening import EVENED, evened, outward
 
-# A crack is whole down to this damage. `measure.tip.falls` tells how far it falls from there.
+# Down to this damage a crack is fully broken. `measure.tip.falls` gives the distance from there to
+# the end of the network.
 WHOLE = 0.95
-# What lies farther from each tip than this times its fall belongs to none.
+# A point farther from every tip than this times the tip's fall belongs to none.
 NEAR = 1.5
-# An end of the network with more damage is none of a crack: there it meets a face.
+# An end of the network with more damage is no crack tip: there the crack meets a face.
 SOFT = 0.6
 
 
 def ended(found: Network, *, tip: float, falls: tuple[float, float], ell: float) -> Network:
-    """With ends that have never grown taken back to where the crack was given.
+    """Cut ends that have never grown back to the end of the given crack.
 
-    The damage ahead of such an end falls faster than ahead of one that has grown. Between the two,
-    as ahead of a loaded end, the part left is in proportion.
+    The damage ahead of such an end falls faster than ahead of an end that has grown. Between the
+    two limits, as ahead of a loaded end, the part that stays is in proportion.
 
     Parameters
     ----------
-    tip : the damage down to which the network was followed. falls : how far from what is whole
-        that lies at a given end at most, and at a grown one at least, over ell. ell :
-        regularization length (m).
+    found : the network.
+    tip : damage down to which the network was followed.
+    falls : distance over ell from damage WHOLE to the end of the network: the largest at a given
+        end, and the smallest at an end that has grown.
+    ell : regularization length (m).
     """
     whole = clipped(found, found.damage - WHOLE).points
     free = outward(found.points, found.elements).any(axis=1) & (found.damage <= SOFT)
@@ -35,7 +38,7 @@ def ended(found: Network, *, tip: float, falls: tuple[float, float], ell: float)
         return found
     ends, damage = found.points[free], found.damage[free]
     fall = cKDTree(whole).query(ends)[0]
-    # Where the crest went astray before the tip, as far as it would have been.
+    # If the ridge left the crack before the tip: the distance extrapolated to the tip.
     whole_fall = fall * (WHOLE - tip) / (WHOLE - damage)
     given, grown = falls
     left = fall * np.clip((whole_fall / ell - given) / (grown - given), 0, 1)
@@ -50,7 +53,7 @@ def ended(found: Network, *, tip: float, falls: tuple[float, float], ell: float)
 
 
 def _moved(ahead: Network, kept: Network, ell: float) -> Network:
-    """The kept part, with the volume that opens ahead of its ends, where it is uncertain."""
+    """Return the kept part, with the volume that opens ahead of its ends, as an uncertainty too."""
     if not len(kept.points) or np.isnan(kept.opening).any():
         return kept
     corners = ahead.elements.shape[1]
@@ -63,9 +66,14 @@ def _moved(ahead: Network, kept: Network, ell: float) -> Network:
 
 
 def clipped(found: Network, values: np.ndarray) -> Network:
-    """The part where values at the points are positive.
+    """Return the part of a network where values at its points are positive.
 
-    values: linear between points, shape (n,). Quadrilaterals become triangles.
+    Quadrilaterals become triangles.
+
+    Parameters
+    ----------
+    found : the network.
+    values : at the points, shape (n,); linear in between.
     """
     import pyvista
 

@@ -1,12 +1,12 @@
 """Energy release rate of crack tips by the G-theta method: along a virtual motion of the mesh.
 
-A field theta that is the crack's direction around its tip, and 0 beyond a ring, moves the tip with
-its damage and leaves the body as it is. The energy that this releases, an advance, is G. At fixed
-values of the vertices the derivative of the energy of the rock and its loads along the motion of
-the mesh holds all of its terms (sigma grad u . grad theta - psi div theta, the pressure in the
-crack, the weight, ...). What is fixed in space and does not move with the tip (temperature,
-prestress, pressure of pores) adds the derivative along its own gradient. The damage around the tip
-moves as it is, so that only the ring counts, in which rock beside the crack is whole (Li, Marigo,
+The field theta is the crack's direction around its tip, and 0 beyond a ring. It moves the tip with
+its damage and leaves the body's shape unchanged. G is the energy released per advance. At fixed
+vertex values, the derivative of the energy of the rock and its loads along the motion of the mesh
+contains all terms (sigma grad u . grad theta - psi div theta, the pressure in the crack, the
+weight, ...). Fields that are fixed in space and do not move with the tip (temperature, prestress,
+pore pressure) add the derivative along their own gradient. The damage around the tip moves
+unchanged, so that only the ring contributes, in which rock beside the crack is intact (Li, Marigo,
 Guilbaud, Potapov 2016).
 
 The derivative is linear in theta. It is assembled once a state, as the force that drives each
@@ -27,18 +27,25 @@ from staffa.model.domain import Domain
 from staffa.model.energy import Energy
 from staffa.records.tip_release import Release
 
-# Inner and outer radius of the rings, over the largest radius: the value, and one to judge it by.
+# Inner and outer radius of the rings, over the largest: one for the value, one for its error.
 RINGS = ((1 / 2, 1.0), (1 / 3, 2 / 3))
-# Rock whose numbers differ by less, over the largest, is one rock.
+# Rock whose properties differ by less, over the largest, is homogeneous.
 ALIKE = 1e-6
 RUBBING = "with friction, what the faces take up along the crack is not the tip's alone"
 
 
 class EnergyRelease:
-    """G at the tips of a body's states. Everything is collective."""
+    """Energy release rate G at the tips of a body's states. All methods are collective."""
 
     def __init__(self, domain: Domain, energy: Energy, *, factor: float) -> None:
-        """factor: the discrete toughness over Gc, by which areas are counted."""
+        """Compile the forms.
+
+        Parameters
+        ----------
+        domain : the mesh.
+        energy : the energy of the state.
+        factor : effective Gc over Gc, by which areas are counted.
+        """
         mesh, self._domain, self._factor = domain.mesh, domain, factor
         space = fem.functionspace(mesh, ("Lagrange", 1, (domain.dim,)))
         theta = ufl.TestFunction(space)
@@ -57,14 +64,14 @@ class EnergyRelease:
         self._rock = [_by_cell(field, len(cells)) for field in _rock(energy)]
 
     def __call__(self, fronts: tuple[Front, ...]) -> tuple[Release, ...]:
-        """G at each tip, the same on all ranks. fronts: the same on all ranks, too."""
+        """Return G at each tip, the same on all ranks; `fronts` is the same on all ranks, too."""
         if not fronts:
             return ()
         forces, areas = -self._along(*self._moved), self._along(self._grown)
         return tuple(self._at(front, forces, areas) for front in fronts)
 
     def _along(self, *forms: fem.Form) -> np.ndarray:
-        """Their sum's derivative along the motion of each vertex of this rank, shape (n, dim)."""
+        """Return the derivative of the forms' sum along this rank's vertices' motion, (n, dim)."""
         self._sums.x.array[:] = 0.0
         for form in forms:
             fem.assemble_vector(self._sums.x.array, form)
@@ -94,7 +101,7 @@ class EnergyRelease:
         )
 
     def _changing(self, front: Front) -> str | None:
-        """Says if the rock is not one within the ring, where its jumps would release energy."""
+        """Return a reason if the rock changes within the ring: its jumps would release energy."""
         near = np.linalg.norm(self._middles - np.array(front.position), axis=1) <= front.radius
         for values in self._rock:
             some = values[near]
@@ -107,20 +114,20 @@ class EnergyRelease:
 
 
 def _rock(energy: Energy) -> list[fem.Function]:
-    """The numbers of the rock that are constant in each cell, and decide the energy."""
+    """Return the rock properties in the energy that are constant in each cell."""
     fields = [f for f in energy.bulk.coefficients() if f not in energy.frozen]
     return [f for f in fields if f.function_space.ufl_element().embedded_superdegree == 0]
 
 
 def _by_cell(field: fem.Function, count: int) -> np.ndarray:
-    """Its values in the first cells, shape (count, values a cell)."""
+    """Return the values of a field in the first cells, shape (count, values a cell)."""
     space = field.function_space
     values = field.x.array.reshape(-1, space.dofmap.index_map_bs)
     return np.asarray(values[space.dofmap.list[:count, 0]])
 
 
 def body_surface(domain: Domain) -> Surface | None:
-    """All facets of the body's surface, on rank 0; None elsewhere. Collective."""
+    """Gather all facets of the body's surface on rank 0; return None elsewhere. Collective."""
     mesh, dim = domain.mesh, domain.dim
     mesh.topology.create_connectivity(dim - 1, dim)
     facets = dmesh.exterior_facet_indices(mesh.topology)

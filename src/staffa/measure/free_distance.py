@@ -1,4 +1,4 @@
-"""Distance to which a body goes on beyond places in it."""
+"""Distance from points in a body to its surface along a direction."""
 
 from staffa.backend.stack import MPI  # noqa: F401
 
@@ -8,16 +8,21 @@ import numpy as np
 from staffa.backend.parallel import gather, on_root
 from staffa.model.domain import Domain
 
-# A facet with less of its normal along the way is beside it.
+# A facet whose normal has a smaller component along the direction lies beside the path.
 FACING = 0.2
 
 
 def room(domain: Domain, places: np.ndarray, way: np.ndarray, *, reach: float) -> np.ndarray:
-    """Distance (m) to the surface, outer or of a hole, along a way; inf beyond reach. Collective.
+    """Return the distance to the surface along a direction (m), shape (n,); inf beyond `reach`.
+
+    The surface includes those of holes. Collective.
 
     Parameters
     ----------
-    places : shape (n, dim), the same on all ranks. way : unit vector, shape (dim,).
+    domain : the mesh.
+    places : start points (m), shape (n, dim), the same on all ranks.
+    way : direction, a unit vector, shape (dim,).
+    reach : largest distance that matters (m).
     """
     mesh, dim = domain.mesh, domain.dim
     mesh.topology.create_connectivity(dim - 1, dim)

@@ -1,4 +1,4 @@
-"""Tips of a crack network, the way in which each would grow, and the room around it."""
+"""Tips of a crack network, their directions of growth, and the free radius around each."""
 
 from dataclasses import dataclass
 
@@ -7,15 +7,15 @@ import numpy as np
 from staffa.measure.network import Network, normals
 from staffa.measure.opening import outward
 
-# Rings around a tip end so many ell from it; a ring that ends nearer is too deep in soft rock.
+# Radius (in ell) at which rings around a tip end; a smaller ring is too deep in damaged rock.
 LARGEST, SMALLEST = 6.0, 3.0
-# The direction is that of the last so many ell of the crack.
+# The direction of a tip is that of this last length (in ell) of the crack.
 STRAIGHT = 2.0
-# The band of another tip reaches so many ell.
+# Half width (in ell) of the band of another crack.
 BAND = 2.0
-# At the mouth of a crack its band meets a face: what presses there is uneven within so many ell.
+# At the mouth of a crack its band meets a face: within this distance (in ell) loads are uneven.
 MOUTH = 1.0
-# Points of a front in 3-D are so many ell apart.
+# Distance (in ell) between the points of a crack front in 3-D.
 APART = 3.0
 # Sine of the angle from which a crack, or a face of the body, lies across a direction.
 CRACK_ACROSS, FACE_ACROSS = 0.5, 0.2
@@ -23,7 +23,14 @@ CRACK_ACROSS, FACE_ACROSS = 0.5, 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """The facets of a body's surface: middles and unit normals, shape (n, 3), sizes (m), (n,)."""
+    """Facets of a body's surface.
+
+    Attributes
+    ----------
+    middles : centers of the facets (m), shape (n, 3).
+    normals : unit normals, shape (n, 3).
+    sizes : radius of each facet around its center (m), shape (n,).
+    """
 
     middles: np.ndarray
     normals: np.ndarray
@@ -32,10 +39,14 @@ class Surface:
 
 @dataclass(frozen=True, kw_only=True)
 class Front:
-    """A tip in 2-D, a point of a crack's front in 3-D.
+    """Crack tip in 2-D, or point of a crack front in 3-D.
 
-    position (m), direction (unit vector): of three numbers. radius: how far the largest ring around
-    it may reach (m). reason: why there is none, None if there is.
+    Attributes
+    ----------
+    position : coordinates (m), three numbers.
+    direction : direction of growth, a unit vector of three numbers.
+    radius : largest radius of a ring around it (m).
+    reason : sentence that says why no ring fits; None if one does.
     """
 
     position: tuple[float, float, float]
@@ -45,11 +56,14 @@ class Front:
 
 
 def fronts(found: Network, surface: Surface, *, ell: float, h: float) -> tuple[Front, ...]:
-    """The tips of a network in order of their places. Ends at the surface of the body are none.
+    """Return the tips of a network, sorted by position; ends at the body's surface are none.
 
     Parameters
     ----------
-    ell, h : regularization length, cell edge (m).
+    found : the network.
+    surface : facets of the body's surface.
+    ell : regularization length (m).
+    h : mesh size (m).
     """
     if not len(found.elements):
         return ()
@@ -71,7 +85,7 @@ def fronts(found: Network, surface: Surface, *, ell: float, h: float) -> tuple[F
 
 
 def _spread(points: np.ndarray, distance: float) -> list[int]:
-    """Numbers of points no nearer to one another than a distance, taken from one side on."""
+    """Select points that are at least a distance apart, taken in order from one side."""
     taken: list[int] = []
     for k in np.lexsort(np.rint(points / (1e-2 * distance)).T):
         if all(np.linalg.norm(points[k] - points[other]) >= distance for other in taken):
@@ -80,7 +94,7 @@ def _spread(points: np.ndarray, distance: float) -> list[int]:
 
 
 def _way(end: np.ndarray, middles: np.ndarray, sizes: np.ndarray, reach: float) -> np.ndarray:
-    """Unit vector from the middle of the last stretch of a crack to its end."""
+    """Return the unit vector from the middle of the last stretch of a crack to its end."""
     behind = np.linalg.norm(middles - end, axis=1) < reach
     if not behind.any():
         return np.zeros(3)
@@ -123,12 +137,12 @@ def _front(
 
 
 def _to_face(end: np.ndarray, way: np.ndarray, surface: Surface) -> float:
-    """Distance (m) of a tip to the surface, but for faces along its way."""
+    """Return the distance (m) of a tip to the surface, without faces along its direction."""
     across = np.abs(surface.normals @ way) > FACE_ACROSS
     return _nearest(surface.middles - end, across, surface.sizes)
 
 
 def _nearest(offsets: np.ndarray, which: np.ndarray, less: np.ndarray | float) -> float:
-    """Length of the shortest of some offsets, each less a length; inf without any."""
+    """Return the length of the shortest selected offset, each less a length; inf without any."""
     lengths = np.linalg.norm(offsets, axis=1) - less
     return max(0.0, float(np.min(lengths[which], initial=np.inf)))

@@ -1,4 +1,4 @@
-"""From the tips of all steps to generations: when cracks nucleated, which stopped, and when."""
+"""Generations of cracks from the tips of all steps: nucleation, arrest and its time."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,12 +17,13 @@ MAJORITY = 0.5
 # with the heat, to about a half, and stopped ones creep within ell/2.
 SLOW = 0.25
 
-# From the depth (m) of a recorded tip, and the room beyond it, to that of the sharp one.
+# Function from the depth (m) of a recorded tip, and the free distance (m) beyond it, to the depth
+# of the sharp tip.
 type Sharp = Callable[[float, float | None], float]
 
 
 def as_recorded(depth: float, room: float | None) -> float:
-    """The depth itself."""
+    """Return the recorded depth itself."""
     return depth
 
 
@@ -30,8 +31,11 @@ def as_recorded(depth: float, room: float | None) -> float:
 class Track:
     """One crack of the last step, followed back in time.
 
-    place: where its tip ended, along the face (m). path, depths: where its tip was at each step,
-    and how deep (m), None where it was not seen.
+    Attributes
+    ----------
+    place : last position of its tip along the face (m).
+    path : position of its tip at each step (m); None if it was not seen.
+    depths : depth of its tip at each step (m); None if it was not seen.
     """
 
     place: tuple[float, ...]
@@ -46,11 +50,16 @@ class Track:
 
 @dataclass(frozen=True, kw_only=True)
 class Nucleation:
-    """The first step at which at least half of the final number of cracks (and two) was there.
+    """First step with at least half of the final number of cracks (and two).
 
-    cracks, depth: their number and median depth (m) at that step, whose tau and time (s) these
-    are. spacing: mean distance (m) of all cracks of the last step, those that stopped included;
-    None along a face with two directions.
+    Attributes
+    ----------
+    cracks : number of cracks at that step.
+    spacing : mean spacing of all cracks of the last step, arrested ones included (m); None along a
+        face with two directions.
+    depth : median depth of the cracks at that step (m).
+    tau : dimensionless time of that step; None in a case without it.
+    time : time of that step (s).
     """
 
     cracks: int
@@ -62,7 +71,16 @@ class Nucleation:
 
 @dataclass(frozen=True, kw_only=True)
 class Generation:
-    """Cracks that stopped together: their number, median depth (m), and arrest (tau; time in s)."""
+    """Cracks that arrest together.
+
+    Attributes
+    ----------
+    number : number of the generation, counted from 1.
+    cracks : number of its cracks.
+    depth : median depth of their arrest (m).
+    tau : median dimensionless time of arrest; None in a case without it.
+    time : median time of arrest (s).
+    """
 
     number: int
     cracks: int
@@ -73,10 +91,15 @@ class Generation:
 
 @dataclass(frozen=True, kw_only=True)
 class Arrests:
-    """What the crack network of a run did.
+    """Nucleation and generations of the cracks of a run.
 
-    left: cracks in no generation; growing: how many of them had not stopped; depth: their median
-    depth (m), None without any.
+    Attributes
+    ----------
+    nucleation : first appearance of cracks; None without.
+    generations : the generations in their order.
+    left : number of cracks in no generation.
+    growing : number of these that had not stopped.
+    depth : median depth of these (m); None without any.
     """
 
     nucleation: Nucleation | None
@@ -89,19 +112,23 @@ class Arrests:
 def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_recorded) -> Arrests:
     """Sort the cracks of the last step into generations.
 
-    A crack's arrest is the first step at which its tip was within ell/2 of its final depth. It
-    has stopped if a quarter of its mean speed up to then (final depth over tau) would have
-    carried it farther than ell/2 since. Generation k is the shallower half of what generation
-    k - 1 left (Bahr's period doubling): of the cracks sorted by depth, those before the largest
-    ratio of neighboring depths that parts them no worse than one to two (depths of arrest grow in
-    proportion from one generation to the next); or all that is left if the medians of the two
-    parts differ by less than ell. It counts if more than half of its cracks have stopped; the
-    search ends at the first that does not, or with fewer than two cracks left.
+    The arrest of a crack is the first step at which its tip was within ell/2 of its final depth.
+    The crack has stopped if a quarter of its mean speed until then (final depth over tau) would
+    have carried it by more than ell/2 since.
+
+    Generation k is the shallower half of the cracks that generation k - 1 left (Bahr's period
+    doubling). The cracks are sorted by depth and parted at the largest ratio of neighboring depths
+    that parts them no worse than one to two: depths of arrest grow in proportion from one
+    generation to the next. If the medians of the two parts differ by less than ell, all cracks left
+    are one generation. A generation counts if more than half of its cracks have stopped. The search
+    ends at the first that does not count, or with fewer than two cracks left.
 
     Parameters
     ----------
-    axis : the one along which depth is measured. ell : regularization length (m).
-    sharp : depth (m) of the sharp tip of a crack whose recorded tip is so deep (`Manifest.sharp`).
+    steps : records of the run in order.
+    axis : axis along which depth is measured.
+    ell : regularization length (m).
+    sharp : depth (m) of the sharp tip from that of the recorded tip (`Manifest.sharp`).
     """
     seen = [step for step in steps if step.measures is not None]
     rest = sorted(tracks(seen, axis=axis, sharp=sharp), key=lambda track: track.final)
@@ -124,11 +151,17 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_r
 
 
 def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> tuple[Track, ...]:
-    """The cracks of the last step that was measured, each followed back from step to step.
+    """Follow each crack of the last measured step back from step to step.
 
-    A crack's tip one step earlier is the nearest one along the face, if it is nearer than half
-    the distance to the neighboring crack; no tip is then taken twice, and a crack may curve.
-    Depths are those of sharp tips, as in `arrests`.
+    A crack's tip one step earlier is the nearest one along the face, if it is nearer than half the
+    distance to the neighboring crack. So no tip is taken twice, and a crack may curve. Depths are
+    those of sharp tips, as in `arrests`.
+
+    Parameters
+    ----------
+    steps : records of the run in order.
+    axis : axis along which depth is measured.
+    sharp : depth (m) of the sharp tip from that of the recorded tip.
     """
     measured = [index for index, step in enumerate(steps) if step.measures is not None]
     tips = _tips(steps[measured[-1]]) if measured else ()
@@ -156,7 +189,7 @@ def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> t
 
 
 def _matches(places: np.ndarray, tips: Sequence[Tip], axis: int) -> list[tuple[int, int]]:
-    """Pairs (crack, tip) that belong together."""
+    """Return pairs (crack, tip) that belong together."""
     if not tips:
         return []
     there = np.array([_along(tip, axis) for tip in tips])
@@ -191,7 +224,7 @@ def _has_stopped(track: Track, steps: Sequence[Step], ell: float) -> bool:
 
 
 def _doubling(rest: Sequence[Track], ell: float) -> int:
-    """How many of the cracks, sorted by depth, are the shallower half."""
+    """Return the number of cracks in the shallower half; the cracks are sorted by depth."""
     depth, n = [track.final for track in rest], len(rest)
     splits = range(ceil(n / 3), n - ceil(n / 3) + 1)
     # Of equal ratios, that nearest to the middle.

@@ -1,4 +1,4 @@
-"""How far cracks ran between two states of a body."""
+"""Growth of cracks between two states of a body."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -8,14 +8,15 @@ from staffa.model.fields import State, vertices
 
 
 def crack_advance(state: State, before: np.ndarray, *, threshold: float) -> float:
-    """Largest distance (m) of a newly cracked vertex from the cracks there were. Collective.
+    """Return the largest distance (m) of a newly cracked vertex from the earlier cracks.
 
-    Infinite if there were none: a crack that starts has nothing to run from.
+    Infinite without earlier cracks. Collective.
 
     Parameters
     ----------
+    state : the current fields.
     before : damage of the earlier state, ghosts included, shape (n_local,).
-    threshold : the damage that is a crack.
+    threshold : damage above which a vertex is cracked.
     """
     space = state.alpha.function_space
     n_owned = space.dofmap.index_map.size_local

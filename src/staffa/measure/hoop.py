@@ -1,4 +1,4 @@
-"""Damage that tension around the axis drives: radial cracks, which no section of a body holds."""
+"""Damage that hoop tension drives: radial cracks, which no meridian plane contains."""
 
 from staffa.backend.stack import MPI  # noqa: F401
 
@@ -12,7 +12,7 @@ from staffa.model import axis
 from staffa.model.domain import Domain
 from staffa.model.energy import Energy
 
-# Growth of the damage in a step that is none yet.
+# Largest growth of the damage in a step that still counts as none.
 LEAST = 0.01
 # Two principal stresses are alike if they differ by less than this part.
 ALIKE = 0.01
@@ -20,10 +20,10 @@ DEGREE = 2
 
 
 class Hoop:
-    """The share of a step's damage that grew where no stress pulls more than the one around the
-    axis. Collective."""
+    """Share of a step's damage that grew where hoop tension is largest. Collective."""
 
     def __init__(self, domain: Domain, energy: Energy) -> None:
+        """Compile the forms. Collective."""
         alpha = energy.state.alpha
         self._comm, self._alpha = domain.comm, alpha
         self._growth = fem.Function(alpha.function_space)
@@ -39,12 +39,11 @@ class Hoop:
         self._driven = jit.form(driven * dx, domain.comm)
 
     def share(self, before: np.ndarray) -> float:
-        """The share, 0 where no damage grew.
+        """Return the share, 0 if no damage grew.
 
         Parameters
         ----------
-        before : damage at the start of the step at the vertices, ghosts included, shape
-            (n_local,).
+        before : damage at the vertices at the start of the step, ghosts included, shape (n_local,).
         """
         growth = np.maximum(self._alpha.x.array - before, 0.0)
         if max_over_ranks(self._comm, growth) < LEAST:

@@ -1,4 +1,4 @@
-"""Where the cracks of a 2-D network meet and end: stubs taken off, gaps at junctions closed."""
+"""Junctions and ends of a 2-D crack network: stubs are removed, gaps at junctions closed."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -7,12 +7,21 @@ from scipy.spatial import cKDTree
 
 from staffa.measure.network import Network, selected
 
-# Crests end so many ell at most before they would meet.
+# Largest gap (in ell) between the end of a ridge and the ridge that it would meet.
 GAP = 1.5
 
 
 def pruned(found: Network, crack: float, ell: float) -> Network:
-    """Without branches that leave another and end within ell, or are broken nowhere."""
+    """Return the network without stubs.
+
+    A stub leaves another branch and ends, and is shorter than ell or nowhere as damaged as a crack.
+
+    Parameters
+    ----------
+    found : the network.
+    crack : damage that a crack reaches somewhere.
+    ell : regularization length (m).
+    """
     while len(found.elements):
         degree = np.bincount(found.elements.ravel(), minlength=len(found.points))
         ends = degree[found.elements]
@@ -30,9 +39,15 @@ def pruned(found: Network, crack: float, ell: float) -> Network:
 
 
 def joined(found: Network, crack: float, ell: float) -> Network:
-    """With what is missing where cracks meet: free ends joined to what is near, across the broken.
+    """Join free ends to near branches across broken rock.
 
-    Two that are near are joined straight, several in their middle.
+    Two near points are joined by a straight segment, several in their middle.
+
+    Parameters
+    ----------
+    found : the network.
+    crack : damage from which rock is broken.
+    ell : regularization length (m).
     """
     degree = np.bincount(found.elements.ravel(), minlength=len(found.points))
     ends = np.flatnonzero((degree == 1) & (found.damage >= crack))
@@ -62,7 +77,7 @@ def joined(found: Network, crack: float, ell: float) -> Network:
 
 
 def _links(found: Network, ends: np.ndarray, ell: float) -> np.ndarray:
-    """Each free end with the nearest point ahead that is not near along the crack, (k, 2)."""
+    """Pair each free end with the nearest point ahead that is not near along the crack, (k, 2)."""
     n, (i, j) = len(found.points), found.elements.T
     graph = coo_array((np.maximum(found.sizes, 1e-12 * ell), (i, j)), shape=(n, n)).tocsr()
     away = dijkstra(graph, directed=False, indices=ends, limit=3 * GAP * ell)
@@ -82,7 +97,13 @@ def _links(found: Network, ends: np.ndarray, ell: float) -> np.ndarray:
 
 
 def largest_damage(found: Network, label: np.ndarray) -> np.ndarray:
-    """The largest damage among the elements of each label."""
+    """Return the largest damage among the elements of each label.
+
+    Parameters
+    ----------
+    found : the network.
+    label : number from 0 for each element, shape (m,).
+    """
     most = np.zeros(label.max() + 1)
     np.maximum.at(most, label, found.damage[found.elements].max(axis=1))
     return most

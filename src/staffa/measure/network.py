@@ -1,4 +1,4 @@
-"""The crack network of one state: polylines in 2-D, triangles in 3-D, with each point's opening."""
+"""Crack network of one state: polylines in 2-D, triangles in 3-D, with openings at points."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,13 +10,18 @@ from scipy.sparse.csgraph import connected_components
 
 @dataclass(frozen=True, kw_only=True)
 class Network:
-    """The cracks of one state.
+    """Cracks of one state.
 
-    points: shape (n, 3). elements: the points of each segment, shape (m, 2), or of each triangle,
-    shape (m, 3). damage, opening (m), uncertainty of the opening (m): at the points, shape (n,);
-    empty where it is not known yet. The opening between points is linear, and so its integral over
-    the network is the crack volume. axial: each segment is a ring around the axis x = 0, and counts
-    by its area.
+    The opening is linear between points, and its integral over the network is the crack volume.
+
+    Attributes
+    ----------
+    points : coordinates (m), shape (n, 3).
+    elements : points of each segment, shape (m, 2), or of each triangle, shape (m, 3).
+    damage : damage at the points, shape (n,).
+    opening : crack opening at the points (m), shape (n,); empty if it is not known yet.
+    uncertainty : uncertainty of the opening (m), shape (n,); empty if it is not known yet.
+    axial : True if each segment is a ring around the axis x = 0, and counts by its area.
     """
 
     points: np.ndarray
@@ -28,7 +33,7 @@ class Network:
 
     @cached_property
     def sizes(self) -> np.ndarray:
-        """Length of each segment (m), area of each triangle or ring (m^2)."""
+        """Length of each segment (m), or area of each triangle or ring (m^2), shape (m,)."""
         found = sizes(self.points, self.elements)
         if not self.axial:
             return found
@@ -36,17 +41,17 @@ class Network:
 
     @cached_property
     def cracks(self) -> np.ndarray:
-        """To which crack each element belongs, all that is joined being one; the largest is 0."""
+        """Number of each element's crack, shape (m,): a connected part; the largest is 0."""
         return _parts(self.elements, self.sizes)
 
     @cached_property
     def branches(self) -> np.ndarray:
-        """To which branch each segment belongs: from tip or junction to the next (2-D)."""
+        """Number of each segment's branch, from tip or junction to the next (2-D), shape (m,)."""
         return _branches(self.elements, len(self.points))
 
     @property
     def size(self) -> float:
-        """Length of all (m), or area (m^2)."""
+        """Total length (m), or area (m^2)."""
         return float(self.sizes.sum())
 
     @property
@@ -56,12 +61,12 @@ class Network:
 
     @property
     def uncertain_volume(self) -> float:
-        """Integral of the uncertainty."""
+        """Integral of the uncertainty: area in 2-D (m^2), volume in 3-D (m^3)."""
         return float(self.sizes @ self.uncertainty[self.elements].mean(axis=1))
 
 
 def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
-    """Length of each segment, area of each triangle, shape (m,)."""
+    """Return the length of each segment (m), or the area of each triangle (m^2), shape (m,)."""
     sides = points[elements[:, 1:]] - points[elements[:, :1]]
     if elements.shape[1] == 2:
         return np.asarray(np.linalg.norm(sides[:, 0], axis=1))
@@ -69,7 +74,7 @@ def sizes(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
 
 
 def normals(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
-    """A unit vector across each element, shape (m, 3)."""
+    """Return a unit vector across each element, shape (m, 3)."""
     sides = points[elements[:, 1:]] - points[elements[:, :1]]
     other = sides[:, 1] if elements.shape[1] == 3 else np.array([0.0, 0.0, 1.0])
     across = np.cross(sides[:, 0], other)
@@ -77,7 +82,7 @@ def normals(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
 
 
 def polylines(found: Network) -> list[np.ndarray]:
-    """The points of each branch of a 2-D network, one after the other."""
+    """Return the points of each branch of a 2-D network in order along the branch."""
     lines = []
     order = np.argsort(found.branches, kind="stable")
     starts = np.flatnonzero(np.diff(found.branches[order], prepend=-1))
@@ -87,7 +92,7 @@ def polylines(found: Network) -> list[np.ndarray]:
 
 
 def _walk(segments: np.ndarray) -> np.ndarray:
-    """The points of a chain of segments in order, from an end of it; a ring closes on itself."""
+    """Return the points of a chain of segments in order from one end; a ring closes on itself."""
     ways: dict[int, list[int]] = {}
     for number, segment in enumerate(segments.tolist()):
         for point in segment:
@@ -103,7 +108,7 @@ def _walk(segments: np.ndarray) -> np.ndarray:
 
 
 def selected(found: Network, elements: np.ndarray) -> Network:
-    """Only these elements, and the points that they use; without openings."""
+    """Return these elements and the points that they use, without openings."""
     used, numbers = np.unique(elements, return_inverse=True)
     return Network(
         points=found.points[used],
@@ -113,7 +118,7 @@ def selected(found: Network, elements: np.ndarray) -> Network:
 
 
 def _parts(elements: np.ndarray, extents: np.ndarray) -> np.ndarray:
-    """Number of the connected part of each element, the largest first."""
+    """Return the number of the connected part of each element, the largest part first."""
     if not len(elements):
         return np.zeros(0, dtype=np.int64)
     n = elements.max() + 1
@@ -125,7 +130,7 @@ def _parts(elements: np.ndarray, extents: np.ndarray) -> np.ndarray:
 
 
 def _branches(elements: np.ndarray, n_points: int) -> np.ndarray:
-    """Segments joined over points that only two of them share."""
+    """Number the branches: segments joined at points that exactly two of them share."""
     m = len(elements)
     degree = np.bincount(elements.ravel(), minlength=n_points)
     order = np.argsort(elements.ravel(), kind="stable")

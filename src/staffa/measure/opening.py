@@ -1,7 +1,7 @@
 """Openings of cracks at each point of their network.
 
-The opening strain (see `model.openings`), integrated over the body, is the crack volume; each
-piece of it belongs to the point of the network that is nearest.
+The integral of the opening strain (see `model.openings`) over the body is the crack volume. Each
+part of it belongs to the nearest point of the network.
 """
 
 from itertools import combinations, product
@@ -11,25 +11,28 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
-# So many ell from a crack its damage ends (AT1), or is 0.14 (AT2).
+# Distance (in ell) from a crack at which its damage ends (AT1), or is 0.14 (AT2).
 REACH = 2.0
-EVENED = 0.5  # over so many ell an opening is a mean
+EVENED = 0.5  # length (in ell) over which an opening is averaged
 SHORTEST = 1e-3  # sides shorter than this, over the width, would only spoil the matrix
 
 
 def cell_pieces(
     points: np.ndarray, cells: np.ndarray, strains: np.ndarray, dim: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Strains of cells, integrated over pieces of them, where the first one is not 0.
+    """Integrate strains over the parts of each cell in which the first strain is not 0.
 
     Parameters
     ----------
-    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. strains : of each cell, shape
-        (m, k).
+    points : coordinates of the mesh (m), shape (n, 3).
+    cells : vertices of each cell in VTK's order, shape (m, vertices).
+    strains : strains of each cell, shape (m, k).
+    dim : 2 or 3.
 
     Returns
     -------
-    places : of the pieces, shape (p, 3). volumes : shape (p, k); areas in 2-D.
+    places : positions of the parts (m), shape (p, 3).
+    volumes : integrals, shape (p, k) (m^3; m^2 in 2-D).
     """
     open_ = strains[:, 0] != 0
     cells, strains = cells[open_], strains[open_]
@@ -52,20 +55,24 @@ def openings(
     h: float,
     ell: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The opening (m) at each point of a network, and its uncertainty (m).
+    """Return the opening (m) at each point of a network, and its uncertainty (m), shape (n,) each.
 
-    Each piece of volume goes to the point nearest to it, if it is beside the crack and not beyond
-    its end, where the rock may be broken all over. The uncertainty has two parts. The strain of
-    intact rock need not be even across the band: the opening would change by its difference between
-    the inner and the outer half, times 4 ell, if the strain at the band's edge were that of all.
-    And opening strain in rock that is not broken may be no opening.
+    Each part of the volume goes to the nearest point, if it lies beside the crack and not beyond
+    its end, where rock may be broken throughout. The uncertainty has two parts. First, the strain
+    of intact rock need not be uniform across the band: the opening would change by the difference
+    between the inner and the outer half, times 4 ell, if the strain at the band's edge held
+    everywhere. Second, opening strain in rock that is not broken may be no opening.
 
     Parameters
     ----------
-    places, volumes : the pieces, (p, 3) and (p, 4): of the opening strain, of that of intact rock,
-        of the size of the opening strain where rock is not broken, and of 1. points, elements,
-        sizes : of the network, (n, 3), (m, 2 or 3) and (m,). h, ell : cell edge, regularization
-        length (m).
+    places : positions of the parts (m), shape (p, 3).
+    volumes : integrals over the parts, shape (p, 4): of the opening strain, of the strain of intact
+        rock, of the opening strain's size in rock that is not broken, and of 1.
+    points : points of the network (m), shape (n, 3).
+    elements : points of each element, shape (m, 2 or 3).
+    sizes : length or area of each element, shape (m,).
+    h : mesh size (m).
+    ell : regularization length (m).
     """
     distance, nearest = cKDTree(points).query(places, distance_upper_bound=REACH * ell + h)
     near = np.isfinite(distance)
@@ -86,15 +93,24 @@ def openings(
 def evened(
     gathered: np.ndarray, points: np.ndarray, elements: np.ndarray, sizes: np.ndarray, width: float
 ) -> np.ndarray:
-    """Values that points of a network gathered, shape (n, k), a unit of its size and even over a
-    width: w with (M + width^2 K) w = V, M the lumped mass and K the stiffness of the network. The
-    integral and a constant stay.
+    """Return values per size of the network, averaged over a width, shape (n, k).
+
+    The result w solves (M + width^2 K) w = V, with the lumped mass M and the stiffness K of the
+    network. The integral and a constant do not change.
+
+    Parameters
+    ----------
+    gathered : V, the values that the points gathered, shape (n, k).
+    points : points of the network (m), shape (n, 3).
+    elements : points of each element, shape (m, 2 or 3).
+    sizes : length or area of each element, shape (m,).
+    width : length over which values are averaged (m).
     """
     n, corners = len(points), elements.shape[1]
     mass = np.bincount(elements.ravel(), weights=np.repeat(sizes / corners, corners), minlength=n)
     i, j = np.concatenate([elements[:, pair] for pair in combinations(range(corners), 2)]).T
     square = ((points[i] - points[j]) ** 2).sum(axis=1)
-    # For segments the stiffness itself; for triangles that of equilateral ones, never negative.
+    # For segments the exact stiffness; for triangles that of equilateral ones, which is never < 0.
     share = {2: 1.0, 3: 2 / 3}[corners] * np.tile(sizes, len(i) // len(sizes))
     tie = share / np.maximum(square, (SHORTEST * width) ** 2)
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
@@ -103,7 +119,15 @@ def evened(
 
 
 def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
-    """At each point on the end or edge of a network, out of it, along it; 0 at others; (n, 3)."""
+    """Return the outward vectors at the ends or edges of a network; 0 elsewhere; shape (n, 3).
+
+    A vector lies in the network and points out of it.
+
+    Parameters
+    ----------
+    points : points of the network (m), shape (n, 3).
+    elements : points of each element, shape (m, 2 or 3).
+    """
     corners, m = elements.shape[1], len(elements)
     sides = np.concatenate([np.delete(elements, k, axis=1) for k in range(corners)])
     opposite = points[elements.T.ravel()]
@@ -124,7 +148,7 @@ def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
 
 
 def _rule(dim: int, width: int) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Shape functions, their slopes (vertices, dim) and the weight at each quadrature point.
+    """Return shape functions, their slopes (vertices, dim) and the weight at each quadrature point.
 
     Exact for simplices; the Gauss rule of two points an axis for quadrilaterals and hexahedra.
     """

@@ -1,6 +1,6 @@
-"""Statistics of the cells of one section, or of several that are alike, with their errors.
+"""Statistics of the polygonal cells of one plane, or of several similar ones, with their errors.
 
-docs/columns.md has the formulas, and what they are for patterns that are known.
+docs/columns.md has the formulas, and their values for known patterns.
 """
 
 from collections import Counter
@@ -15,17 +15,23 @@ from scipy.stats import bootstrap
 from staffa.measure.borders import Junction
 from staffa.records.step import CellSection
 
-# Errors are the spread among so many samples drawn from the cells, the same ones each time: known
-# to 1/sqrt(2 times as many), 2 %.
+# Errors are the spread among this number of samples drawn from the cells, always the same ones.
+# They are known to 1/sqrt(2 SAMPLES), 2 %.
 SAMPLES = 1000
 SEED = 0
-FEWEST = 5  # cells that are too few to tell an error from
+FEWEST = 5  # cells from which an error is estimated
 HEXAGON = 6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """A number and its standard error, each None where there is too little to tell it from."""
+    """Number with its standard error.
+
+    Attributes
+    ----------
+    value : the number; None if there are too few cells.
+    error : its standard error; None if there are too few cells.
+    """
 
     value: float | None
     error: float | None
@@ -33,17 +39,28 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Pattern:
-    """What cells look like; lengths in m.
+    """Statistics of polygonal cells.
 
-    sections: how many were pooled. number, interior: of all cells, and of those that touch no end
-    of the body. histogram: how many of these have each number of sides. junctions: of each kind.
+    Interior cells touch no end of the body.
 
-    Of interior cells: area, the mean; diameter, the mean of sqrt(4 area/pi); area_cv, standard
-    deviation of the areas over their mean; sides, the mean; sides_variance; hexagonality, the part
-    that has six; disorder, the mean of (sides - 6)^2.
-    Of all cells: whole_area, the mean, where a cell at an end of the body counts half, one in a
-    corner a quarter; spacing, the area over the length of the cracks in it.
-    t_share: of the junctions that are a T or a Y, those that are a T.
+    Attributes
+    ----------
+    sections : number of planes that were pooled.
+    number : number of all cells.
+    interior : number of interior cells.
+    histogram : number of interior cells by their number of sides.
+    junctions : number of junctions of each type.
+    area : mean area of interior cells (m^2).
+    diameter : mean of sqrt(4 area/pi) of interior cells (m).
+    area_cv : standard deviation over mean of the areas of interior cells.
+    sides : mean number of sides of interior cells.
+    sides_variance : variance of the number of sides of interior cells.
+    hexagonality : part of the interior cells that have six sides.
+    disorder : mean of (sides - 6)^2 of interior cells.
+    whole_area : mean area of all cells (m^2); a cell at an end of the body counts half, one in a
+        corner a quarter.
+    spacing : area over the length of the cracks in it (m).
+    t_share : part of the T and Y junctions that are a T.
     """
 
     sections: int
@@ -64,7 +81,7 @@ class Pattern:
 
 
 def pattern(sections: Sequence[CellSection]) -> Pattern:
-    """The pattern of the cells of all sections, each taken as if it were drawn by itself."""
+    """Return the statistics of the cells of all planes, each cell taken as drawn independently."""
     areas, perimeters, sides, ends = (
         np.array([value for section in sections for value in getattr(section, name)], dtype=float)
         for name in ("areas", "perimeters", "sides", "ends")
@@ -92,7 +109,7 @@ ALL = ("whole_area", "spacing")
 
 
 def _of_interior(areas: np.ndarray, sides: np.ndarray, axis: int = -1) -> np.ndarray:
-    """The numbers of INTERIOR, stacked; the last axis of both is that of the cells."""
+    """Return the numbers of INTERIOR, stacked; the last axis of both arrays is the cell."""
     numbers = (
         areas.mean(axis=axis),
         np.sqrt(4 * areas / np.pi).mean(axis=axis),
@@ -107,7 +124,7 @@ def _of_interior(areas: np.ndarray, sides: np.ndarray, axis: int = -1) -> np.nda
 def _of_all(
     areas: np.ndarray, perimeters: np.ndarray, shares: np.ndarray, axis: int = -1
 ) -> np.ndarray:
-    """The numbers of ALL, stacked; a perimeter counts half, as two cells share it."""
+    """Return the numbers of ALL, stacked; a perimeter counts half, since two cells share it."""
     whole = areas.sum(axis=axis)
     return np.stack([whole / shares.sum(axis=axis), 2 * whole / perimeters.sum(axis=axis)])
 
@@ -115,11 +132,11 @@ def _of_all(
 def _estimates(
     names: tuple[str, ...], numbers: Callable[..., np.ndarray], *of: np.ndarray
 ) -> dict[str, Estimate]:
-    """Each number, and its standard error by the bootstrap (Efron, Ann. Stat. 7, 1979)."""
+    """Return each number and its standard error by the bootstrap (Efron, Ann. Stat. 7, 1979)."""
     n = len(of[0])
     if n == 0:
         return dict.fromkeys(names, Estimate(value=None, error=None))
-    # What is not defined, as the variance of one cell, is no number, and told as None.
+    # A number that is not defined, such as the variance of one cell, becomes None.
     with catch_warnings(action="ignore", category=RuntimeWarning):
         values = numbers(*of)
         errors = np.full(len(names), np.nan)
@@ -134,7 +151,7 @@ def _estimates(
                 rng=np.random.default_rng(SEED),
             )
             errors = drawn.standard_error * sqrt(n / (n - 1))
-            errors[errors == 0] = np.nan  # all alike: how much others differ is not known
+            errors[errors == 0] = np.nan  # all cells are alike: the spread of others is not known
     return {
         name: Estimate(value=_known(value), error=_known(error))
         for name, value, error in zip(names, values, errors, strict=True)
@@ -146,8 +163,10 @@ def _known(number: float) -> float | None:
 
 
 def _share(these: int, others: int) -> Estimate:
-    """A part, and its standard error, which is not zero where all are alike (Agresti and Coull, Am.
-    Stat. 52, 1998)."""
+    """Return a part and its standard error (Agresti and Coull, Am. Stat. 52, 1998).
+
+    The error is not zero if all are alike.
+    """
     n = these + others
     if not n:
         return Estimate(value=None, error=None)

@@ -13,14 +13,24 @@ from staffa.model.domain import Domain
 from staffa.model.fields import State
 from staffa.records.manifest import Probe
 
-# A point on a side may lie outside of the mesh by round-off: by this fraction of a cell.
+# A point on a boundary may lie outside the mesh by round-off: by this fraction of a cell.
 OUTSIDE = 1e-6
 
 
 def located(domain: Domain, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which of the points, shape (n, 3), lie in this rank's own cells, and in which cell each.
+    """Return the points that lie in this rank's own cells, and the cell of each.
 
-    A point on the border of two ranks' cells is seen by both, which agree on its values.
+    A point on the border of two ranks' cells is found by both, which agree on its values.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    points : coordinates (m), shape (n, 3).
+
+    Returns
+    -------
+    here : numbers of the points found, shape (k,).
+    cells : local cell of each, shape (k,).
     """
     mesh, dim = domain.mesh, domain.dim
     own = np.arange(mesh.topology.index_map(dim).size_local, dtype=np.int32)
@@ -32,10 +42,15 @@ def located(domain: Domain, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 class Probes:
-    """Looks at a state at the points of some probes, which are found once. Collective."""
+    """Values of the fields at the points of probes, which are found once. Collective."""
 
     def __init__(self, domain: Domain, probes: Sequence[Probe]) -> None:
-        """Find the points.
+        """Find the points. Collective.
+
+        Parameters
+        ----------
+        domain : the mesh.
+        probes : the probes of the case.
 
         Raises
         ------
@@ -62,7 +77,7 @@ class Probes:
         )
 
     def __call__(self, state: State) -> tuple[tuple[float, ...], ...]:
-        """T (K), the components of u (m), and alpha at each point, probe after probe. Collective.
+        """Return T (K), the components of u (m), and alpha at each point of each probe. Collective.
 
         T is the change from the temperature without thermal strain.
         """

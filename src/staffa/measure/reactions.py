@@ -1,4 +1,4 @@
-"""What holds the body, in numbers: the resultant force of each support."""
+"""Reactions: the resultant force of each support."""
 
 from staffa.backend.stack import MPI
 
@@ -11,15 +11,18 @@ from staffa.model.supports import Supports
 def reactions(
     comm: MPI.Comm, supports: Supports, forces: np.ndarray, *, dim: int
 ) -> dict[str, tuple[float, ...]]:
-    """The force that each held side exerts on the body: N, in 2-D per unit thickness (N/m).
+    """Return the force that each support exerts on the body (N; N/m in 2-D). Collective.
 
-    The sum of the energy's derivative in u over the components that a side prescribes. One that two
-    sides prescribe, at a vertex they share, counts for the side whose displacement it follows, so
-    that the sum over all sides is what the supports carry, and nothing counts twice. Collective.
+    It is the sum of the energy's derivative in u over the components that a boundary prescribes. A
+    component that two boundaries prescribe, at a common vertex, counts for the boundary whose value
+    it follows. So the sum over all boundaries is the total force of the supports.
 
     Parameters
     ----------
-    forces : derivative of the energy in u, entries that this rank owns, in equilibrium.
+    comm : communicator of the mesh.
+    supports : the supports.
+    forces : derivative of the energy in u in equilibrium, entries that this rank owns, shape (n,).
+    dim : 2 or 3.
     """
     names = list(dict.fromkeys(supports.sides))
     totals = np.zeros((len(names), dim))

@@ -1,11 +1,11 @@
-"""Where a field on a raster is highest across itself: its crest, as segments or as quadrilaterals.
+"""Ridge of a field on a pixel grid, as segments in 2-D or quadrilaterals in 3-D.
 
-A point of the crest is a maximum along the direction in which the field bends most: there e . grad
-f = 0, with e the eigenvector of the Hessian of the lowest eigenvalue (Eberly, Ridges in Image and
-Data Analysis, 1996). The sign of e is arbitrary, but along one edge of the raster it can be agreed
-upon, and what crosses edges is all that is needed: a point in each cell of the raster, the mean of
-its crossings, and one element across each crossed edge that joins the cells around it (surface
-nets; Gibson, MICCAI 1998). So it is the same in 2-D and in 3-D.
+A point of the ridge is a maximum along the direction in which the field bends most: there
+e . grad f = 0, with e the eigenvector of the Hessian of the lowest eigenvalue (Eberly, Ridges in
+Image and Data Analysis, 1996). The sign of e is arbitrary, but it can be made equal at the two ends
+of a grid edge, and the ridge is built from the crossed edges alone (surface nets; Gibson, MICCAI
+1998): each grid cell has one point, the mean of its crossings, and across each crossed edge one
+element joins the cells around it. So the method is the same in 2-D and in 3-D.
 """
 
 from itertools import combinations_with_replacement
@@ -14,31 +14,31 @@ from math import ceil
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-# Two neighbors whose directions differ by more have no crossing: there crests meet.
+# Two neighbors whose directions differ by more have no crossing: there ridges meet.
 ALIKE = 0.5
-# The crest of a field that is even across it may lie on the raster's points: it is sought where the
-# field, over its height, is tilted by this much an edge.
+# The ridge of a symmetric field may lie exactly on grid points. So the field, over its height, is
+# tilted by this amount an edge.
 TILT = 1e-7
 
 
 def ridge(
     field: np.ndarray, *, sigma: float, lowest: float, sharpest: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The crest of a raster's field, smoothed by a Gaussian.
+    """Find the ridge of a field on a pixel grid, smoothed by a Gaussian.
 
-    All lengths are in edges of the raster.
+    All lengths are in edges of the grid.
 
     Parameters
     ----------
     field : shape (n_x, n_y) or (n_x, n_y, n_z).
-    sigma : of the Gaussian.
-    lowest : the smoothed field that a crest exceeds.
-    sharpest : a crest bends down by more than this.
+    sigma : standard deviation of the Gaussian.
+    lowest : value of the smoothed field that a ridge exceeds.
+    sharpest : least downward second derivative across a ridge.
 
     Returns
     -------
-    points : shape (n, 2 or 3). elements : their numbers, shape (m, 2) in 2-D, (m, 4), around each
-        quadrilateral, in 3-D.
+    points : positions, shape (n, 2 or 3).
+    elements : numbers of points, shape (m, 2) in 2-D; (m, 4), around each quadrilateral, in 3-D.
     """
     dim = field.ndim
     there, direction, slope = _bending(field, sigma, lowest, sharpest)
@@ -60,9 +60,9 @@ def ridge(
 def _bending(
     field: np.ndarray, sigma: float, lowest: float, sharpest: float
 ) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
-    """Where a crest may be, the direction across it there, and the slope in that direction."""
+    """Return the points near a ridge, the direction across it, and the slope in that direction."""
     dim, margin = field.ndim, ceil(4 * sigma)  # beyond it the Gaussian is cut off
-    # Turned about each side's points, the field goes on as it comes, slanted crests too.
+    # An odd reflection about each side continues the field smoothly, inclined ridges too.
     beyond = np.pad(field, margin, mode="reflect", reflect_type="odd")
     inside = (slice(margin, -margin),) * dim
 
@@ -84,7 +84,7 @@ def _bending(
 
 
 def _ends(place: np.ndarray, axis: int) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-    """Both ends of the edges along an axis between points where a crest may be."""
+    """Return both ends of the grid edges along an axis between points near a ridge."""
     lower = np.take(place, range(place.shape[axis] - 1), axis=axis)
     upper = np.take(place, range(1, place.shape[axis]), axis=axis)
     start = np.nonzero((lower >= 0) & (upper >= 0))
@@ -92,7 +92,7 @@ def _ends(place: np.ndarray, axis: int) -> tuple[tuple[np.ndarray, ...], tuple[n
 
 
 def _around(axis: int, dim: int) -> np.ndarray:
-    """The cells around an edge, relative to its start, in their order around it."""
+    """Return the grid cells around an edge, relative to its start, in order around it."""
     others = [k for k in range(dim) if k != axis]
     steps = np.array([[0, 0], [-1, 0], [-1, -1], [0, -1]]) if dim == 3 else np.array([[0], [-1]])
     found = np.zeros((len(steps), dim), dtype=np.int64)
@@ -103,7 +103,7 @@ def _around(axis: int, dim: int) -> np.ndarray:
 def _joined(
     crossings: np.ndarray, cells: np.ndarray, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A point in each cell, the mean of its crossings, and the elements that join them."""
+    """Return one point in each cell, the mean of its crossings, and the elements that join them."""
     numbers = np.ravel_multi_index(tuple(np.moveaxis(cells, -1, 0)), tuple(n + 1 for n in shape))
     _, elements = np.unique(numbers, return_inverse=True)
     elements = elements.reshape(numbers.shape)

@@ -1,4 +1,4 @@
-"""From points and edges to cracks: their tips, and the sections they cross."""
+"""Cracks from points and edges: their tips, and their number on a line."""
 
 import numpy as np
 
@@ -9,14 +9,16 @@ from staffa.records.step import CracksAtHeight, Tip
 def cracks_on_line(
     x: np.ndarray, alpha: np.ndarray, *, height: float, threshold: float
 ) -> CracksAtHeight:
-    """The cracks along a line: each run of neighboring samples with alpha > threshold is one.
+    """Find the cracks along a line: each run of neighboring samples with alpha > threshold is one.
 
     A run over more than half of the line is a damaged layer, and no crack.
 
     Parameters
     ----------
-    x, alpha : coordinate along the line and damage of samples in any order, shape (n,).
-    height : recorded with the result (m).
+    x : coordinate of the samples along the line, in any order (m), shape (n,).
+    alpha : damage of the samples, shape (n,).
+    height : depth of the line, recorded with the result (m).
+    threshold : damage above which a sample is cracked.
     """
     order = np.argsort(x, kind="stable")
     x, cracked = x[order], (alpha[order] > threshold).astype(np.int8)
@@ -38,17 +40,19 @@ def cracks_on_line(
 def tips(
     points: np.ndarray, depth: np.ndarray, edges: np.ndarray, *, prominence: float
 ) -> tuple[Tip, ...]:
-    """The deepest point of each crack, found from the deepest upwards.
+    """Find the deepest point of each crack, in order from the deepest upwards.
 
-    The crack set is a graph. Its points are met in order of falling depth; a point without a met
-    neighbor starts a crack; where two cracks meet, the shallower one ends, and it counts if it is
-    deeper than the meeting point by `prominence` or more (so that a rough edge makes no crack).
-    Cracks that meet no other count if they are that long or longer.
+    The crack set is a graph. Its points are visited in order of decreasing depth. A point without a
+    visited neighbor starts a crack. If two cracks meet, the shallower one ends there, and it counts
+    if it is deeper than the meeting point by `prominence` or more, so that a rough edge is no
+    crack. A crack that meets no other counts if it is at least that long.
 
     Parameters
     ----------
-    points : shape (n, dim); depth : distance from the cooled face, shape (n,).
+    points : coordinates of the cracked points (m), shape (n, dim).
+    depth : distance from the cooled face (m), shape (n,).
     edges : pairs of neighboring points, shape (m, 2).
+    prominence : least length of a crack (m).
     """
     place = np.rint(np.column_stack([points, -depth]) / (SAME * prominence))
     order = np.lexsort(place.T)
@@ -87,12 +91,13 @@ def tips(
 
 
 def layer_depth(cracked: np.ndarray, points: np.ndarray, *, bin_depth: float) -> float:
-    """Depth to which more than half of the body is cracked: a damaged layer, no crack yet.
+    """Return the depth (m) to which more than half of the body is cracked: the damaged layer.
 
     Parameters
     ----------
-    cracked, points : number of cracked and of all points, by bins of depth of this width (m); the
-        first bin is centered on the face.
+    cracked : number of cracked points in each bin of depth, shape (n,).
+    points : number of all points in each bin, shape (n,).
+    bin_depth : width of a bin (m); the first bin is centered on the face.
     """
     whole = np.flatnonzero(2 * cracked <= points)
     bins = int(whole[0]) if len(whole) else len(points)

@@ -1,4 +1,4 @@
-"""A meshed body as its cracks are traced in it: a raster of its damage, and where it ends."""
+"""Meshed body for the tracing of its cracks: a pixel grid of its damage, and its surface."""
 
 from typing import Any
 
@@ -7,20 +7,35 @@ from scipy.ndimage import distance_transform_edt
 
 from staffa.geometry.places import SAME
 
-# Round-off leaves a place so far outside at most, over the cell edge.
+# Largest distance outside the body, over the mesh size, that is round-off.
 OUTSIDE = 1e-6
 # VTK's cell types, by dimension and number of vertices.
 TYPES = {(2, 3): 5, (2, 4): 9, (3, 4): 10, (3, 8): 12}
 
 
 class Body:
-    """A mesh in an order of its own, by position: that of its file depends on who wrote it.
+    """Mesh sorted by position, since the order in its file depends on the number of ranks.
 
-    points: shape (n, 3). cells: shape (m, vertices), in VTK's order. h: cell edge (m). vertices,
-    members: the given numbers of the points and of the cells, in the order of the body.
+    Attributes
+    ----------
+    points : coordinates (m), shape (n, 3).
+    cells : vertices of each cell in VTK's order, shape (m, vertices).
+    dim : 2 or 3.
+    h : mesh size (m).
+    vertices : given number of each point, in the order of the body, shape (n,).
+    members : given number of each cell, in the order of the body, shape (m,).
     """
 
     def __init__(self, points: np.ndarray, cells: np.ndarray, *, dim: int, h: float) -> None:
+        """Sort a mesh by position.
+
+        Parameters
+        ----------
+        points : coordinates (m), shape (n, 3).
+        cells : vertices of each cell in VTK's order, shape (m, vertices).
+        dim : 2 or 3.
+        h : mesh size (m).
+        """
         import pyvista
 
         self.dim, self.h = dim, h
@@ -35,13 +50,23 @@ class Body:
         self._fills_its_box = False
 
     def raster(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Lower corner, edges and values of a field on a raster over the body, edges about h.
+        """Sample a field on a pixel grid over the body, with edges of about h.
 
-        Outside of the body, in holes too, the value is that of the nearest point inside.
+        Outside the body, in holes too, the value is that of the nearest point inside.
+
+        Parameters
+        ----------
+        values : field at the points of the body, shape (n,).
+
+        Returns
+        -------
+        lower : lower corner of the grid (m), shape (3,).
+        edge : edges of the grid (m), shape (3,).
+        field : values on the grid, shape (n_x, n_y) or (n_x, n_y, n_z).
         """
         import pyvista
 
-        # Within by what round-off cannot take away: else it would say which points are inside.
+        # Slightly inside the body: else round-off would decide which points are inside.
         within = np.array([OUTSIDE * self.h] * self.dim + [0.0] * (3 - self.dim))
         lower, upper = self.points.min(axis=0) + within, self.points.max(axis=0) - within
         counts = np.maximum(np.rint((upper - lower) / self.h).astype(int), 1)
@@ -61,9 +86,9 @@ class Body:
         return lower, edge, field
 
     def nearest(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The nearest places of the body, shape (n, 3), and whether these are others, shape (n,).
+        """Return the nearest points of the body, (n, 3), and a mask of those that moved, (n,).
 
-        After `raster`, which tells whether anything can lie outside.
+        Call it after `raster`, which finds out if any point can lie outside.
         """
         if self._fills_its_box or not len(places):
             return places, np.zeros(len(places), dtype=bool)

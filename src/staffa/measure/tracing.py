@@ -1,4 +1,4 @@
-"""From the fields on a mesh to the crack network: its crest, cleared of what is no crack."""
+"""Crack network from the fields on a mesh: the ridge of the damage, without false parts."""
 
 from dataclasses import replace
 
@@ -13,11 +13,11 @@ from staffa.measure.opening import cell_pieces, openings
 from staffa.measure.ridge import ridge
 from staffa.measure.traced_body import Body
 
-# The Gaussian that takes the steps of a layer of cells out of a crack: fractions of ell.
+# Width (in ell) of the Gaussian that smooths the steps of a layer of cells out of a crack.
 SMOOTHING = 0.5
-# A crest bends down by more than this over ell^2; that of a straight crack by 1.1 (AT1), smoothed.
+# Least downward curvature of a ridge, times ell^2; a straight crack has 1.1 (AT1), smoothed.
 SHARPEST = 0.2
-# By how much (radians) a crest may turn between where it is broken and its tip.
+# Largest turn (radians) of a ridge between its broken part and its tip.
 TURN = 0.6
 
 
@@ -35,17 +35,22 @@ def network(
     falls: tuple[float, float] | None = None,
     axial: bool = False,
 ) -> Network:
-    """The network of the fields on a mesh, whatever the order of its points and cells.
+    """Trace the crack network of the fields on a mesh, whatever the order of its points and cells.
 
     Parameters
     ----------
-    points, cells : shape (n, 3); shape (m, vertices), in VTK's order. alpha : at the points.
-        strains : of the cells, that of the opening and that of intact rock (see `model.openings`),
-        shape (m, 2); None if they were not kept, and openings are nan. dim : 2 or 3. h, ell : cell
-        edge, regularization length (m).
-    crack : the damage that a crack reaches somewhere; tip : down to which it is followed.
-        falls : see `ends.ended`; None where it is not known, and ends stay where they are.
-    axial : True for the section of a body of revolution.
+    points : coordinates (m), shape (n, 3).
+    cells : vertices of each cell in VTK's order, shape (m, vertices).
+    alpha : damage at the points, shape (n,).
+    strains : opening strain and that of intact rock of each cell (see `model.openings`), shape
+        (m, 2); None if they were not kept, and openings are nan.
+    dim : 2 or 3.
+    h : mesh size (m).
+    ell : regularization length (m).
+    crack : damage that a crack reaches somewhere.
+    tip : damage down to which a crack is followed.
+    falls : fall lengths (see `ends.ended`); None if they are not known, and ends are not cut.
+    axial : True for the meridian plane of a body of revolution.
     """
     body = Body(points, cells, dim=dim, h=h)
     alpha = alpha[body.vertices]
@@ -71,7 +76,7 @@ def network(
 
 
 def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:
-    """The crest of the damage, with the damage on it."""
+    """Return the ridge of the damage, with the damage on it."""
     origin, edge, field = body.raster(alpha)
     found, elements = ridge(
         field,
@@ -93,9 +98,9 @@ def _within(found: Network, body: Body) -> Network:
 
 
 def _steady(found: Network, crack: float) -> Network:
-    """What is broken, and what goes on from it straight ahead.
+    """Return the broken part, and the parts that continue it straight ahead.
 
-    Around the end of a crack the damage falls alike in all directions: crests there go astray, or
+    Around the end of a crack the damage falls alike in all directions: ridges there turn away, or
     are false.
     """
     middles = found.points[found.elements].mean(axis=1)
@@ -113,7 +118,7 @@ def _steady(found: Network, crack: float) -> Network:
 
 
 def _straightened(found: Network, crack: float, middles: np.ndarray, across: np.ndarray) -> Network:
-    """With the points that are not broken put straight ahead of the nearest broken element."""
+    """Move the points that are not broken to straight ahead of the nearest broken element."""
     points, loose = found.points.copy(), found.damage < crack
     nearest = cKDTree(middles).query(points[loose])[1]
     aside = np.einsum("ij,ij->i", points[loose] - middles[nearest], across[nearest])
@@ -122,7 +127,7 @@ def _straightened(found: Network, crack: float, middles: np.ndarray, across: np.
 
 
 def _kept(found: Network, crack: float, ell: float) -> Network:
-    """The cracks that are broken somewhere and longer (larger) than ell (ell^2)."""
+    """Return the cracks that are broken somewhere and exceed ell (in 3-D ell^2)."""
     if not len(found.elements):
         return selected(found, found.elements)
     extent = np.bincount(found.cracks, weights=found.sizes)

@@ -1,1 +1,1 @@
-"""How to minimize: energies, gradients, Hessians, as functions of vectors; nothing of cracks."""
+"""Minimization: energies, gradients and Hessians as functions of vectors, independent of cracks."""

@@ -28,7 +28,13 @@ CORRECTIONS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """What a watcher sees after each sweep."""
+    """Result of one sweep, for a watcher.
+
+    Attributes
+    ----------
+    number, energies : number of the sweep, from 1; energies after it (J; J/m in 2-D).
+    change, residual : largest change of the damage in it; first-order residual after it.
+    """
 
     number: int
     energies: Energies
@@ -42,14 +48,21 @@ Watch = Callable[[Sweep | None], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Alternation:
-    """The two halves of the problem, and the energy they share.
+    """Both halves of the problem, and their common energy. All functions are collective.
 
-    `bounded` holds the default solver of the damage and its fall-backs, in the order they are
-    tried. `keep_u(u)` makes u the displacement at which energies and the damage's forces are
-    evaluated; `forces` fills the derivative in u there. `newton`, if any, proposes a move after
-    each sweep, with the `model`, which is there unless a volume is held. `convex`, if any, is the
-    energy that `elastic` solves the model of, and `held` the volume of a fluid in cracks. Vectors
-    `u` and `alpha` are overwritten. Everything is collective.
+    Attributes
+    ----------
+    elastic, damage : solver of the displacement; energy as a function of the damage.
+    bounded : solvers of the damage: the default, then its fall-backs in order.
+    newton : proposes a move after each sweep; None for none.
+    model : quadratic model of the energy; None if the volume of a fluid is given.
+    convex : energy of the displacement, of which `elastic` solves the model; None if it is
+        quadratic.
+    held : the given volume of a fluid in cracks; None without.
+    energies : returns the energies.
+    keep_u : sets the displacement at which energies and derivatives are evaluated.
+    forces : fills the derivative in u there.
+    u, alpha, before, work : displacement, damage, and work vectors of the damage; overwritten.
     """
 
     elastic: ElasticSolver
@@ -78,21 +91,23 @@ def alternate(
 ) -> Outcome:
     """Minimize over the damage and the displacement in turn, from a state in `equilibrium`.
 
-    The displacement is solved for last, so that the state returned is in equilibrium too, and the
-    damage's forces on it are the first-order residual of the whole problem. Between sweeps Newton
-    moves both together, wherever that lowers the energy; what the stop is judged by is a sweep
-    without it, from equilibrium to equilibrium. Collective.
+    The displacement is solved last, so that the returned state is in equilibrium too, and the
+    projected gradient of the damage is the first-order residual of the whole problem. Between
+    sweeps Newton moves both together, if that lowers the energy. The stop is judged by a sweep
+    without such a move, from equilibrium to equilibrium. Collective.
 
     Parameters
     ----------
-    values : prescribed displacements, see `ElasticSolver.minimize`.
-    lower, upper : bounds of the damage, that hold at its first value.
+    problem : both halves of the problem.
+    values : prescribed displacements (m), see `ElasticSolver.minimize`.
+    lower, upper : bounds of the damage, which hold at its first value.
+    stop, watch : tolerances, and the largest number of sweeps; called after each sweep.
 
     Raises
     ------
     SolveError
         A linear solver failed, or every damage solver did, or the energy is not finite. Running
-        out of sweeps raises nothing: the outcome says so.
+        out of sweeps is no error: the outcome reports it.
     """
     # Another pressure of a fluid whose volume is given is another energy of the damage.
     spread = problem.elastic.spread
@@ -144,7 +159,14 @@ def alternate(
 
 
 def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 0.0) -> None:
-    """Minimize over the displacement alone, see `ElasticSolver.minimize`. Collective."""
+    """Minimize over the displacement alone. Collective.
+
+    Parameters
+    ----------
+    problem : both halves of the problem.
+    values : prescribed displacements (m), see `ElasticSolver.minimize`.
+    reduction : fraction of the residual force at which an iterative solver may stop; 0 for its own.
+    """
     if problem.convex is None:
         problem.elastic.minimize(problem.u, values, reduction=reduction)
     else:
@@ -155,11 +177,11 @@ def equilibrium(problem: Alternation, values: np.ndarray, *, reduction: float = 
 
 
 def _correct(problem: Alternation, values: np.ndarray) -> None:
-    """Hold what is left unbalanced against the forces of loads and supports, and correct it.
+    """Compare the residual force with those of loads and supports, and correct the displacement.
 
-    The linear solver's own measure has the forces that prescribed displacements would need if all
-    else stayed: beside soft rock next to hard they are next to nothing. Where corrections by the
-    iterative solver do not help, a factorization takes over. Collective.
+    The linear solver's own measure contains the forces of prescribed displacements with all other
+    entries fixed; in soft rock beside hard rock the true forces are far smaller. If corrections by
+    the iterative solver do not help, a factorization takes over. Collective.
     """
     elastic, most = problem.elastic, LARGEST_RESIDUAL
     if problem.convex is None and elastic.linear.left <= most * elastic.applied:
@@ -190,17 +212,23 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
 
 
 def support_reactions(problem: Alternation) -> np.ndarray:
-    """Forces of the supports on the entries prescribed, in their order. Collective."""
+    """Return the forces of the supports on the prescribed entries, in their order. Collective."""
     problem.forces(problem.elastic.rhs)
     return np.asarray(readable(problem.elastic.rhs)[problem.elastic.fixed].copy())
 
 
 @dataclass(kw_only=True)
 class Tally:
-    """What is counted during one minimization, and the energies of the last state accepted.
+    """Counts of one minimization, and the energies of the last accepted state.
 
-    comparable: whether the energy must not rise where the displacement is solved for. spread: the
-    size of the terms that energies are differences of.
+    Attributes
+    ----------
+    energies, last : energies of the last accepted state, and their total.
+    comparable : True if solving for the displacement must not raise the energy.
+    spread : size of the terms whose difference is the energy.
+    largest_rise : largest relative rise of the energy in a half sweep.
+    moves, refused, iterations : Newton moves taken and refused, and its linear iterations.
+    fallbacks : failures of a damage solver.
     """
 
     energies: Energies
@@ -217,18 +245,18 @@ class Tally:
         self.last = self.energies.total
 
     def balance(self, energies: Energies) -> None:
-        """Take note of the energies in equilibrium."""
+        """Record the energies in equilibrium."""
         if not self.comparable:
             self.last = energies.total
         self.accept(energies, "the displacement was solved for")
 
     def accept(self, energies: Energies, what: str) -> None:
-        """Take note of the energies of a state, and of how far they rose."""
+        """Record the energies of a state, and their rise."""
         self.note(energies.total, what)
         self.energies = energies
 
     def note(self, total: float, what: str) -> None:
-        """Take note of an energy, and of how far it rose since the one before."""
+        """Record an energy, and its rise since the one before."""
         if not np.isfinite(total):
             raise SolveError(
                 f"the energy is not finite after {what}; try a shorter time step or a larger "
@@ -240,7 +268,7 @@ class Tally:
         self.last = total
 
     def effort(self) -> SolverStatistics:
-        """What has been done besides sweeps."""
+        """Return the solver statistics besides the number of sweeps."""
         return SolverStatistics(
             moves=self.moves,
             refused=self.refused,
@@ -251,25 +279,30 @@ class Tally:
 
 @dataclass
 class Patience:
-    """After each refusal in a row Newton is left out for twice as many sweeps."""
+    """Pauses of Newton: twice as many sweeps after each refusal in a row.
+
+    Attributes
+    ----------
+    pause, wait : sweeps of the next pause, and sweeps left of the current one.
+    """
 
     pause: int = 1
     wait: int = 0
 
     def allows(self) -> bool:
-        """Whether to try now; counts down if not."""
+        """Return True if Newton may try now; else count down."""
         self.wait -= 1
         return self.wait < 0
 
     def learn(self, taken: bool) -> None:
-        """Take note of what became of a proposal."""
+        """Record that a proposal was taken or refused."""
         self.pause, self.wait = (1, 0) if taken else (2 * self.pause, self.pause)
 
 
 def _move(
     problem: Alternation, newton: CoupledNewton, lower: PETSc.Vec, upper: PETSc.Vec, tally: Tally
 ) -> bool:
-    """Let Newton propose a move of the whole state; whether it was taken."""
+    """Let Newton propose a move of the whole state; return True if it was taken."""
 
     def total() -> float:
         problem.keep_u(problem.u)
@@ -290,7 +323,7 @@ def _move(
 def _minimize_damage(
     problem: Alternation, lower: PETSc.Vec, upper: PETSc.Vec, tally: Tally
 ) -> float:
-    """Minimize over the damage, by the first solver that can; how far it changed at most."""
+    """Minimize over the damage by the first solver that can; return its largest change."""
     problem.alpha.copy(problem.before)
     errors: list[str] = []
     for solver in problem.bounded:

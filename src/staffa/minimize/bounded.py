@@ -1,4 +1,4 @@
-"""Minimizes a smooth energy between bounds, by TAO or by SNES, behind one interface."""
+"""Minimization of a smooth energy between bounds, by TAO or by SNES, with one interface."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,11 +16,16 @@ from staffa.errors import SolveError
 
 @dataclass(frozen=True, kw_only=True)
 class BoundedEnergy:
-    """An energy of a vector x, lower <= x <= upper, by functions that fill what they are given.
+    """Energy of a vector x, lower <= x <= upper, by functions that fill their arguments.
 
-    `move_to(x)` sets the point at which `value`, `gradient` and `hessian` are evaluated; `matrix`
-    has the Hessian's pattern; `unit` is the force on an entry that counts as one; `quadratic` says
-    that the Hessian does not depend on x.
+    Attributes
+    ----------
+    move_to : sets the point of evaluation.
+    value : returns the energy there.
+    gradient, hessian : fill the first and the second derivative there.
+    matrix : matrix with the pattern of the Hessian.
+    unit : scale of the gradient, positive, one an entry.
+    quadratic : True if the Hessian does not depend on x.
     """
 
     move_to: Callable[[PETSc.Vec], None]
@@ -33,10 +38,10 @@ class BoundedEnergy:
 
 
 class Evaluation:
-    """Value, gradient and Hessian for a solver, as cheap as the energy allows.
+    """Value, gradient and Hessian for a solver, as cheap as the energy allows. Collective.
 
-    A quadratic energy is assembled once, where a minimization starts; from there it is followed by
-    products with its Hessian, and values count from the one at the start. Collective.
+    A quadratic energy is assembled once, at the start of a minimization. From there it is followed
+    by products with its Hessian, and values are counted from the start.
     """
 
     def __init__(self, energy: BoundedEnergy) -> None:
@@ -44,7 +49,7 @@ class Evaluation:
         self.origin, self.slope, self.work = (energy.unit.duplicate() for _ in range(3))
 
     def start(self, x: PETSc.Vec) -> None:
-        """Begin a minimization at x."""
+        """Start a minimization at x."""
         if self.energy.quadratic:
             self.energy.move_to(x)
             x.copy(self.origin)
@@ -52,7 +57,7 @@ class Evaluation:
             self.energy.hessian(self.energy.matrix)
 
     def gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> None:
-        """Fill the gradient at x."""
+        """Fill `out` with the gradient at x."""
         if self.energy.quadratic:
             self.work.waxpy(-1.0, self.origin, x)
             self.energy.matrix.multAdd(self.work, self.slope, out)
@@ -61,14 +66,14 @@ class Evaluation:
             self.energy.gradient(out)
 
     def value_and_gradient(self, x: PETSc.Vec, out: PETSc.Vec) -> float:
-        """Fill the gradient at x; the value there."""
+        """Fill `out` with the gradient at x, and return the value."""
         self.gradient(x, out)
         if self.energy.quadratic:  # the mean of the two slopes, times the way
             return float(0.5 * (self.work.dot(out) + self.work.dot(self.slope)))
         return self.energy.value()
 
     def hessian(self, x: PETSc.Vec, H: PETSc.Mat) -> None:
-        """Fill the Hessian at x."""
+        """Fill H with the Hessian at x."""
         if not self.energy.quadratic:
             self.energy.move_to(x)
             self.energy.hessian(H)
@@ -80,12 +85,17 @@ class Evaluation:
 
 
 class BoundedSolver(Protocol):
-    """A minimizer between bounds. Everything is collective."""
+    """Minimizer between bounds. All methods are collective."""
 
     iterations: int
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """Overwrite x by a minimizer between the bounds; what x holds is the first guess.
+        """Overwrite x by a minimizer between the bounds.
+
+        Parameters
+        ----------
+        x : first guess, overwritten.
+        lower, upper : bounds.
 
         Raises
         ------
@@ -111,12 +121,14 @@ def held_by_bounds(
     upper: PETSc.Vec,
     slack: np.ndarray | float = 0.0,
 ) -> np.ndarray:
-    """True at the owned entries that a bound holds against the energy's derivative.
+    """Return True at the owned entries that a bound blocks, shape (n_owned,).
 
     Parameters
     ----------
-    force : the derivative. x, lower, upper : the point and its bounds.
-    slack : a derivative of this size or less does not press against a bound, shape (n_owned,).
+    force : derivative of the energy.
+    x : the point.
+    lower, upper : bounds.
+    slack : size of the derivative up to which a bound does not block, shape (n_owned,).
     """
     derivative, at = readable(force), readable(x)
     at_lower, at_upper = at <= readable(lower) + AT_BOUND, at >= readable(upper) - AT_BOUND
@@ -126,9 +138,16 @@ def held_by_bounds(
 def projected_gradient(
     energy: BoundedEnergy, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec, work: PETSc.Vec
 ) -> float:
-    """Largest force on an entry that could follow it, over the unit: 0 at a first-order minimum.
+    """Return the largest projected gradient over its scale: 0 at a first-order minimum.
 
     Collective.
+
+    Parameters
+    ----------
+    energy : the energy.
+    x : the point.
+    lower, upper : bounds.
+    work : work vector, overwritten.
     """
     energy.move_to(x)
     energy.gradient(work)
@@ -138,9 +157,14 @@ def projected_gradient(
 
 
 class TaoSolver:
-    """TAO's projected Newton with a line search, or any TAO solver that knows bounds.
+    """TAO's projected Newton with a line search, or any TAO solver with bounds.
 
-    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
+    Parameters
+    ----------
+    energy : the energy.
+    tolerance : 2-norm of the projected gradient at the end, over the smallest entry of the scale.
+    preset : PETSc options.
+    prefix : prefix of the options.
     """
 
     def __init__(
@@ -170,7 +194,7 @@ class TaoSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """See `BoundedSolver`."""
+        """Overwrite x by a minimizer between `lower` and `upper`, see `BoundedSolver.minimize`."""
         self.evaluation.start(x)
         self.tao.setVariableBounds((lower, upper))
         with petsc_errors("the damage was not minimized", self.tao.comm):
@@ -181,7 +205,7 @@ class TaoSolver:
         self.energy.move_to(x)
 
     def destroy(self) -> None:
-        """See `BoundedSolver`."""
+        """Free the PETSc objects."""
         self.tao.destroy()
         self.evaluation.destroy()
         self.gradient.destroy()
@@ -190,7 +214,12 @@ class TaoSolver:
 class SnesSolver:
     """SNES for variational inequalities: the active set of Benson and Munson.
 
-    tolerance: 2-norm of the forces at the end, which bounds each, over the smallest unit.
+    Parameters
+    ----------
+    energy : the energy.
+    tolerance : 2-norm of the projected gradient at the end, over the smallest entry of the scale.
+    preset : PETSc options.
+    prefix : prefix of the options.
     """
 
     def __init__(
@@ -220,7 +249,7 @@ class SnesSolver:
         self.evaluation.hessian(x, H)
 
     def minimize(self, x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-        """See `BoundedSolver`."""
+        """Overwrite x by a minimizer between `lower` and `upper`, see `BoundedSolver.minimize`."""
         self.evaluation.start(x)
         self.snes.setVariableBounds(lower, upper)
         with petsc_errors("the damage was not minimized", self.snes.comm):
@@ -231,7 +260,7 @@ class SnesSolver:
         self.energy.move_to(x)
 
     def destroy(self) -> None:
-        """See `BoundedSolver`."""
+        """Free the PETSc objects."""
         self.snes.destroy()
         self.evaluation.destroy()
         self.gradient.destroy()
@@ -250,5 +279,5 @@ def _require(solver: str, end: Ended, x: PETSc.Vec, gradient: PETSc.Vec) -> None
 
 
 def _into_bounds(x: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> None:
-    """Remove what round-off left outside."""
+    """Move entries that round-off left outside onto their bounds."""
     np.clip(readable(x), readable(lower), readable(upper), out=writable(x))

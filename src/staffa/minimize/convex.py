@@ -1,10 +1,10 @@
-"""Minimizes a convex energy over the displacement, where rock answers pressure unlike tension.
+"""Minimization of a convex energy over the displacement, for rock with an energy split.
 
-Newton's method with the energy itself for a judge. The energies of all splits are made of squares
-of positive and negative parts: convex, once differentiable, quadratic but where a part changes
-sign. Newton's steps are then exact once the signs are right, and a step along which the energy's
-slope has changed sign is shortened. What the fluid in cracks holds may be given, too: a linear
-condition, whose multiplier is the fluid's pressure.
+It is Newton's method, judged by the energy itself. The energies of all splits consist of squares of
+positive and negative parts: they are convex, once differentiable, and quadratic except where a part
+changes sign. Newton's steps are exact once the signs are right. A step along which the slope of the
+energy changes sign is shortened. The volume of a fluid in cracks may be given: a linear condition,
+whose multiplier is the fluid's pressure.
 """
 
 from collections.abc import Callable
@@ -17,31 +17,37 @@ import numpy as np
 from staffa.errors import SolveError
 from staffa.minimize.elastic import ElasticSolver, QuadraticEnergy
 
-# A step that would lower the energy by less than this fraction of it changes nothing that counts.
+# A step that would lower the energy by less than this fraction of it is negligible.
 ENOUGH = 1e-13
-# Nor does one that changes the energy before the loads changed by this fraction: a load that is a
-# millionth of the last leaves 1e-12 of it, and that is still solved for as any.
+# So is a step that changes the energy before the change of loads by this fraction: a load that is a
+# millionth of the last one leaves 1e-12 of it, and must still be solved for.
 LEFT = 1e-25
-# A displacement of this fraction of the body, or of itself, is none.
+# A displacement of this fraction of the body, or of itself, is zero.
 NOTHING = 1e-15
 MOST = 100
-# What round-off, or the linear solver's own tolerance, may keep a step from being: 4e-13 was seen,
-# with many cracks pressed shut.
+# Largest gap that round-off, or the linear solver's tolerance, may leave: 4e-13 was seen, with many
+# closed cracks.
 ROUND_OFF = 1e-9
 WAY_OUT = (
     'try solver.displacement = "direct", shorter time steps or a larger damage.residual_stiffness'
 )
-# A length is good enough when the slope there is this fraction of the first; lengths tried.
+# A length is accepted if the slope there is this fraction of the first; largest number of lengths.
 SLOPE, LENGTHS = 0.1, 30
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConvexEnergy:
-    """An energy of the displacement alone, by functions evaluated where `move_to` went last.
+    """Energy of the displacement alone, by functions evaluated at the point of the last `move_to`.
 
-    `forces` fills its derivative, `stiffness` its second derivative, of the pattern of `matrix`;
-    `stored` is the part of the energy that rock stores; `quadratic` says that the second derivative
-    does not depend on u; `length` is the body's (m).
+    Attributes
+    ----------
+    matrix : matrix with the pattern of the second derivative.
+    move_to : sets the point of evaluation.
+    stored : returns the elastic energy there.
+    forces : fills the derivative there.
+    stiffness : fills the second derivative there.
+    quadratic : True if the second derivative does not depend on u.
+    length : size of the body (m).
     """
 
     matrix: PETSc.Mat
@@ -53,7 +59,7 @@ class ConvexEnergy:
     length: float = 0.0
 
     def model(self, at: PETSc.Vec) -> QuadraticEnergy:
-        """The quadratic energy that agrees with it to second order at `at`, whatever that holds."""
+        """Return the quadratic energy that agrees with it to second order at `at`."""
 
         def load(out: PETSc.Vec) -> None:
             forces = out.duplicate()
@@ -67,11 +73,18 @@ class ConvexEnergy:
 
 @dataclass(frozen=True, kw_only=True)
 class LinearCondition:
-    """A linear condition on the displacement, g . u - `offset` = `target`, and its multiplier p.
+    """Linear condition on the displacement, g . u - `offset` = `target`, and its multiplier p.
 
-    `widening` fills g; `pressure` gives p, which acts within the energy's forces as -p g, and
-    `press` sets it. A fluid does not pull: where less than no pressure would be needed, p is 0 and
-    the volume larger than the target.
+    A fluid carries no tension: if a negative pressure would be needed, p is 0 and the volume
+    exceeds the target.
+
+    Attributes
+    ----------
+    widening : fills g.
+    offset : returns the offset.
+    target : returns the target.
+    pressure : returns p, which is in the energy's forces as -p g.
+    press : sets p.
     """
 
     widening: Callable[[PETSc.Vec], None]
@@ -88,13 +101,16 @@ def minimize(
     values: np.ndarray,
     held: LinearCondition | None = None,
 ) -> None:
-    """Overwrite u by the minimizer; what u holds is the first guess. Collective.
+    """Overwrite u by the minimizer. Collective.
 
     Parameters
     ----------
     elastic : solver of the energy's model at u.
-    values : prescribed values, see `ElasticSolver.minimize`.
-    held : the volume of a fluid in cracks; its pressure is left where the minimizer has it.
+    energy : the energy.
+    u : first guess, overwritten.
+    values : prescribed values (m), see `ElasticSolver.minimize`.
+    held : given volume of a fluid in cracks, whose pressure is set to that of the minimizer; or
+        None.
 
     Raises
     ------
@@ -119,7 +135,7 @@ def minimize(
             if number and not held and (slope >= 0 or not elastic.linear.direct):
                 slope = _downhill(elastic, forces, way)
             last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
-            # The first step may put on new prescribed values: it is no descent but a prediction.
+            # The first step may apply new prescribed values: it is no descent but a prediction.
             if number == 0:
                 met = elastic.meets(u, values)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
@@ -131,14 +147,14 @@ def minimize(
                 _step(energy, u, way, forces, slope)
             else:
                 raise SolveError(
-                    f"the displacement was not solved for: the linear solver's way leads uphill, "
+                    f"the displacement solve failed: the linear solver's direction leads uphill, "
                     f"by {gap:.1e} of the energy; {WAY_OUT}"
                 )
             if done:
                 energy.move_to(u)
                 return
         raise SolveError(
-            f"the displacement was not solved for: after {MOST} of Newton's steps the next would "
+            f"the displacement solve failed: after {MOST} of Newton's steps the next would "
             f"still change the energy by {gap:.1e} of it; {WAY_OUT}"
         )
     finally:
@@ -147,9 +163,10 @@ def minimize(
 
 
 def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
-    """Overwrite a way, found as what u has to become, by the answer to the forces left; its slope.
+    """Overwrite a direction by the solution for the forces that are left, and return its slope.
 
-    Near the end they are less than what an iterative solver leaves of all forces.
+    Near the end these forces are smaller than the error that an iterative solver leaves in the
+    whole.
     """
     answered = forces.copy()
     try:
@@ -164,7 +181,7 @@ def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> floa
 def _step(
     energy: ConvexEnergy, u: PETSc.Vec, way: PETSc.Vec, forces: PETSc.Vec, slope: float
 ) -> None:
-    """Go along a way on which a convex energy falls, to about where its slope vanishes."""
+    """Move along a direction in which a convex energy falls, to about where its slope is zero."""
     start = u.copy()
     low, high, length = (0.0, slope), None, 1.0
     try:
@@ -179,7 +196,7 @@ def _step(
             assert high is not None
             if high[1] <= low[1]:  # round-off: slopes of convex energies grow along the way
                 return
-            # Where the slope of the line between the two vanishes, well within them.
+            # Linear interpolation of the slope between the two lengths, well between them.
             share = low[1] / (low[1] - high[1])
             length = low[0] + min(max(share, 0.1), 0.9) * (high[0] - low[0])
     finally:
@@ -187,7 +204,7 @@ def _step(
 
 
 def _hold(elastic: ElasticSolver, held: LinearCondition, u: PETSc.Vec) -> None:
-    """Add the answer to as much more pressure as meets the condition."""
+    """Add the displacement of the further pressure that meets the condition."""
     g, answer = u.duplicate(), u.duplicate()
     try:
         held.widening(g)

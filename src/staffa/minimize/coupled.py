@@ -1,4 +1,4 @@
-"""The energy's second derivative in displacement and damage together, with a preconditioner."""
+"""Second derivative of the energy in displacement and damage together, with a preconditioner."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from staffa.minimize.elastic import ElasticSolver
 
 @dataclass(frozen=True, kw_only=True)
 class Coupling:
-    """Terms of the energy in which displacement and damage meet.
+    """Terms of the energy that couple displacement and damage.
 
     Attributes
     ----------
     forces : fills the derivative in u.
     mixed : fills the second derivative, rows in alpha and columns in u.
-    matrix : has the pattern of the second derivative.
+    matrix : matrix with the pattern of the second derivative.
     """
 
     forces: Callable[[PETSc.Vec], None]
@@ -33,12 +33,13 @@ class CoupledModel:
     """Quadratic model of the energy around a state: [K, C^T; C, H] on displacement and damage.
 
     K is the stiffness of the last `ElasticSolver.minimize`. Vectors are pairs: displacement,
-    damage. Everything is collective.
+    damage. All methods are collective.
 
     Parameters
     ----------
-    elastic, damage, coupling : the parts of the energy.
-    preset, prefix : options of the damage's preconditioner, a linear map that is always the same.
+    elastic, damage, coupling : parts of the energy.
+    preset, prefix : options of the damage's preconditioner, a constant linear map, and their
+        prefix.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class CoupledModel:
         self.held = np.zeros(0, dtype=np.int32)
 
     def pair(self) -> PETSc.Vec:
-        """A new vector of displacement and damage; `destroy_pair` frees it."""
+        """Return a new vector of displacement and damage; `destroy_pair` frees it."""
         return PETSc.Vec().createNest([self.elastic.rhs.duplicate(), self.damage.unit.duplicate()])
 
     def move_to(
@@ -71,15 +72,16 @@ class CoupledModel:
         force: PETSc.Vec,
         slack: float = 0.0,
     ) -> None:
-        """Make the model around the current displacement and this damage.
+        """Set the model around the current displacement and this damage.
 
-        Damage that a bound holds against the energy's derivative does not move in it.
+        Damage that a bound blocks does not move in the model.
 
         Parameters
         ----------
-        alpha, lower, upper : damage and its bounds, owned entries.
+        alpha : damage, owned entries.
+        lower, upper : its bounds, owned entries.
         force : a pair, overwritten by the derivative of the energy, zero where nothing moves.
-        slack : a derivative of this many units or less does not press damage against a bound.
+        slack : derivative, over its scale, up to which a bound does not block.
         """
         force_u, force_alpha = force.getNestSubVecs()
         self.coupling.forces(force_u)
@@ -101,7 +103,7 @@ class CoupledModel:
         return float(self.alpha_work.norm(PETSc.NormType.NORM_INFINITY))
 
     def apply(self, move: PETSc.Vec, force: PETSc.Vec) -> None:
-        """Overwrite force by the second derivative of the energy along a move."""
+        """Overwrite `force` by the second derivative of the energy along a move."""
         (u, alpha), (force_u, force_alpha) = move.getNestSubVecs(), force.getNestSubVecs()
         C = self.coupling.matrix
         self.elastic.resist(u, force_u)
@@ -112,7 +114,7 @@ class CoupledModel:
         writable(force_alpha)[self.held] = 0.0
 
     def precondition(self, force: PETSc.Vec, move: PETSc.Vec) -> None:
-        """Overwrite move by block elimination with approximate blocks; symmetric, as CG needs it.
+        """Overwrite `move` by block elimination with approximate blocks; symmetric, as CG needs it.
 
         With the exact inverse of the stiffness the forces on u stay zero all the time.
         """
@@ -131,7 +133,7 @@ class CoupledModel:
         self.elastic.precondition(self.u_work, u)
 
     def following(self, b: np.ndarray) -> np.ndarray:
-        """The displacement that stays in equilibrium while the damage goes along b, to first order.
+        """Return the displacement that keeps equilibrium as the damage changes, to first order.
 
         Parameters
         ----------
@@ -154,16 +156,17 @@ class CoupledModel:
             v.destroy()
 
     def swept(self, v: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, float]:
-        """The damage of a direction after a sweep of the linearized alternate minimization.
+        """Return the damage of a direction after a sweep of the linearized alternate minimization.
 
         Parameters
         ----------
-        v, b : displacement and damage of the direction, owned entries; damage that is held stays.
+        v, b : displacement and damage of the direction, owned entries; blocked damage does not
+            move.
 
         Returns
         -------
-        b less the preconditioned force along it, shape (n_owned,), and the curvature of the energy
-        along the direction.
+        damage : b less the preconditioned force along it, shape (n_owned,).
+        curvature : curvature of the energy along the direction.
         """
         move, force, answer = self.pair(), self.pair(), self.damage.unit.duplicate()
         try:

@@ -1,4 +1,4 @@
-"""Minimizes a quadratic energy over the displacement, some of which is prescribed."""
+"""Minimization of a quadratic energy over the displacement, some of which is prescribed."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,14 @@ from staffa.minimize.linear import LinearSolver
 
 @dataclass(frozen=True, kw_only=True)
 class QuadraticEnergy:
-    """1/2 u.K u - f.u: `stiffness` fills K, `load` fills f, `matrix` has K's pattern."""
+    """Energy 1/2 u.K u - f.u.
+
+    Attributes
+    ----------
+    matrix : matrix with the pattern of K.
+    stiffness : fills K.
+    load : fills f.
+    """
 
     matrix: PETSc.Mat
     stiffness: Callable[[PETSc.Mat], None]
@@ -23,15 +30,17 @@ class QuadraticEnergy:
 class ElasticSolver:
     """Minimizer over u of a quadratic energy, with prescribed entries and unknown modes.
 
-    u = values on `fixed`; u = sum c_j modes_j on `moved`, where the c_j are minimized too, by
-    condensation: one factorization serves the field and all modes. Owns its PETSc objects.
-    Everything is collective.
+    u = values on `fixed`; u = sum c_j modes_j on `moved`. The c_j are minimized too, by
+    condensation: one factorization serves the field and all modes. It owns its PETSc objects. All
+    methods are collective.
 
     Parameters
     ----------
+    energy : the energy.
     fixed, moved : local indices of owned entries of u.
     modes : unit displacements on `moved`, shape (n_owned,) each.
-    near_null : rigid-body modes, shape (n_owned, 3 or 6), for the multigrid's coarse spaces.
+    near_null : rigid body motions, shape (n_owned, 3 or 6), for the multigrid's coarse spaces.
+    preset, prefix : options of the linear solver, and their prefix.
     """
 
     def __init__(
@@ -63,8 +72,8 @@ class ElasticSolver:
         self.responses = [self.rhs.duplicate() for _ in modes]
         self.forces = [self.rhs.duplicate() for _ in modes]
         self.mode_stiffness = np.zeros((len(modes), len(modes)))
-        # Rigid motions of what is free: no coarse correction then moves what is prescribed, and an
-        # iterate that is not yet solved for keeps its supports.
+        # Rigid motions of the free entries: then no coarse correction moves prescribed entries, and
+        # an iterate before convergence keeps its supports.
         rigid = np.array(near_null[: self.rhs.getLocalSize()])
         rigid[self.held] = 0.0
         self.near_null = _orthonormal([self._vector(mode) for mode in rigid.T])
@@ -72,11 +81,13 @@ class ElasticSolver:
         self.constrained.setNearNullSpace(null_space)
         null_space.destroy()
         self.linear = LinearSolver(self.constrained, self.diagonal, preset, prefix)
-        self.applied = 0.0  # the force of what acts besides supports, its 2-norm
+        self.applied = 0.0  # 2-norm of the forces besides those of supports
 
     def forget(self) -> None:
-        """Begin with a new preconditioner, and modes without a first guess: what comes then depends
-        on the problem alone."""
+        """Start with a new preconditioner and modes without a first guess.
+
+        Then the next result depends on the problem alone.
+        """
         self.linear.forget()
         for response in self.responses:
             response.set(0.0)
@@ -87,13 +98,14 @@ class ElasticSolver:
         return vector
 
     def minimize(self, u: PETSc.Vec, values: np.ndarray, *, reduction: float = 0.0) -> None:
-        """Overwrite u by the minimizer; what u holds is the first guess.
+        """Overwrite u by the minimizer.
 
         Parameters
         ----------
-        values : prescribed values of the entries `fixed`, shape (n_fixed,).
-        reduction : an iterative solver may stop once it has reduced the force that u leaves
-            unbalanced to this fraction; the energy has then fallen, but not to its minimum.
+        u : first guess, overwritten.
+        values : prescribed values of the entries `fixed` (m), shape (n_fixed,).
+        reduction : fraction of the residual force at u at which an iterative solver may stop; the
+            energy has then fallen, but not to its minimum.
 
         Raises
         ------
@@ -111,18 +123,18 @@ class ElasticSolver:
         self.applied = self.load.norm()
         self.load.copy(self.rhs)
         self.constrained.zeroRowsColumns(self.rows, diag=self.pivot, x=self.force, b=self.rhs)
-        # How far the modes go is found from a displacement in equilibrium.
+        # The amplitudes of the modes follow from a displacement in equilibrium.
         self.linear.solve(self.rhs, u, 0.0 if self.modes else reduction)
         if self.modes:
             self._add_modes(u)
 
     def spread(self, u: PETSc.Vec) -> float:
-        """u . diag(K) u: the size of the terms that an energy of u is the difference of."""
+        """Return u . diag(K) u, the size of the terms whose difference is the energy of u."""
         self.force.pointwiseMult(self.diagonal, u)
         return float(self.force.dot(u))
 
     def _add_modes(self, u: PETSc.Vec) -> None:
-        """u + sum c_j u_j, where u_j answers mode j, and the c_j make the energy smallest."""
+        """Add sum c_j u_j to u: u_j the solution for mode j, c_j the minimizing amplitudes."""
         for mode, response, force in zip(self.modes, self.responses, self.forces, strict=True):
             self.stiffness.mult(mode, self.rhs)
             self.rhs.scale(-1.0)
@@ -135,15 +147,15 @@ class ElasticSolver:
         self._add_responses([mode.dot(self.force) for mode in self.modes], u)
 
     def _add_responses(self, forces: Sequence[float], u: PETSc.Vec) -> None:
-        """Add the responses to forces on the modes, shape (n_modes,)."""
+        """Add the solutions for forces on the modes, shape (n_modes,)."""
         amplitudes = np.linalg.solve(self.mode_stiffness, forces)
         for c, response in zip(amplitudes, self.responses, strict=True):
             u.axpy(float(c), response)
 
     def precondition(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
-        """Overwrite u by the displacement that answers a force at fixed supports, approximately.
+        """Overwrite u by an approximate solution of K u = force at fixed supports.
 
-        Symmetric and positive definite; it is the inverse itself if `linear` is `exact`, at the
+        The map is symmetric and positive definite. It is the inverse if `linear` is `exact`, at the
         damage of the last `minimize`. Overwrites `rhs`.
         """
         force.copy(self.rhs)
@@ -154,13 +166,14 @@ class ElasticSolver:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
     def respond(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
-        """Overwrite u by the displacement that answers a force at supports at rest, at the
-        stiffness of the last `minimize`; what u holds is the first guess. Overwrites `rhs`.
+        """Solve K u = force at fixed supports, with the stiffness of the last `minimize`.
+
+        `u` has the first guess, and is overwritten. Overwrites `rhs`.
 
         Raises
         ------
         SolveError
-            As `minimize` does.
+            The linear solver failed, see `minimize`.
         """
         force.copy(self.rhs)
         writable(self.rhs)[self.held] = 0.0
@@ -169,18 +182,18 @@ class ElasticSolver:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
     def meets(self, u: PETSc.Vec, values: np.ndarray) -> bool:
-        """Whether u has these prescribed values on `fixed` already."""
+        """Return True if u has these prescribed values on `fixed` already."""
         self.force.set(0.0)
         writable(self.force)[self.fixed] = readable(u)[self.fixed] - values
         return bool(self.force.norm(PETSc.NormType.NORM_INFINITY) == 0.0)
 
     def curvature(self, u: PETSc.Vec) -> float:
-        """u . K u, at the stiffness of the last `minimize`."""
+        """Return u . K u, at the stiffness of the last `minimize`."""
         self.stiffness.mult(u, self.force)
         return float(u.dot(self.force))
 
     def resist(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
-        """Overwrite force by K u, for a u that the supports at rest allow; 0 where they hold."""
+        """Overwrite `force` by K u, 0 at supports, for a u that is 0 there."""
         self.stiffness.mult(u, force)
         writable(force)[self.fixed] = 0.0
 

@@ -1,10 +1,10 @@
-"""Lanczos' method on the second derivative of the energy: does the energy bend down anywhere?
+"""Lanczos' method on the second derivative of the energy: a search for negative curvature.
 
 With A the second derivative and P its preconditioner, the smallest Ritz value of P^-1 A falls to
-the smallest eigenvalue as the Krylov space grows. A negative one belongs to a direction along which
-the energy bends down. Where P eliminates the displacement exactly and inverts the damage's block,
-an eigenvalue is 1 - mu: a sweep of alternate minimization multiplies an error along its
-eigenvector by mu, and leaves the state if mu > 1.
+the smallest eigenvalue as the Krylov space grows. A negative value belongs to a direction of
+negative curvature. If P eliminates the displacement exactly and inverts the damage's block, an
+eigenvalue is 1 - mu: a sweep of alternate minimization multiplies an error along its eigenvector by
+mu, and leaves the state if mu > 1.
 """
 
 from collections.abc import Iterator
@@ -18,23 +18,23 @@ from scipy.linalg import eigh_tridiagonal
 from staffa.backend.vectors import readable
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
-# The space is complete where a new direction is shorter than this, over the one before.
+# The space is complete if a new direction is shorter than this, over the one before.
 COMPLETE = 1e-12
-# An eigenvalue lies within the residual of a Ritz value: the search may end where the residual is
-# this fraction of the value, but not before the start has had the chance to show all directions.
+# An eigenvalue lies within the residual of a Ritz value: the search may end if the residual is this
+# fraction of the value, but not before the second number of directions, so that all can appear.
 KNOWN, FEWEST = 0.5, 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Softest:
-    """The softest direction that was found.
+    """Softest direction that was found.
 
     Attributes
     ----------
-    value : smallest Ritz value, dimensionless; negative where the energy bends down.
+    value : smallest Ritz value, dimensionless; negative for negative curvature.
     b : damage of the direction, owned entries, with a largest |b| of one; empty unless the value is
         below minus the tolerance.
-    iterations : applications of the second derivative.
+    iterations : number of applications of the second derivative.
     """
 
     value: float
@@ -45,20 +45,20 @@ class Softest:
 def softest(
     model: CoupledModel, start: PETSc.Vec, *, iterations: int, tolerance: float
 ) -> Softest | None:
-    """Search for a direction along which the energy bends down. Collective.
+    """Search for a direction of negative curvature. Collective.
 
-    The search ends early where the smallest Ritz value is known to half of itself.
+    The search ends early if the smallest Ritz value is known to half of itself.
 
     Parameters
     ----------
-    model : of the energy around the state, see `CoupledModel.move_to`.
-    start : a force to start from, a pair that is zero where nothing moves.
-    iterations : the most of them.
-    tolerance : the direction is found where its value is below minus this.
+    model : model of the energy around the state, see `CoupledModel.move_to`.
+    start : first force, a pair that is zero where nothing moves.
+    iterations : largest number of iterations.
+    tolerance : the direction is computed if its value is below minus this.
 
     Returns
     -------
-    The softest direction; None where no damage may move.
+    The softest direction; None if no damage can move.
     """
     diagonal: list[float] = []
     side: list[float] = []
@@ -80,7 +80,7 @@ def softest(
 
 
 def _direction(model: CoupledModel, start: PETSc.Vec, weights: np.ndarray) -> np.ndarray:
-    """Sum the damage of the same iteration's directions, once more, with these weights."""
+    """Return the weighted sum of the damage of the directions of a second, equal iteration."""
     found = model.damage.unit.duplicate()
     found.set(0.0)
     # One direction more would cost an iteration.
@@ -92,9 +92,9 @@ def _direction(model: CoupledModel, start: PETSc.Vec, weights: np.ndarray) -> np
 
 
 def _lanczos(model: CoupledModel, start: PETSc.Vec) -> Iterator[tuple[PETSc.Vec, float, float]]:
-    """Directions orthonormal in P, the curvature along each, and its tie to the next.
+    """Yield directions orthonormal in P, the curvature along each, and its coupling to the next.
 
-    The pair that is yielded is overwritten when the iteration goes on.
+    The yielded pair is overwritten when the iteration continues.
     """
     pairs = [model.pair() for _ in range(5)]
     last, force, way, next_force, next_way = pairs

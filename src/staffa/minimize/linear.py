@@ -1,4 +1,4 @@
-"""Solves the linear systems of the displacement, with a factorization in reserve."""
+"""Linear systems of the displacement: an iterative solver, with a factorization in reserve."""
 
 from collections.abc import Mapping
 
@@ -30,21 +30,22 @@ DRIFT = 2e-3
 
 
 class LinearSolver:
-    """Conjugate gradients for one matrix that changes, preconditioned as a preset says.
+    """Conjugate gradients for one matrix that changes, preconditioned by a preset.
 
-    Where the iterative solver fails, a factorization takes over, until `begin` is called. Owns its
-    PETSc objects. Everything is collective.
+    If the iterative solver fails, a factorization takes over, until `begin` is called. It owns its
+    PETSc objects. All methods are collective.
+
+    Parameters
+    ----------
+    matrix : symmetric positive definite.
+    diagonal : diagonal of the matrix without supports, from which its change and round-off follow.
+    preset, prefix : PETSc options, and their prefix.
 
     Attributes
     ----------
     direct : True while a factorization is the preconditioner.
-    iterations, renewals, takeovers : how often each came to be.
-    left : the force that the last solution leaves unbalanced, its 2-norm.
-
-    Parameters
-    ----------
-    matrix : symmetric positive definite. diagonal : of the matrix without supports, which tells
-        how far it has changed and what round-off is.
+    iterations, renewals, takeovers : number of iterations, new preconditioners and take-overs.
+    left : 2-norm of the residual force of the last solution.
     """
 
     def __init__(
@@ -71,8 +72,11 @@ class LinearSolver:
         return ksp
 
     def _replace_ksp(self, prefix: str) -> None:
-        """GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset:
-        a run that went on after a reset came to other minima."""
+        """Replace the solver by a new one.
+
+        GAMG keeps interpolation and estimates of eigenvalues, some of it even when it is reset: a
+        run that continued after a reset found other minima.
+        """
         self.ksp.destroy()
         self.ksp = self._new_ksp(prefix)
         self.direct = self._is_direct()
@@ -83,43 +87,43 @@ class LinearSolver:
 
     @property
     def took_over(self) -> bool:
-        """True if a factorization stands in for the iterative solver."""
+        """True if a factorization replaces the iterative solver."""
         return bool(self.ksp.getOptionsPrefix() != self._prefix)
 
     def take_over(self) -> None:
-        """Put a factorization in the place of the iterative solver."""
+        """Replace the iterative solver by a factorization."""
         apply(TAKES_OVER, DIRECT)
         self._replace_ksp(TAKES_OVER)
         self.takeovers += 1
 
     def begin(self) -> None:
-        """Begin a time step: with the solver that was asked for."""
+        """Start a time step with the solver that was asked for."""
         if self.took_over:
             self._replace_ksp(self._prefix)
 
     @property
     def exact(self) -> bool:
-        """True if the preconditioner is the inverse of the matrix itself."""
+        """True if the preconditioner is the inverse of the matrix."""
         return self.direct and self._drift == 0
 
     def forget(self) -> None:
-        """Begin with a new preconditioner."""
+        """Start with a new preconditioner."""
         self._stale = self._forgotten = True
 
     def changed(self) -> None:
-        """Take note of how far the diagonal is from that of the matrix factorized last."""
+        """Record the distance of the diagonal from that of the matrix factorized last."""
         self.force.waxpy(-1.0, self.kept, self.diagonal)
         self._drift = self.force.norm(PETSc.NormType.NORM_INFINITY) / self.pivot
         self._stale = self._stale or (self.direct and not self._drift <= DRIFT)
 
     def solve(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float = 0.0) -> None:
-        """Overwrite u by the solution, with a new preconditioner if the old one is stale or fails;
-        then directly. What u holds is the first guess.
+        """Solve for u: with a new preconditioner if the old one is stale or fails, then directly.
 
         Parameters
         ----------
-        reduction : an iterative solver may stop once it has reduced what u leaves unbalanced to
-            this fraction.
+        rhs : right-hand side.
+        u : first guess, overwritten by the solution.
+        reduction : fraction of the residual force at u at which an iterative solver may stop.
 
         Raises
         ------
@@ -147,7 +151,7 @@ class LinearSolver:
             )
 
     def _tried(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """The same where PETSc may stop with an error, which is a failure too."""
+        """Solve as `_attempt` does; an error in PETSc is a failure too."""
         try:
             return self._attempt(rhs, u, reduction)
         except SolveError as error:
@@ -156,7 +160,7 @@ class LinearSolver:
             return str(error)
 
     def _attempt(self, rhs: PETSc.Vec, u: PETSc.Vec, reduction: float) -> str:
-        """Solve with the current preconditioner, or a new one; what went wrong, or nothing."""
+        """Solve with the current preconditioner, or a new one; return the failure, or ""."""
         fresh = self._stale
         if fresh:
             if self._forgotten and not self.direct:
@@ -228,12 +232,12 @@ class LinearSolver:
         return end, spent
 
     def round_off(self, u: PETSc.Vec) -> float:
-        """The force that round-off of u itself leaves unbalanced (N; N/m in 2-D)."""
+        """Return the residual force that round-off of u causes (N; N/m in 2-D)."""
         self.force.pointwiseMult(self.diagonal, u)
         return ROUND_OFF * float(self.force.norm())
 
     def _judge(self, fresh: bool, before: float, after: float, spent: int) -> None:
-        """True if the preconditioner, made for an earlier stiffness, has become too slow."""
+        """Mark the preconditioner as stale if it has become too slow for the changed stiffness."""
         digits = np.log10(before / after) if before > after > 0 else 0.0
         if digits < 1:  # too few to tell
             return

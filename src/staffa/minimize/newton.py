@@ -1,12 +1,12 @@
-"""Newton's method on displacement and damage together: where alternating is slow, a long move.
+"""Newton's method on displacement and damage together: a long move where alternation is slow.
 
 At an energy minimum alternate minimization contracts errors by mu, the largest eigenvalue of
 H^-1 C K^-1 C^T (H, K: second derivatives in alpha and in u; C: the mixed one), and near the loss of
 stability mu is nearly 1. Conjugate gradients preconditioned by the same two blocks need about
-sqrt(1/(1 - mu)) iterations for what takes 1/(1 - mu) sweeps, and notice where mu > 1: the energy
-then falls along the direction at hand (Steihaug 1983). Farrell and Maurini (2017) hand over from
-alternate minimization to Newton once it is near; here each sweep is followed by a Newton move,
-truncated early, that is kept only if it lowers the energy.
+sqrt(1/(1 - mu)) iterations in place of 1/(1 - mu) sweeps, and detect mu > 1: the energy then falls
+along the current direction (Steihaug 1983). Farrell and Maurini (2017) change from alternate
+minimization to Newton once it is near; here each sweep is followed by a Newton move, truncated
+early, that is kept only if it lowers the energy.
 """
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ import numpy as np
 from staffa.backend.vectors import readable, writable
 from staffa.minimize.coupled import CoupledModel, destroy_pairs
 
-# The linear system is solved to this fraction of its right-hand side, or for so many iterations:
-# its quadratic model is not worth more.
+# The linear system is solved to the first fraction of its right-hand side, or for the second number
+# of iterations: its quadratic model is not worth more.
 FORCING, ITERATIONS = 0.1, 40
 # Where the quadratic model has no minimum, the damage is changed by this at most, to begin with.
 REACH = 0.1
@@ -30,7 +30,14 @@ LONGEST, SHORTEST = 16.0, 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Move:
-    """What became of one proposal: the fraction of it that was taken (0 if refused), its energy."""
+    """Result of one proposal.
+
+    Attributes
+    ----------
+    taken : fraction of the proposal that was taken; 0 if it was refused.
+    energy : total energy after it (J; J/m in 2-D).
+    iterations : number of iterations of the linear solver.
+    """
 
     taken: float
     energy: float
@@ -38,7 +45,7 @@ class Move:
 
 
 class CoupledNewton:
-    """Proposes moves of displacement and damage from a state. Everything is collective."""
+    """Newton's method that proposes moves of displacement and damage. Collective."""
 
     def __init__(self, model: CoupledModel) -> None:
         self.model = model
@@ -60,8 +67,11 @@ class CoupledNewton:
 
         Parameters
         ----------
-        total : moves to what u and alpha hold, and gives the energy.
-        before : the energy at the start.
+        u : displacement (m).
+        alpha : damage.
+        lower, upper : bounds of the damage.
+        total : moves to the values of u and alpha, and returns the energy.
+        before : energy at the start (J; J/m in 2-D).
         """
         iterations = self._direction(alpha, lower, upper)
         if not iterations:
@@ -81,7 +91,7 @@ class CoupledNewton:
         return Move(taken=taken, energy=energy, iterations=iterations)
 
     def _direction(self, alpha: PETSc.Vec, lower: PETSc.Vec, upper: PETSc.Vec) -> int:
-        """Fill `move` from the quadratic model of the energy; the number of iterations."""
+        """Fill `move` from the quadratic model of the energy; return the number of iterations."""
         self.model.move_to(alpha, lower, upper, self.force)
         self.force.scale(-1.0)
         return self._conjugate_gradients()
@@ -108,21 +118,21 @@ class CoupledNewton:
         return iterations
 
     def _go_downhill(self, power: float, curvature: float) -> None:
-        """Add the way along which the energy is concave, as long as were it convex."""
+        """Add the direction of negative curvature, as long as if the curvature were positive."""
         largest = self.way.getNestSubVecs()[1].norm(PETSc.NormType.NORM_INFINITY)
         length = min(power / max(-curvature, 1e-300), REACH / max(largest, 1e-300))
         self.move.axpy(length, self.way)
 
     def destroy(self) -> None:
-        """Free its vectors; the model is another's."""
+        """Free its vectors; the model belongs to its maker."""
         destroy_pairs(self.force, self.move, self.answer, self.way, self.resistance, self.start)
 
 
 def search(energy_at: Callable[[float], float], before: float) -> tuple[float, float]:
-    """A length t at which the energy is lower than before, and that energy; t = 0 if none is found.
+    """Return a length t at which the energy is lower than before, and that energy; t = 0 if none.
 
     Doubles t = 1 while that lowers the energy further, or divides it by three until it is lower.
-    The last call of `energy_at` is the one at the length returned.
+    The last call of `energy_at` is the one at the returned length.
     """
     t, energy = 1.0, energy_at(1.0)
     if energy < before:

@@ -1,10 +1,10 @@
-"""Second-order stability: how the energy bends along the ways that displacement and damage can go.
+"""Second-order stability: the second derivative of the energy over admissible rates.
 
-Q(v, b) = v.K v + 2 b.C v + b.H b is the second derivative of the energy. On the space, b is free at
-the points I where the first derivative in the damage vanishes, and zero elsewhere: where the
-smallest value of Q/(b.M b) reaches zero, the evolution may bifurcate. On the cone b >= 0 as well,
-as irreversibility demands: where it reaches zero there, the state is no longer stable (Pham and
-Marigo 2013; Leon Baldelli and Maurini 2021).
+Q(v, b) = v.K v + 2 b.C v + b.H b is the second derivative of the energy. In the space V, b is free
+at the points I where the first derivative in the damage vanishes, and zero elsewhere: if the
+smallest value of Q/(b.M b) reaches zero there, the evolution may bifurcate. In the cone of
+admissible rates b >= 0 as well, as irreversibility demands: if the smallest value reaches zero
+there, the state is no longer stable (Pham and Marigo 2013; Leon Baldelli and Maurini 2021).
 """
 
 from collections.abc import Sequence
@@ -30,10 +30,14 @@ ACCURACY, SOLVES = 1e-7, 500
 
 @dataclass(frozen=True, kw_only=True)
 class Mode:
-    """The smallest value of Q/(b.M b), and the way it belongs to, with a largest |b| of one.
+    """Smallest value of Q/(b.M b), and the rate at which it is attained, with a largest |b| of one.
 
-    v, b: owned entries of displacement and damage. negative: number of negative eigenvalues on the
-    space, by Sylvester's law of inertia.
+    Attributes
+    ----------
+    value : the smallest value.
+    v : displacement of the rate, owned entries.
+    b : damage of the rate, owned entries.
+    negative : number of negative eigenvalues in the space V, by Sylvester's law of inertia.
     """
 
     value: float
@@ -43,14 +47,14 @@ class Mode:
 
 
 class SecondVariation:
-    """Q where it may be felt, as one matrix A, and M. Everything is collective.
+    """Q on the free unknowns, as one matrix A, and M. All methods are collective.
 
     Parameters
     ----------
     stiffness, mixed, hessian : K, C (rows of damage, columns of displacement), H; not kept.
     mass : M, lumped: one positive number for each entry of the damage; not kept.
     fixed, moved, modes : as in `elastic.ElasticSolver`.
-    free : True at those owned entries of the damage that belong to I.
+    free : True at the owned entries of the damage that belong to I.
     """
 
     def __init__(
@@ -89,7 +93,7 @@ class SecondVariation:
             thing.destroy()
 
     def shifted(self, shift: float) -> PETSc.Mat:
-        """A - shift M; the caller destroys it."""
+        """Return A - shift M; the caller destroys it."""
         found, diagonal = self.A.copy(), self.A.getDiagonal()
         diagonal.axpy(-shift, self.mass)
         found.setDiagonal(diagonal)
@@ -97,7 +101,7 @@ class SecondVariation:
         return found
 
     def on_the_space(self) -> Mode:
-        """The smallest eigenvalue, and its mode.
+        """Return the smallest eigenvalue in the space V, and its mode.
 
         Raises
         ------
@@ -120,12 +124,13 @@ class SecondVariation:
         return self._mode(value, z, negative)
 
     def on_the_cone(self, space: Mode) -> Mode:
-        """The smallest value with b >= 0, and where it is taken.
+        """Return the smallest value in the cone of admissible rates, b >= 0, and its rate.
 
         Inverse iteration: z' minimizes z.(A - shift M) z/2 - z.M z_k over the cone, on which the
-        quotient falls from z_k to z'. The shift lies below the smallest eigenvalue on the space, so
-        that each of these problems is convex. The quotient may have several minima on the cone; it
-        is begun at both signs of the mode on the space, and at an even b, and the lowest is taken.
+        quotient falls from z_k to z'. The shift lies below the smallest eigenvalue in the space V,
+        so that each of these problems is convex. The quotient may have several minima in the cone:
+        it is started at both signs of the mode in V, and at a uniform b, and the lowest result is
+        taken.
 
         Raises
         ------
@@ -169,11 +174,11 @@ class SecondVariation:
 
 
 class _Factored:
-    """A - shift M, factored; with M only on the damage, an operator on the damage alone.
+    """Factorization of A - shift M; with M only on the damage, an operator on the damage alone.
 
     The operator S^-1 = M^1/2 (A - shift M)^-1 M^1/2 has the values 1/(value of Q/(b.M b) - shift).
     A generalized problem on all unknowns, with an M that is zero on most of them, made SLEPc break
-    down where many values are the same.
+    down if many values are the same.
     """
 
     def __init__(self, variation: SecondVariation, shift: float) -> None:
@@ -199,7 +204,7 @@ class _Factored:
             raise
 
     def mult(self, _: PETSc.Mat, y: PETSc.Vec, out: PETSc.Vec) -> None:
-        """S^-1 y, as PETSc's shell matrices call it."""
+        """Write S^-1 y, as PETSc's shell matrices call it."""
         self._solve(y)
         writable(out)[:] = self.root * readable(self.z)[self.variation.n_v :]
 
@@ -214,7 +219,7 @@ class _Factored:
             )
 
     def nearest(self) -> tuple[float, PETSc.Vec]:
-        """The smallest value, if none lies below the shift, and where it is taken."""
+        """Return the smallest value, if none lies below the shift, and its vector."""
         size = (len(self.variation.free), self.variation.size)
         shell = SimpleNamespace(mult=self.mult)
         inverse = PETSc.Mat().createPython((size, size), shell, comm=self.ksp.comm)
@@ -280,7 +285,7 @@ class _OnTheCone:
         out.axpy(-1.0, self.load)
 
     def from_damage(self, b: np.ndarray) -> tuple[float, PETSc.Vec]:
-        """The quotient at the end, and where it is taken; the caller destroys the vector."""
+        """Return the quotient at the end, and its vector; the caller destroys the vector."""
         writable(self.z)[: self.variation.n_v] = 0.0
         writable(self.z)[self.variation.n_v :] = b
         value = float("inf")
@@ -311,7 +316,10 @@ class _OnTheCone:
 def _ways(
     stiffness: PETSc.Mat, fixed: np.ndarray, moved: np.ndarray, modes: Sequence[np.ndarray]
 ) -> PETSc.Mat:
-    """Columns: the displacements that are possible, one for each free entry and for each mode."""
+    """Return a matrix whose columns are the possible displacements.
+
+    There is one column for each free entry and for each mode.
+    """
     comm, (first, last) = stiffness.comm, stiffness.getOwnershipRange()
     own = np.ones(last - first, dtype=bool)
     own[fixed] = own[moved] = False

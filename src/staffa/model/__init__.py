@@ -1,1 +1,1 @@
-"""Mesh, fields and the one energy functional of them."""
+"""Mesh, fields and their energy functional."""

@@ -1,8 +1,9 @@
-"""Faces of cracks that touch: their normals, and the slip of the steps before; frozen in a step.
+"""Touching crack faces: their normals, and the slip of earlier steps; both frozen in a step.
 
-A broken cell is one whose mean damage is `BROKEN` at least. Its normal is that of the given crack
-it is in, or else the direction in which the broken cells around it spread least. Cells beside it
-have the same normal: its damage reaches them. `physics.split.Contact` is the energy of such cells.
+A cell is broken if its mean damage is at least `BROKEN`. Its normal is that of the given crack
+that contains it, or else the direction in which the broken cells around it spread least. Cells
+beside it have the same normal: its damage reaches them. `physics.split.Contact` is the energy of
+such cells.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,27 +23,33 @@ from staffa.model.domain import middles
 from staffa.model.initial_cracks import FlatCrack
 from staffa.physics.split import Contact, Faces, Strained, negative, shear_modulus
 
-# Mean damage of a cell from which a crack runs through it.
+# Least mean damage of a cell that a crack crosses.
 BROKEN = 0.95
-# Broken cells so far around (ell) tell the direction of a crack that has grown. With half of it,
-# normals were off by 6 degrees on unstructured cells, with this by 2.
+# Broken cells within this distance (in ell) give the direction of a crack that has grown. With half
+# of it, normals were off by 6 degrees on unstructured cells; with this by 2.
 AROUND = 3.0
-# And broken cells so far around (ell) have the cells beside them for faces.
+# Cells within this distance (in ell) of a broken cell have its normal.
 ASIDE = 1.0
-# Cells whose middle is so far (h) from a given crack, across it and beyond its rim, are its own.
+# Cells whose center is within this distance (in h) of a given crack, across it and beyond its rim,
+# belong to it.
 BESIDE = 2.0
-# Broken cells that spread less than this often as far along a plane as across it are no crack.
+# Least ratio of the spread of broken cells along a plane to that across it, for a crack.
 LONG = 2.0
-# The square of a shear strain that is none: it has a derivative there.
+# Square of a negligible shear strain, added so that the size has a derivative at zero.
 NONE = 1e-30
 
 
 class CrackFaces:
-    """Normals of cracks, and what friction needs to know, cell by cell.
+    """Normals of cracks, and the fields that friction needs, cell by cell. Collective.
 
-    field: of each cell its normal, 0 far from cracks; 1 if it is broken (else 0); and with friction
-    the slip strain of earlier steps along the axes, its work per volume (J/m^3), the shear stress
-    (Pa) that friction bears, and 0 where it bears any (else 1). Everything is collective.
+    Attributes
+    ----------
+    field : of each cell its normal, 0 far from cracks, and 1 if it is broken (else 0); with
+        friction also the slip strain of earlier steps along the axes, its work per volume (J/m^3),
+        the largest shear stress that friction carries (Pa), and 0 if it carries any (else 1).
+    split : the energy split.
+    comm : communicator of the mesh.
+    dim : 2 or 3.
     """
 
     def __init__(
@@ -54,7 +61,16 @@ class CrackFaces:
         h: float,
         given: Sequence[FlatCrack],
     ) -> None:
-        """alpha: damage. ell, h: regularization length, cell edge (m). given: known cracks."""
+        """Create the fields.
+
+        Parameters
+        ----------
+        alpha : the damage.
+        split : the energy split.
+        ell : regularization length (m).
+        h : mesh size (m).
+        given : cracks whose normals are known.
+        """
         mesh = alpha.function_space.mesh
         self.comm, self.split, self._alpha, self._given = mesh.comm, split, alpha, given
         self._ell, self._h, self.dim = ell, h, mesh.geometry.dim
@@ -74,7 +90,13 @@ class CrackFaces:
     def felt(
         self, e: ufl.core.expr.Expr, strained: Callable[[ufl.core.expr.Expr], Strained]
     ) -> Strained:
-        """An elastic strain with what the faces feel of it. strained: as the rock sees one."""
+        """Return an elastic strain together with the strain of the faces.
+
+        Parameters
+        ----------
+        e : the elastic strain.
+        strained : function that returns a strain as the rock's split takes it.
+        """
         plane, (normal, sheared) = range(self.dim), self._parted(e)
         n = [self.field[i] for i in plane]
         size = e.ufl_shape[0]
@@ -98,11 +120,11 @@ class CrackFaces:
 
     @property
     def _earlier(self) -> ufl.core.expr.Expr:
-        """The slip of earlier steps, a vector."""
+        """Slip of earlier steps, a vector."""
         return ufl.as_vector([self.field[self.dim + 1 + i] for i in range(self.dim)])
 
     def _parted(self, e: ufl.core.expr.Expr) -> tuple[ufl.core.expr.Expr, ufl.core.expr.Expr]:
-        """The strain across the faces, and the shear strain along them, a vector."""
+        """Return the strain across the faces, and the shear strain along them, a vector."""
         plane = range(self.dim)
         n = [self.field[i] for i in plane]
         across = [sum(e[i, j] * n[j] for j in plane) for i in plane]
@@ -117,12 +139,15 @@ class CrackFaces:
         g: ufl.core.expr.Expr,
         dx: ufl.Measure,
     ) -> None:
-        """Make the forms of what friction needs.
+        """Compile the forms that friction needs.
 
         Parameters
         ----------
-        e, strained : the strain, and as `felt` gives it. stress : that of the rock (Pa). g :
-            stiffness left.
+        e : the elastic strain.
+        strained : the strain as `felt` returns it.
+        stress : stress of the rock (Pa).
+        g : fraction of the stiffness that is left.
+        dx : measure of the body.
         """
         mesh = self.field.function_space.mesh
         scalars = fem.functionspace(mesh, ("Discontinuous Lagrange", 0))
@@ -148,7 +173,7 @@ class CrackFaces:
         self._sizes = self._integrals("size")
 
     def _integrals(self, name: str) -> np.ndarray:
-        """Integrals over each cell, ghosts included, shape (n,) or (n, dim)."""
+        """Return integrals over each cell, ghosts included, shape (n,) or (n, dim)."""
         vector = name in ("sheared", "slip")
         sums = self._sums[vector]
         sums.x.array[:] = 0.0
@@ -158,12 +183,12 @@ class CrackFaces:
         return np.asarray(found.reshape(-1, self.dim) if vector else found)
 
     def mean(self, name: str) -> np.ndarray:
-        """Mean over each cell of what `measure` made forms of, ghosts included."""
+        """Return the mean of a quantity of `measure` over each cell, ghosts included."""
         found = self._integrals(name)
         return np.asarray(found / (self._sizes if found.ndim == 1 else self._sizes[:, None]))
 
     def friction(self) -> tuple[float, float]:
-        """Work of friction since `stick`, and before it (J, in 2-D J/m)."""
+        """Return the work of friction since `stick`, and before it (J, in 2-D J/m)."""
         if not self.rubs:
             return 0.0, 0.0
         own = slice(self._own)
@@ -183,17 +208,19 @@ class CrackFaces:
 
     @property
     def bound(self) -> np.ndarray:
-        """Shear stress (Pa) that friction bears in each cell, ghosts included; infinite where it
-        bears any."""
+        """Largest shear stress (Pa) that friction carries in each cell, ghosts included.
+
+        It is infinite if friction carries any stress.
+        """
         return np.where(self._rows[:, -1] > 0, self._rows[:, -2], np.inf)
 
     def bear(self, bound: np.ndarray) -> None:
-        """Let friction bear a shear stress (Pa), as `bound` gives it."""
+        """Set the largest shear stress (Pa) that friction carries, as `bound` returns it."""
         free = np.isfinite(bound)
         self._rows[:, -2], self._rows[:, -1] = np.where(free, bound, 0.0), free
 
     def turn(self) -> None:
-        """Find the cells of cracks, and their normals, by the current damage."""
+        """Find the cells of cracks and their normals from the current damage."""
         rows, before = self._rows, self.faced
         damage = self._alpha.x.array[self._alpha.function_space.dofmap.list].mean(axis=1)
         own = np.flatnonzero(damage[: self._own] >= BROKEN)
@@ -211,7 +238,7 @@ class CrackFaces:
             self._take_up_slip(before)
 
     def _take_up_slip(self, before: np.ndarray) -> None:
-        """Slip is along the faces; a layer that is broken at once begins without shear stress."""
+        """Project the slip on the faces; a newly broken layer starts without shear stress."""
         rows, slip = self._rows, self._rows[:, self.dim + 1 : 2 * self.dim + 1]
         n = rows[:, : self.dim]
         slip -= np.einsum("ij,ij->i", slip, n)[:, None] * n
@@ -220,10 +247,11 @@ class CrackFaces:
         slip[new] = self.mean("sheared")[new]
 
     def _normals(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Middles of all broken cells that have a normal, and the normals, shape (n, dim); the same
-        on all ranks.
+        """Return the centers of broken cells with a normal, and the normals; equal on all ranks.
 
-        x : middles of those of this rank, shape (n, 3) (m).
+        Parameters
+        ----------
+        x : centers of this rank's broken cells (m), shape (n, 3).
         """
         parts = gather(self.comm, x)
 
@@ -241,8 +269,11 @@ class CrackFaces:
         return on_root(self.comm, found)
 
     def stick(self) -> None:
-        """Count the slip since the last call as that of earlier steps; let friction hold all faces
-        that have not slipped, and none that are apart. Others go on with the current bound."""
+        """Add the slip since the last call to that of earlier steps, and set the friction bounds.
+
+        Friction holds all faces that have not slipped, and none that are open. Other faces keep the
+        current bound.
+        """
         slip, bound = self.mean("slip"), self.bound
         slid = np.any(slip != 0, axis=1)
         self._rows[:, -3] += self.mean("work")
@@ -251,17 +282,19 @@ class CrackFaces:
         self.bear(np.where(apart, 0.0, np.where(slid, bound, np.inf)))
 
     def forget_work(self) -> None:
-        """Let the work of friction count from here."""
+        """Count the work of friction from now on."""
         self._rows[:, -3] = 0.0
 
 
 def normals_of(x: np.ndarray, reach: float) -> np.ndarray:
-    """Unit vectors across which the points around each point spread least, shape (n, dim); 0 where
-    they do not lie along a line or a plane.
+    """Return unit vectors in which the points around each point spread least, shape (n, dim).
+
+    A vector is 0 if the points do not lie along a line or a plane.
 
     Parameters
     ----------
-    x : points, shape (n, dim). reach : points further away do not count (m).
+    x : points (m), shape (n, dim).
+    reach : distance up to which points count (m).
     """
     n, dim = x.shape
     one, other = (
@@ -288,7 +321,7 @@ def normals_of(x: np.ndarray, reach: float) -> np.ndarray:
 
 
 def _within(crack: FlatCrack, x: np.ndarray, margin: float) -> np.ndarray:
-    """True if points, shape (n, 3), are within a margin (m) of a crack."""
+    """Return True for points, shape (n, 3), within a margin (m) of a crack."""
     offset = x - np.array(crack.center)
     across = offset @ np.array(crack.normal)
     along = np.sqrt(np.maximum(np.einsum("ij,ij->i", offset, offset) - across**2, 0.0))

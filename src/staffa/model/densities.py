@@ -1,4 +1,4 @@
-"""The rock, cell by cell, and what its energy is made of: strain, and density of cracks."""
+"""Rock properties cell by cell, and the parts of the energy density: strain and crack density."""
 
 from dataclasses import dataclass
 
@@ -22,14 +22,22 @@ FLAT = 1e-12
 class Rock:
     """Elasticity, toughness and damage of the body.
 
-    expansion (1/K): a number a cell or of all, or a tensor; Gc: toughness (J/m^2) a cell; ell:
-    regularization length (m); roughness: A, see `evolution.problem.Material`, None for the
-    identity; prestress (Pa): without what the pores carry, None for none; residual_stiffness:
-    fraction k_res left in a crack; state: one of those of `physics.material`.
-    warming: the free strain over `expansion` (K), None where that is the temperature change;
-    at_rest: the elasticity before the first step, None where temperature does not change it;
-    of_temperature: names of the properties that temperature changes; given: cracks whose normals
-    are known.
+    Attributes
+    ----------
+    elasticity : elastic law.
+    expansion : thermal expansion (1/K), one for all, one a cell, or a tensor.
+    Gc : fracture toughness (J/m^2), one a cell.
+    ell : regularization length (m).
+    law : damage law.
+    state : one of the states of `physics.material`.
+    split : energy split.
+    roughness : structural tensor A, see `evolution.problem.Material`; None for the identity.
+    prestress : prestress (Pa) without the part that the pores carry; None for none.
+    residual_stiffness : fraction k_res of the stiffness left in a crack.
+    warming : free strain over `expansion` (K); None if it is the temperature change.
+    at_rest : elasticity before the first step; None if temperature does not change it.
+    of_temperature : names of the properties that depend on temperature.
+    given : cracks whose normals are known.
     """
 
     elasticity: IsotropicRock | AnisotropicRock
@@ -54,8 +62,16 @@ class Rock:
 
 
 def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """The elastic strain e(u) - e_th(T) + e_0, e_0 that of the prestress: 2 x 2 in plane stress,
-    else 3 x 3."""
+    """Return the elastic strain e(u) - e_th(T) + e_0, with e_0 that of the prestress.
+
+    It is 2 x 2 in plane stress, else 3 x 3.
+
+    Parameters
+    ----------
+    u : displacement (m).
+    T : temperature change (K).
+    rock : properties of the rock.
+    """
     scalar = not rock.expansion.ufl_shape
     T = T if rock.warming is None else rock.warming
     thermal = T * (rock.expansion * ufl.Identity(3) if scalar else rock.expansion)
@@ -64,7 +80,14 @@ def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
 
 
 def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
-    """The change of volume, of area in 2-D, that cold brings about by itself."""
+    """Return the free thermal change of volume; of area in 2-D.
+
+    Parameters
+    ----------
+    T : temperature change (K).
+    rock : properties of the rock.
+    dim : number of directions that count, 2 or 3.
+    """
     T = T if rock.warming is None else rock.warming
     if rock.expansion.ufl_shape:
         return T * sum(rock.expansion[i, i] for i in range(dim))
@@ -72,7 +95,7 @@ def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
 
 
 def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """The elastic strain of the prestress, given in Voigt's order."""
+    """Return the elastic strain of the prestress, which is given in Voigt's order (Pa)."""
     size = 2 if rock.plane_stress else 3
     place = {ij: k for k, ij in enumerate(PAIRS)}
     stress = [[prestress[place[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
@@ -80,8 +103,7 @@ def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
 
 
 def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """1/(4 c_w) (w(alpha)/ell + ell grad alpha . A grad alpha): crack length an area, or area a
-    volume."""
+    """Return 1/(4 c_w) (w(alpha)/ell + ell grad alpha . A grad alpha), area a volume (1/m)."""
     gradient = ufl.grad(alpha)
     rough = gradient if rock.roughness is None else ufl.dot(rock.roughness, gradient)
     local = rock.law.w(alpha) / rock.ell
@@ -89,7 +111,7 @@ def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
 
 
 def crack_measure(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
-    """`crack_density` without what the direction does to it, sqrt(n . A n), n along grad alpha."""
+    """Return `crack_density` without its direction's factor sqrt(n . A n), n along grad alpha."""
     if rock.roughness is None:
         return crack_density(alpha, rock)
     gradient = ufl.grad(alpha)

@@ -1,4 +1,4 @@
-"""A mesh with named boundaries: what the rest of the code knows of the body's shape."""
+"""Mesh with named boundaries and regions."""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -31,17 +31,24 @@ CELLS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Domain:
-    """A mesh, its named boundaries and regions (local facets and cells), its nominal cell size.
+    """Mesh with its named boundaries and regions, as local facets and cells.
 
-    axes: of each boundary that is flat across an axis, that axis. regions: the cells of each named
-    region, ghosts included; no cell is in two, and one that is in none belongs to the rest. cracks:
-    the cells of this rank that break with each crack that the mesh has. lower: corner of the box
-    around the body (m); size: its extent along each axis (m). h: cell edge (m), of triangles and
-    tetrahedra in the mean. cell_kind: as `block` takes it. graded: whether edges may differ, as in
-    a mesh that was read; see `local_edges`. axial: the section of a body of revolution, x the
-    distance from its axis and y along it; no boundary lies on the axis. identity: a text that is
-    the same for the same mesh on any number of ranks. coarser: makes the same body with cells twice
-    as long, boundaries and all; None where that cannot be done.
+    Attributes
+    ----------
+    mesh : the mesh.
+    boundaries : local facets of each named boundary.
+    axes : axis across each boundary that is flat across an axis.
+    regions : cells of each named region, ghosts included; no cell is in two.
+    cracks : cells of this rank that break with each crack that the mesh has.
+    lower : lower corner of the box around the body (m).
+    size : extent of that box along each axis (m).
+    h : mesh size (m); of triangles and tetrahedra the mean edge.
+    cell_kind : shape of the cells, as `block` takes it.
+    identity : text that is the same for the same mesh on any number of ranks.
+    axial : True for the meridian plane of a body of revolution (x = r, y = z); the axis is no
+        boundary.
+    coarser : makes the same body with cells twice as long; None if that is impossible.
+    graded : True if edges may differ, as in a mesh that was read; see `local_edges`.
     """
 
     mesh: dmesh.Mesh
@@ -65,11 +72,11 @@ class Domain:
 
     @property
     def dim(self) -> int:
-        """2 or 3."""
+        """Dimension, 2 or 3."""
         return int(self.mesh.topology.dim)
 
     def facets(self, name: str) -> np.ndarray:
-        """Local facets of a named boundary.
+        """Return the local facets of a named boundary.
 
         Raises
         ------
@@ -81,7 +88,7 @@ class Domain:
         return self.boundaries[name]
 
     def cells(self, region: str) -> np.ndarray:
-        """Local cells of a named region, ghosts included.
+        """Return the local cells of a named region, ghosts included.
 
         Raises
         ------
@@ -93,7 +100,7 @@ class Domain:
         return self.regions[region]
 
 
-# Whether points, shape (3, n), lie in a part of the body: shape (n,).
+# True for points, shape (3, n), in a part of the body: shape (n,).
 Part = Callable[[np.ndarray], np.ndarray]
 
 
@@ -107,24 +114,24 @@ def block(
     axial: bool = False,
     hole: float = 0.0,
 ) -> Domain:
-    """A rectangle or a box with its lower corner at the origin, meshed with cells of edge <= h.
+    """Mesh a rectangle or a box with its lower corner at the origin. Collective.
 
-    Triangles are four to a square, so that no diagonal direction is preferred; unstructured cells
-    prefer no direction at all, and their mean edge is h. Collective.
+    No direction is preferred: triangles are four to a square, and unstructured cells have none.
 
     Parameters
     ----------
+    comm : communicator of the mesh.
     size : extent along each axis (m), two or three numbers.
-    cells : "quadrilateral" or "triangle" in 2-D, "hexahedron" or "tetrahedron" in 3-D, or
-        "unstructured" for triangles or tetrahedra made by Gmsh.
-    parts : the named regions: a cell whose middle is in several belongs to the last of them.
-    axial : True for the section of a body of revolution about x = 0.
+    h : largest edge of a cell (m); of unstructured cells the mean edge.
+    cells : a key of `CELLS`, or "unstructured" for triangles or tetrahedra made by Gmsh.
+    parts : the named regions: a cell whose center is in several belongs to the last of them.
+    axial : True for the meridian plane of a body of revolution about x = 0.
     hole : distance along x at which the body begins (m), the radius of a hole along the axis.
 
     Raises
     ------
     InputError
-        Unstructured cells, and no Gmsh.
+        Gmsh is missing for unstructured cells.
     """
     make = _unstructured if cells == UNSTRUCTURED else _structured
     mesh, description = make(comm, size, h, cells)
@@ -157,15 +164,16 @@ def body(
     graded: bool = False,
     axial: bool = False,
 ) -> Domain:
-    """The body that a mesh with names fills, from triangles or tetrahedra. Collective.
+    """Return the body that a mesh of triangles or tetrahedra with names fills. Collective.
 
     Parameters
     ----------
-    make : gives the mesh; called on rank 0 only. Its errors are raised on all ranks.
-    coarser : makes the same body with cells twice as long.
-    h : the edge of the cells where cracks run (m), their mean edge if None.
-    graded : whether cells differ in length.
-    axial : True for the section of a body of revolution about x = 0.
+    comm : communicator of the mesh.
+    make : returns the mesh; called on rank 0 only. Its errors are raised on all ranks.
+    coarser : makes the same body with cells twice as long; None if that is impossible.
+    h : edge of the cells along crack paths (m); None for the mean edge.
+    graded : True if edges may differ.
+    axial : True for the meridian plane of a body of revolution about x = 0.
     """
     held: list[Simplices] = []
 
@@ -204,15 +212,14 @@ def body(
 
 
 def local_edges(domain: Domain) -> np.ndarray:
-    """The mean edge (m) of each simplex that this rank owns, shape (n,)."""
+    """Return the mean edge (m) of each simplex that this rank owns, shape (n,)."""
     geometry, own = domain.mesh.geometry, domain.mesh.topology.index_map(domain.dim).size_local
     return cell_edges(geometry.x[geometry.dofmaps[0][:own], : domain.dim])
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Names:
-    """What every rank is told of a mesh: the cells of each region and those that break with each
-    crack, and the corners of each face's facets, in the numbers of rank 0."""
+    """Cells of regions and along cracks, and corners of faces' facets, in the numbers of rank 0."""
 
     regions: Mapping[str, np.ndarray]
     layers: Mapping[str, np.ndarray]
@@ -225,7 +232,7 @@ class _Names:
 
 
 def _faces(mesh: dmesh.Mesh, faces: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The facets on the surface whose corners are those of each face."""
+    """Return the surface facets whose corners are those of each face."""
     dim = mesh.topology.dim
     mesh.topology.create_connectivity(dim - 1, dim)
     surface = dmesh.exterior_facet_indices(mesh.topology)
@@ -240,7 +247,7 @@ def _faces(mesh: dmesh.Mesh, faces: Mapping[str, np.ndarray]) -> dict[str, np.nd
 def _structured(
     comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
 ) -> tuple[dmesh.Mesh, bytes]:
-    """The mesh, and what identifies it."""
+    """Return the mesh, and a text that identifies it."""
     counts = divisions(size, h)
     corners = [np.zeros(len(size)), np.array(size)]
     if len(size) == 2:
@@ -255,7 +262,7 @@ def _structured(
 def _unstructured(
     comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
 ) -> tuple[dmesh.Mesh, bytes]:
-    """The mesh, made on rank 0, and what identifies it: another Gmsh may make another mesh."""
+    """Return the mesh, made on rank 0, and its digest: another Gmsh may make another mesh."""
     dim = len(size)
     x, corners = _nothing(dim)
 
@@ -269,11 +276,11 @@ def _unstructured(
 
 
 def _distributed(comm: MPI.Comm, x: np.ndarray, corners: np.ndarray) -> dmesh.Mesh:
-    """The mesh of simplices that rank 0 holds, handed out."""
+    """Distribute a mesh of simplices from rank 0."""
     dim = x.shape[1]
     shape = "triangle" if dim == 2 else "tetrahedron"
     element = basix.ufl.element("Lagrange", shape, 1, shape=(dim,), dtype=np.float64)
-    # As blocks have it: a rank also knows the cells across a facet that it shares.
+    # As in blocks: a rank also knows the cells across a shared facet.
     ghosts = dmesh.create_cell_partitioner(dmesh.GhostMode.shared_facet, 2)
     return dmesh.create_mesh(comm, corners, element, x, partitioner=ghosts)
 
@@ -309,7 +316,7 @@ def _coarser(
 def _side(
     mesh: dmesh.Mesh, lower: tuple[float, ...], size: tuple[float, ...], name: str
 ) -> np.ndarray:
-    """Facets of a side of a block."""
+    """Return the facets of a side of a block."""
     tolerance, axis = SAME * max(size), face_axis(name, len(size))
     position = lower[axis] + face_position(name, size)
     mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
@@ -331,7 +338,7 @@ def _regions(mesh: dmesh.Mesh, parts: Mapping[str, Part]) -> dict[str, np.ndarra
 
 
 def middles(mesh: dmesh.Mesh) -> np.ndarray:
-    """The middle of each cell (m), ghosts included, shape (3, n)."""
+    """Return the center of each cell (m), ghosts included, shape (3, n)."""
     dim = mesh.topology.dim
     cells = mesh.topology.index_map(dim)
     every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
@@ -339,5 +346,5 @@ def middles(mesh: dmesh.Mesh) -> np.ndarray:
 
 
 def cell_count(domain: Domain) -> int:
-    """Number of cells of the whole mesh."""
+    """Return the number of cells of the whole mesh."""
     return int(domain.mesh.topology.index_map(domain.dim).size_global)

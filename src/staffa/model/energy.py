@@ -1,4 +1,4 @@
-"""The one functional: every force, matrix, and reported energy is derived from it."""
+"""Energy functional: every force, matrix and reported energy is derived from it."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,18 +9,17 @@ from staffa.backend.stack import PETSc
 
 import numpy as np
 import ufl
-from dolfinx import fem, la
-from dolfinx.fem import petsc as fem_petsc
+from dolfinx import fem
 
 from staffa.backend import jit
-from staffa.backend.parallel import sum_over_ranks
 from staffa.loads.forces import Forces
 from staffa.model import axis
 from staffa.model.contact import CrackFaces
 from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
+from staffa.model.derivatives import EnergyDerivatives
 from staffa.model.domain import Domain
 from staffa.model.external_loads import External, crack_volume_density
-from staffa.model.fields import Spaces, State, read_vector
+from staffa.model.fields import Spaces, State
 from staffa.model.openings import Openings, cell_integrals
 from staffa.model.quadrature import DEGREE, cell_middle, in_the_middle
 from staffa.model.strain import elastic_strain
@@ -37,20 +36,26 @@ from staffa.records.step import Energies
 
 
 def _is_continuous(field: fem.Function) -> bool:
-    """True if a field has a gradient, and is not one number in each cell."""
+    """Return True if a field has a gradient, and is not one number in each cell."""
     return bool(field.function_space.ufl_element().embedded_superdegree > 0)
 
 
-class Energy:
-    """E(u, alpha; T) = int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
+class Energy(EnergyDerivatives):
+    """Energy int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
-    Where temperature changes Gc, the second term is what was spent when `book` was called last, and
-    int Gc (crack_density(alpha) - crack_density(alpha then)): what is spent stays so.
+    If temperature changes Gc, the second term is the energy spent at the last `book`, and
+    int Gc (crack_density(alpha) - crack_density(alpha then)): energy once spent does not change.
 
     e is the elastic strain and psi(e, g) the energy density of the split, g psi(e) without one. The
-    forms are compiled once; every method evaluates at the state that was given. All methods are
-    collective. intact_stress: the stress (Pa) of rock without damage at the current strain.
-    total_strain; elastic_density (J/m^3), of damaged rock; Gc (J/m^2): in forms.
+    forms are compiled once; every method evaluates at the given state. All methods are collective.
+
+    Attributes
+    ----------
+    state : the fields at which it is evaluated.
+    external : the external loads.
+    intact_stress : stress (Pa) of rock without damage at the current strain.
+    total_strain, elastic_density, Gc : strain; energy density (J/m^3) of damaged rock; toughness
+        (J/m^2); in forms.
     """
 
     def __init__(
@@ -62,12 +67,22 @@ class Energy:
         rock: Rock,
         external: External | None = None,
     ) -> None:
+        """Compile the forms.
+
+        Parameters
+        ----------
+        domain : the mesh.
+        spaces : the function spaces.
+        state : the fields.
+        rock : properties of the rock.
+        external : the external loads; None without any.
+        """
         self.comm, self._mesh = domain.comm, domain.mesh
         self.state, self.law, self.elasticity = state, rock.law, rock.elasticity
         self.external = external or External(
             domain, spaces, Forces(), fem.Constant(domain.mesh, 0.0)
         )
-        # Whether forces are linear in u, and the energy quadratic in alpha.
+        # True if forces are linear in u, and if the energy is quadratic in alpha.
         self.linear = is_quadratic_in_strain(rock.split, plane_stress=rock.plane_stress)
         self.quadratic = is_quadratic(rock.law) and is_linear_in_g(
             rock.split, plane_stress=rock.plane_stress
@@ -100,8 +115,8 @@ class Energy:
             return split.density(felt(e), stiffness_left)
 
         def stored(u: fem.Function) -> ufl.Form:
-            """The elastic energy. Of reduced elements all that resists a change of volume, or of a
-            split differs from g psi, is integrated in the middle of each cell."""
+            """Return the elastic energy. With reduced elements, the energy of a change of volume,
+            and a split's difference from g psi, are integrated at the center of each cell."""
             e = strain(u, T, rock)
             if not spaces.reduced:
                 return density(e) * dx
@@ -109,7 +124,7 @@ class Energy:
             return isochoric * dx + (density(e) - isochoric) * middle
 
         def potential(u: fem.Function) -> ufl.Form:
-            """All of the energy that depends on the displacement."""
+            """Return all of the energy that depends on the displacement."""
             elastic = stored(u)
             loads = self.external.potential(u, alpha, cold, dx)
             return elastic if loads is None else elastic + loads
@@ -124,7 +139,7 @@ class Energy:
             density_spent -= crack_density(self.spent.alpha, rock)
         surface = rock.Gc * density_spent * dx
         total = potential(u) + surface
-        # For `measure.release`, which moves the mesh; fixed: fields that do not move with it.
+        # For `measure.energy_release`, which moves the mesh; fixed: fields that do not move.
         self._crack_measure = crack_measure(alpha, rock)
         self.bulk, self.area = potential(u), self._crack_measure * dx
         given = [*self.external.fields, *([rock.prestress] if rock.prestress else [])]
@@ -136,7 +151,7 @@ class Energy:
         self.direction = fem.Function(spaces.alpha, name="temperature change")
         residual = ufl.derivative(potential(u), u, v)
         gradient = ufl.derivative(total, alpha, beta)
-        # Cracks of any shape count by the variation of alpha^4: diffuse damage hardly adds to it.
+        # The variation of alpha^4 measures cracks of any shape: diffuse damage hardly counts.
         variation = 0.5 * ufl.sqrt(ufl.dot(ufl.grad(alpha**4), ufl.grad(alpha**4)))
         length_dx = axis.volume(domain, 4)
         in_cracks = crack_volume_density(domain, u, alpha, cold) * dx
@@ -166,7 +181,7 @@ class Energy:
         self._variation = form(variation * length_dx)
         self._power = form(ufl.derivative(total, T, self.direction))
         self._residual = form(residual)
-        # Not by ufl.replace, whose cache would keep every mesh there ever was.
+        # Not by ufl.replace, whose cache would keep every mesh alive.
         self._load = form(-ufl.derivative(potential(at_rest), at_rest, v))
         self._stiffness = form(ufl.derivative(residual, u, ufl.TrialFunction(spaces.u)))
         self._gradient = form(gradient)
@@ -174,23 +189,8 @@ class Energy:
         self._mixed = form(ufl.derivative(gradient, u, ufl.TrialFunction(spaces.u)))
         self._resistance = form(rock.Gc / (4 * rock.law.c_w * rock.ell) * beta * dx)
 
-    def _integral(self, form: fem.Form) -> float:
-        return float(sum_over_ranks(self.comm, fem.assemble_scalar(form)))
-
-    def _vector(self, form: fem.Form, sums: fem.Function, out: PETSc.Vec) -> None:
-        sums.x.array[:] = 0.0
-        fem.assemble_vector(sums.x.array, form)
-        sums.x.scatter_reverse(la.InsertMode.add)
-        read_vector(sums, out)
-
-    def _matrix(self, form: fem.Form, out: PETSc.Mat) -> None:
-        out.zeroEntries()
-        fem_petsc.assemble_matrix(out, form)
-        out.assemble()
-
     def energies(self) -> Energies:
-        """Elastic and surface energy, work of friction, and minus that of the loads; see
-        `count_from_here`."""
+        """Return elastic, surface, load and friction energy; see `count_from_here`."""
         rubbed, spent = self.faces.friction() if self.faces else (0.0, 0.0)
         return Energies(
             elastic=self.stored() - rubbed - self.rest.elastic,
@@ -201,8 +201,10 @@ class Energy:
         )
 
     def count_from_here(self) -> None:
-        """Let elastic energy and that of the loads count from the state at hand: what prestress
-        stores beforehand is no measure of what happens then."""
+        """Count elastic energy and load energy from the current state.
+
+        The energy that the prestress stores beforehand is no measure of what follows.
+        """
         self.rest = Energies(elastic=self.stored(), surface=0.0, loads=self.loads())
 
     @property
@@ -211,11 +213,11 @@ class Energy:
         return (self.faces.field,) if self.faces else ()
 
     def stored(self) -> float:
-        """The whole elastic energy, and what friction takes in the current step."""
+        """Return the whole elastic energy, and the work of friction in the current step."""
         return self._integral(self._elastic)
 
     def total(self) -> float:
-        """All of `energies`."""
+        """Return the total energy, the sum of `energies`."""
         spent = self.spent.energy if self.spent else 0.0
         spent += self.faces.friction()[1] if self.faces else 0.0
         return self._integral(self._total) + spent + self._held_volume() - self.rest.total
@@ -224,18 +226,18 @@ class Energy:
         return self._integral(self._surface) + (self.spent.energy if self.spent else 0.0)
 
     def book(self) -> None:
-        """Count what cracks have cost so far as spent, whatever the toughness becomes."""
+        """Book the surface energy so far as spent, whatever Gc becomes."""
         if self.spent:
             self.spent.energy = self._surface_energy()
             self.spent.alpha.x.array[:] = self.state.alpha.x.array
 
     def loads(self) -> float:
-        """Minus the work of the loads; 0 without any, and of a fluid whose volume is given."""
+        """Return minus the work of the loads; 0 without any, and of a fluid of given volume."""
         work = 0.0 if self._loads is None else self._integral(self._loads)
         return work + self._held_volume()
 
     def _held_volume(self) -> float:
-        """Completes minus the work of a fluid of given volume to p (volume given - volume held)."""
+        """Return the term that completes minus a fluid's work to p (volume given - volume held)."""
         return float(self.external.pressure.value) * self.external.volume
 
     @property
@@ -244,19 +246,19 @@ class Energy:
         return self._loads is not None
 
     def applied(self, out: PETSc.Vec) -> None:
-        """Forces of the external loads: minus the derivative in u of their energy."""
+        """Write the forces of the external loads: minus the derivative in u of their energy."""
         self._vector(self._applied, self._sums_u, out)
 
     @cached_property
     def _applied(self) -> fem.Form:
-        """Compiled where it is asked for."""
+        """Form of the applied forces, compiled at its first use."""
         loads, space = self._on_body
         form = -ufl.derivative(loads, self.state.u, ufl.TestFunction(space))
         return jit.form(form, self.comm)
 
     @contextmanager
     def without_residual_stiffness(self) -> Iterator[None]:
-        """Within it nothing is left of stiffness where rock is broken."""
+        """Set the residual stiffness of broken rock to zero in this context."""
         kept = float(self._residual_stiffness.value)
         self._residual_stiffness.value = 0.0
         try:
@@ -265,24 +267,26 @@ class Energy:
             self._residual_stiffness.value = kept
 
     def crack_volume(self) -> float:
-        """The volume that cracks hold open, see `external.crack_volume`; an area in 2-D."""
+        """Return the crack volume, see `external_loads.crack_volume_density`; in 2-D an area."""
         return self._integral(self._cracks_open["volume"])
 
     def crack_swelling(self) -> float:
-        """What the crack volume is less than its derivative in u times u."""
+        """Return the crack volume's derivative in u times u, less the crack volume."""
         return self._integral(self._cracks_open["swelling"])
 
     def widening(self, out: PETSc.Vec) -> None:
-        """Derivative of the crack volume in u: the force of a unit of pressure in all cracks."""
+        """Write the derivative of the crack volume in u: the force of unit pressure in cracks."""
         self._vector(self._cracks_open["widening"], self._sums_u, out)
 
     def crack_length(self) -> float:
-        """Surface energy over the toughness where it is spent and across the crack: length in 2-D,
-        area in 3-D. Collective."""
+        """Return surface energy over Gc at its position and direction: length in 2-D, area in 3-D.
+
+        Collective.
+        """
         return self._integral(self._cracks)
 
     def crack_lengths(self) -> np.ndarray:
-        """The part of `crack_length` in each cell that this rank owns, shape (n,). Collective."""
+        """Return the part of `crack_length` in each owned cell, shape (n,). Collective."""
         return cell_integrals(self._cracks_by_cell, self._sums_cell)
 
     @cached_property
@@ -295,7 +299,7 @@ class Energy:
         return fem.Function(fem.functionspace(self._mesh, ("Discontinuous Lagrange", 0)))
 
     def crack_variation(self) -> float:
-        """1/2 int |grad alpha^4|: length of the cracks by their geometry (area in 3-D).
+        """Return 1/2 int |grad alpha^4|, the geometric length of the cracks (area in 3-D).
 
         Across a crack alpha rises from 0 to 1 and falls again: 1/2 (1 + 1) a unit of length,
         whatever the profile.
@@ -303,8 +307,10 @@ class Energy:
         return self._integral(self._variation)
 
     def stress(self) -> np.ndarray:
-        """The stress (Pa) in the middle of each cell that this rank owns, what pores carry
-        included; shape (n, 3, 3), zero across the plane in plane stress."""
+        """Return the total stress (Pa) at the center of each owned cell, shape (n, 3, 3).
+
+        It includes the part that pores carry. It is zero across the plane in plane stress.
+        """
         cells = np.arange(self._mesh.topology.index_map(self._mesh.topology.dim).size_local)
         found = self._stress.eval(self._mesh, cells.astype(np.int32))
         size = self._stress_density.ufl_shape[0]
@@ -314,7 +320,7 @@ class Energy:
 
     @cached_property
     def _cracks_open(self) -> dict[str, fem.Form]:
-        """Forms of the volume in cracks, compiled where it is asked for."""
+        """Forms of the crack volume, compiled at their first use."""
         volume, cold, u, v = self._in_cracks
         form = partial(jit.form, comm=self.comm)
         return {
@@ -325,7 +331,7 @@ class Energy:
 
     @cached_property
     def openings(self) -> Openings:
-        """Opening strain of cracks, cell by cell. Collective where it is first asked for."""
+        """Opening strain of cracks, cell by cell. Collective at its first use."""
         state, strain = self.state, self._opening_strain
         return Openings(state.u, state.alpha, strain, ell=self._ell, dx=self._dx)
 
@@ -339,45 +345,5 @@ class Energy:
         return jit.expression(stress, cell_middle(self._mesh), self.comm)
 
     def thermal_power(self) -> float:
-        """Derivative of the energy along the temperature change held in `direction`."""
+        """Return the derivative of the energy along the temperature change in `direction`."""
         return self._integral(self._power)
-
-    def stiffness(self, out: PETSc.Mat) -> None:
-        """Second derivative in u: no supports in it."""
-        self._matrix(self._stiffness, out)
-
-    def load(self, out: PETSc.Vec) -> None:
-        """Forces of cold and loads: minus the derivative in u at u = 0."""
-        self._vector(self._load, self._sums_u, out)
-
-    def residual(self, out: PETSc.Vec) -> None:
-        """Derivative in u."""
-        self._vector(self._residual, self._sums_u, out)
-
-    def gradient(self, out: PETSc.Vec) -> None:
-        """Derivative in alpha."""
-        self._vector(self._gradient, self._sums_alpha, out)
-
-    def hessian(self, out: PETSc.Mat) -> None:
-        """Second derivative in alpha."""
-        self._matrix(self._hessian, out)
-
-    def mixed(self, out: PETSc.Mat) -> None:
-        """Derivative in alpha, then in u: rows of alpha, columns of u."""
-        self._matrix(self._mixed, out)
-
-    def resistance(self, out: PETSc.Vec) -> None:
-        """int Gc/(4 c_w ell) phi_i: the unit in which forces on the damage are judged."""
-        self._vector(self._resistance, self._sums_alpha, out)
-
-    def new_stiffness(self) -> PETSc.Mat:
-        """A matrix that `stiffness` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._stiffness)
-
-    def new_mixed(self) -> PETSc.Mat:
-        """A matrix that `mixed` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._mixed)
-
-    def new_hessian(self) -> PETSc.Mat:
-        """A matrix that `hessian` can fill; the caller destroys it."""
-        return fem_petsc.create_matrix(self._hessian)

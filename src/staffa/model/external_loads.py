@@ -1,4 +1,4 @@
-"""External loads as part of the energy: minus their work."""
+"""External loads as a part of the energy: minus their work."""
 
 from dataclasses import dataclass
 
@@ -18,22 +18,42 @@ from staffa.model.strain import Coefficient
 
 @dataclass(frozen=True, kw_only=True)
 class Varying:
-    """A load in space and time, and the field that holds it at the time at hand."""
+    """Load in space and time.
+
+    Attributes
+    ----------
+    field : its values at the current time.
+    value : function of position and time (s).
+    """
 
     field: fem.Function
     value: InSpaceAndTime
 
 
 class External:
-    """The loads of a body at the time that `at` was told last. Collective.
+    """Loads of a body at the time of the last call of `at`. Collective.
 
-    pressure: of the fluid in cracks (Pa); where their volume is given it is found with the
-    displacement, and kept here.
+    Attributes
+    ----------
+    forces : the loads of the problem.
+    time : current time (s).
+    pressure : pressure of the fluid in cracks (Pa). If their volume is given, the pressure is found
+        with the displacement, and stored here.
+    pore_pressure : pressure of the fluid in pores (Pa); None without.
     """
 
     def __init__(
         self, domain: Domain, spaces: Spaces, forces: Forces, density: Coefficient
     ) -> None:
+        """Create the fields of the loads.
+
+        Parameters
+        ----------
+        domain : the mesh.
+        spaces : the function spaces.
+        forces : the loads of the problem.
+        density : mass density (kg/m^3), for the weight.
+        """
         self.forces, self.time = forces, 0.0
         self.pressure = fem.Constant(domain.mesh, 0.0)
         self._biot = fem.Constant(domain.mesh, float(forces.biot))
@@ -41,7 +61,7 @@ class External:
         self._x = vertices(spaces.alpha).T
         self._varying: list[Varying] = []
         vectors = spaces.u
-        if spaces.quadratic:  # what presses is linear along an edge, whatever moves there
+        if spaces.quadratic:  # tractions are linear along an edge, even if u is quadratic
             vectors = fem.functionspace(domain.mesh, ("Lagrange", 1, (domain.dim,)))
         self._on_sides = [
             (number, self._vary(t.force, vectors), self._vary(t.pressure, spaces.alpha))
@@ -66,22 +86,22 @@ class External:
 
     @property
     def fields(self) -> list[fem.Function]:
-        """The loads that are functions of space, at the current time."""
+        """Loads that are functions of space, at the current time."""
         varying = [load.field for load in self._varying]
         return varying if self.pore_pressure is None else [*varying, self.pore_pressure]
 
     @property
     def controlled(self) -> bool:
-        """Whether the volume in cracks is given, and their pressure found."""
+        """True if the volume in cracks is given, and their pressure is found."""
         return self.forces.crack_volume is not None
 
     @property
     def volume(self) -> float:
-        """The volume in cracks that is given at the time at hand."""
+        """Given volume in cracks at the current time (m^3; m^2 in 2-D)."""
         return 0.0 if self.forces.crack_volume is None else self.forces.crack_volume(self.time)
 
     def at(self, t: float) -> None:
-        """Put on the loads of a time (s)."""
+        """Apply the loads of a time (s)."""
         self.time = t
         for load in self._varying:
             values = load.value(self._x, t)
@@ -90,22 +110,28 @@ class External:
             self.pressure.value = self.forces.crack_pressure(t)
 
     def is_finite(self) -> bool:
-        """Whether all loads on this rank are, at the time at hand."""
+        """Return True if all loads on this rank are finite at the current time."""
         fields = all(np.all(np.isfinite(load.field.x.array)) for load in self._varying)
         return bool(fields and np.isfinite(self.pressure.value) and np.isfinite(self.volume))
 
     def kept(self) -> np.ndarray:
-        """The time and the pressure at hand, for `put_back`."""
+        """Return the current time and pressure, for `put_back`."""
         return np.array([self.time, float(self.pressure.value)])
 
     def put_back(self, kept: np.ndarray) -> None:
-        """Loads and pressure as they were."""
+        """Restore loads and pressure."""
         self.at(float(kept[0]))
         self.pressure.value = kept[1]
 
     def between(self, start: np.ndarray, end: np.ndarray, share: float) -> None:
-        """Put on the loads that are a share of the straight way from those `kept` at one time to
-        those at another."""
+        """Apply the loads of a point on the linear path between two times.
+
+        Parameters
+        ----------
+        start : time and pressure at the start of the path, from `kept`.
+        end : time and pressure at its end, from `kept`.
+        share : part of the path, from 0 to 1.
+        """
         self.put_back(start)
         before = [load.field.x.array.copy() for load in self._varying]
         self.put_back(end)
@@ -116,9 +142,14 @@ class External:
     def potential(
         self, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr, dx: axis.Measure
     ) -> ufl.Form | None:
-        """Minus the work of all loads, the pores' included; None without any.
+        """Return minus the work of all loads, that of the pores included; None without any.
 
-        swelling: the change of volume that costs nothing, see `crack_volume`.
+        Parameters
+        ----------
+        u : displacement (m).
+        alpha : damage.
+        swelling : free change of volume, see `crack_volume_density`.
+        dx : measure of the body.
         """
         terms = list(self._terms(u, dx))
         if self.forces.in_cracks:
@@ -128,7 +159,7 @@ class External:
         return sum(terms[1:], terms[0]) if terms else None
 
     def in_excess(self) -> ufl.core.expr.Expr:
-        """Pressure of the fluid in cracks, less what the pores carry, which acts there too."""
+        """Return the pressure of the fluid in cracks, less the part that the pores carry there."""
         if self.pore_pressure is None:
             return self.pressure
         return self.pressure - self._biot * self.pore_pressure
@@ -152,17 +183,24 @@ class External:
 def crack_volume_density(
     domain: Domain, u: fem.Function, alpha: fem.Function, swelling: ufl.core.expr.Expr
 ) -> ufl.core.expr.Expr:
-    """alpha (div u - swelling), whose integral is the volume that cracks hold open.
+    """Return alpha (div u - swelling), whose integral is the volume of open cracks.
 
-    By parts this is -u . grad alpha (Bourdin, Chukwudozie and Yoshioka 2012) with the mouths of
-    cracks on the surface, where a fluid presses on the body as well: without them it would push the
-    body along. What rock shrinks by in the cold (`swelling`, negative) is no crack.
+    Integrated by parts this is -u . grad alpha (Bourdin, Chukwudozie and Yoshioka 2012) with the
+    mouths of cracks on the surface, where a fluid also presses on the body: without them it would
+    push the body away. The thermal shrinkage of rock (`swelling`, negative) is no crack.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    u : displacement (m).
+    alpha : damage.
+    swelling : free change of volume.
     """
     return alpha * (axis.divergence(domain, u) - swelling)
 
 
 def _sides(domain: Domain, forces: Forces) -> axis.Measure:
-    """One measure for all loaded sides, numbered as they are."""
+    """Return one measure for all loaded boundaries, in their numbering."""
     facets = [domain.facets(t.side) for t in forces.sides]
     if not facets:
         return axis.surface(domain)

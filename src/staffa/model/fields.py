@@ -1,4 +1,4 @@
-"""The unknown fields on a mesh: displacement, damage, temperature, and the bounds of the damage."""
+"""Unknown fields on a mesh: displacement, damage, temperature, and the bounds of the damage."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,17 +14,22 @@ from staffa.errors import InputError, StaffaError
 from staffa.model.domain import Domain
 from staffa.physics.locking import LINEAR, QUADRATIC, REDUCED, cures
 
-# Vertices on a side may lie outside the other mesh by round-off: by this fraction of a cell.
+# Vertices on a boundary may lie outside the other mesh by round-off: by this fraction of a cell.
 OUTSIDE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
 class Spaces:
-    """Vectors for u, linear scalars for alpha and T, a constant a cell for properties.
+    """Function spaces of the fields.
 
-    nodes: scalars at the nodes of u, numbered as u is: `alpha` itself where u is linear too, the
-    vertices and the middles of edges where it is quadratic. reduced: whether the volume change is
-    integrated with one point a cell, see `energy`.
+    Attributes
+    ----------
+    u : space of the displacement.
+    alpha : space of damage and temperature change.
+    cell : space of one constant a cell.
+    nodes : scalars at the nodes of u, numbered as u is: `alpha` itself if u is linear; if u is
+        quadratic, at the vertices and the midpoints of edges.
+    reduced : True if the volume change is integrated with one point a cell, see `energy`.
     """
 
     u: fem.FunctionSpace
@@ -35,25 +40,28 @@ class Spaces:
 
     @property
     def quadratic(self) -> bool:
-        """True if the displacement is."""
+        """True if the displacement is quadratic."""
         return self.nodes is not self.alpha
 
     @cached_property
     def vertex_nodes(self) -> np.ndarray:
-        """The node of u at each vertex of alpha, ghosts included, shape (n_vertices,)."""
+        """Node of u at each vertex of alpha, ghosts included, shape (n_vertices,)."""
         vertices, nodes = self.alpha.dofmap.list, self.nodes.dofmap.list
         index_map = self.alpha.dofmap.index_map
         found = np.zeros(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
-        # The nodes of a cell begin with its corners, in their order.
+        # The first nodes of a cell are its corners, in their order.
         found[vertices.ravel()] = nodes[:, : vertices.shape[1]].ravel()
         return found
 
 
 def spaces_on(domain: Domain, elements: str = LINEAR) -> Spaces:
-    """The spaces on a domain. Node i of `nodes` is node i of u on every rank. Collective.
+    """Create the spaces on a domain. Node i of `nodes` is node i of u on every rank. Collective.
 
-    elements: "linear", "quadratic" (of triangles and tetrahedra) or "reduced" (of quadrilaterals
-    and hexahedra), see `physics.locking`.
+    Parameters
+    ----------
+    domain : the mesh.
+    elements : "linear", "quadratic" (of triangles and tetrahedra) or "reduced" (of quadrilaterals
+        and hexahedra), see `physics.locking`.
 
     Raises
     ------
@@ -80,13 +88,20 @@ def spaces_on(domain: Domain, elements: str = LINEAR) -> Spaces:
 
 
 def linear_spaces(domain: Domain) -> Spaces:
-    """The spaces with a linear displacement, whose nodes are the vertices. Collective."""
+    """Create the spaces with a linear displacement, whose nodes are the vertices. Collective."""
     return spaces_on(domain)
 
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """Displacement u (m), damage alpha, temperature change T (K), of one mesh; changed in place."""
+    """Fields of one mesh, changed in place.
+
+    Attributes
+    ----------
+    u : displacement (m).
+    alpha : damage.
+    T : temperature change (K).
+    """
 
     u: fem.Function
     alpha: fem.Function
@@ -95,14 +110,20 @@ class State:
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """lower <= alpha <= upper, vertex by vertex, of one mesh; changed in place."""
+    """Bounds lower <= alpha <= upper at each vertex of one mesh, changed in place.
+
+    Attributes
+    ----------
+    lower : lower bound of the damage, from irreversibility.
+    upper : upper bound of the damage.
+    """
 
     lower: fem.Function
     upper: fem.Function
 
 
 def zero_state(spaces: Spaces) -> State:
-    """Undamaged, undeformed, at the initial temperature."""
+    """Return the undamaged, undeformed state at the initial temperature."""
     return State(
         u=fem.Function(spaces.u, name="u"),
         alpha=fem.Function(spaces.alpha, name="alpha"),
@@ -111,7 +132,7 @@ def zero_state(spaces: Spaces) -> State:
 
 
 def unit_bounds(spaces: Spaces) -> Bounds:
-    """0 <= alpha <= 1."""
+    """Return the bounds 0 <= alpha <= 1."""
     bounds = Bounds(
         lower=fem.Function(spaces.alpha, name="lower"),
         upper=fem.Function(spaces.alpha, name="upper"),
@@ -121,7 +142,7 @@ def unit_bounds(spaces: Spaces) -> Bounds:
 
 
 def owned(function: fem.Function) -> np.ndarray:
-    """The entries that this rank owns, as a view, shape (n_owned * block size,)."""
+    """Return the entries that this rank owns, as a view, shape (n_owned * block size,)."""
     space = function.function_space
     return np.asarray(
         function.x.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs]
@@ -140,15 +161,18 @@ def read_vector(function: fem.Function, vector: PETSc.Vec) -> None:
 
 
 def at_vertices(u: fem.Function, spaces: Spaces) -> np.ndarray:
-    """Values of the displacement at the vertices that this rank owns, shape (n, dim)."""
+    """Return the displacement at the vertices that this rank owns (m), shape (n, dim)."""
     values = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
     return np.asarray(values[spaces.vertex_nodes[: spaces.alpha.dofmap.index_map.size_local]])
 
 
 def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
-    """True at the vertices of some of this rank's own cells, or of another's; ghosts included.
+    """Mark the vertices of some of this rank's or another's own cells; ghosts included. Collective.
 
-    cells: owned cells, local indices. Collective.
+    Parameters
+    ----------
+    space : linear scalars.
+    cells : owned cells, local indices, shape (n,).
     """
     found = fem.Function(space)
     found.x.array[np.unique(space.dofmap.list[cells])] = 1.0
@@ -158,21 +182,29 @@ def corners(space: fem.FunctionSpace, cells: np.ndarray) -> np.ndarray:
 
 
 def vertices(space: fem.FunctionSpace) -> np.ndarray:
-    """Coordinates of the nodes (owned, then ghosts), shape (n, 3): of linear elements the
-    vertices."""
+    """Return the coordinates of the nodes (m), owned, then ghosts, shape (n, 3).
+
+    The nodes of linear elements are the vertices.
+    """
     return np.asarray(space.tabulate_dof_coordinates())
 
 
 class Transfer:
-    """Values of one mesh's vertices at points of another mesh of the same body, by interpolation.
+    """Interpolation from the vertices of one mesh to points of another mesh of the same body.
 
-    The points are the vertices, or for a constant a cell the middles.
-
-    What it needs to know of the two meshes is found once. Everything is collective.
+    The points are the vertices, or for constants in cells the centers. The relation of the two
+    meshes is found once. All methods are collective.
     """
 
     def __init__(self, source: fem.FunctionSpace, target: fem.FunctionSpace, *, h: float) -> None:
-        """h: cell edge (m) of the source; by 1e-6 of it a vertex may lie outside."""
+        """Find the points in the source mesh.
+
+        Parameters
+        ----------
+        source : linear scalars on the mesh with known values.
+        target : space on the other mesh.
+        h : mesh size of the source (m); a vertex may lie outside by 1e-6 of it.
+        """
         self._source, self._target = fem.Function(source), fem.Function(target)
         topology = target.mesh.topology
         self._cells = np.arange(topology.index_map(topology.dim).size_local, dtype=np.int32)
@@ -184,7 +216,7 @@ class Transfer:
             raise StaffaError("the two meshes are not of the same body: a vertex has no cell")
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """Values at the target's points, from those at the source's vertices; ghosts in both."""
+        """Return values at the target's points from those at the source's vertices, with ghosts."""
         self._source.x.array[:] = values
         self._target.interpolate_nonmatching(self._source, self._cells, self._meeting)
         self._target.x.scatter_forward()

@@ -1,4 +1,4 @@
-"""Which vertices break with a crack drawn into any mesh: the corners of the cells that it cuts."""
+"""Vertices that break with an initial crack: the corners of the cells that it cuts."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,10 +14,13 @@ from staffa.model.fields import corners, vertices
 
 @dataclass(frozen=True, kw_only=True)
 class FlatCrack:
-    """A flat round crack: a disc in 3-D, a segment in 2-D.
+    """Flat round crack: a disc in 3-D, a segment in 2-D.
 
-    center: its middle (m); normal: a unit vector across it; radius: to its rim, half the length of
-    a segment (m), or infinite. Each of three numbers.
+    Attributes
+    ----------
+    center : its center (m), three numbers.
+    normal : unit vector across it, three numbers.
+    radius : distance to its rim, half the length of a segment (m); may be infinite.
     """
 
     center: tuple[float, float, float]
@@ -26,11 +29,17 @@ class FlatCrack:
 
 
 def broken(space: fem.FunctionSpace, crack: FlatCrack, *, h: float) -> np.ndarray:
-    """True at the corners of the cells that a crack cuts, ghosts included.
+    """Mark the corners of the cells that a crack cuts, ghosts included. Collective.
 
     These cells are a connected layer between the vertices on its two sides, so that no cell is left
-    to hold them together. A vertex on the crack counts as below it, so that one layer breaks where
-    a crack lies on vertices. A crack shorter than a cell counts as h long. Collective.
+    to hold them together. A vertex on the crack counts as below it, so that one layer breaks if the
+    crack lies on vertices. A crack shorter than a cell counts as h long.
+
+    Parameters
+    ----------
+    space : linear scalars.
+    crack : the crack.
+    h : mesh size (m).
     """
     x, cells = vertices(space), _own_cells(space)
     center = np.array(crack.center)
@@ -50,10 +59,10 @@ def _own_cells(space: fem.FunctionSpace) -> np.ndarray:
 def _nearest(
     x: np.ndarray, cells: np.ndarray, across: np.ndarray, above: np.ndarray, center: np.ndarray
 ) -> np.ndarray:
-    """Distance in the crack's plane from its center to the plane's section of each cell, (n,).
+    """Return the distance from the crack's center to each cell's cut by the crack's plane, (n,).
 
-    The section is spanned by the points where edges cross the plane; to its boundary and its
-    diagonals, that is: a center inside a section is a fraction of a cell away from it.
+    The cut is spanned by the points where edges cross the plane. The distance is to its boundary
+    and diagonals: a center inside a cut is a fraction of a cell away from it.
     """
     ends = cells[:, list(combinations(range(cells.shape[1]), 2))]
     i, j = ends[..., 0], ends[..., 1]

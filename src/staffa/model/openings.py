@@ -1,12 +1,12 @@
-"""Openings of cracks: the strain across them that intact rock would not have there.
+"""Openings of cracks: the strain across them that intact rock would not have.
 
-Intact rock beside a crack takes over its traction t = sigma n, and has its strain along it. So the
-strain across a crack of normal n is that of intact rock, with what cold and prestress add to it,
-and another one, n j and j n: with C the stiffness of intact rock and e the elastic strain,
+Intact rock beside a crack carries its traction t = sigma n, and has its strain along the crack. So
+the strain across a crack of normal n is that of intact rock, with its thermal strain and prestrain,
+and a further strain, n j and j n. With C the stiffness of intact rock and e the elastic strain,
 
     t = C : (e - sym(n j)) . n,    j = (n C n)^-1 . (C : e - sigma) . n.
 
-The integral of j . n across the crack is its opening, that over a body the volume of its cracks.
+The integral of j . n across the crack is its opening; over a body it is the crack volume.
 """
 
 from collections.abc import Callable
@@ -20,12 +20,12 @@ from dolfinx import fem, la
 from staffa.backend import jit
 from staffa.model.axis import Measure
 
-# A damage whose gradient's square is below this, in 1/ell^2, has no direction: it is no crack.
+# If the squared gradient of the damage is below this (in 1/ell^2), there is no crack.
 FLAT = 1e-2
 
 
 class Openings:
-    """The opening strain of a state, cell by cell. Everything is collective."""
+    """Opening strain of a state, cell by cell. All methods are collective."""
 
     def __init__(
         self,
@@ -36,7 +36,16 @@ class Openings:
         ell: float,
         dx: Measure,
     ) -> None:
-        """strain: j . n of a normal n, constant in each cell. ell: regularization length (m)."""
+        """Compile the forms.
+
+        Parameters
+        ----------
+        u : displacement (m).
+        alpha : damage.
+        strain : function that returns j . n for a normal n, constant in each cell.
+        ell : regularization length (m).
+        dx : measure of the body.
+        """
         mesh = alpha.function_space.mesh
         dim = mesh.geometry.dim
         constants = fem.functionspace(mesh, ("Discontinuous Lagrange", 0))
@@ -55,14 +64,16 @@ class Openings:
         self.sizes = self._integrals(jit.form(tests[1] * dx, mesh.comm))
 
     def volumes(self) -> np.ndarray:
-        """Integral of the opening strain over each cell that this rank owns, shape (n,)."""
+        """Return the crack volume in each owned cell (m^3; m^2 in 2-D), shape (n,)."""
         damaged = self._damage() > 0
         cracked = self._turn_across() & damaged
         return np.where(cracked, self._integrals(self._opened), 0.0)
 
     def strains(self) -> dict[str, np.ndarray]:
-        """Means over each cell of the opening strain, and of what intact rock has across the crack
-        besides, shape (n,); 0 where there is no crack."""
+        """Return cell means of the opening strain, and of intact rock's strain across the crack.
+
+        Each has shape (n,), and is 0 where there is no crack.
+        """
         opened = self.volumes()
         whole = np.where(opened != 0, self._integrals(self._strained), 0.0)
         return {
@@ -78,8 +89,11 @@ class Openings:
         return cell_integrals(form, self._sums)
 
     def _turn_across(self) -> np.ndarray:
-        """Let each cell's normal be the direction of the damage's gradient around it; whether it
-        has one. A broken cell's own gradient is 0, that of its neighbors is not."""
+        """Set each cell's normal to the direction of the damage gradient around it.
+
+        Return True for cells that have one. A broken cell's own gradient is 0, that of its
+        neighbors is not.
+        """
         values, space = self._slopes.x, self._slopes.function_space
         values.array[:] = 0.0
         fem.assemble_vector(values.array, self._squares)
@@ -94,10 +108,12 @@ class Openings:
 
 
 def cell_integrals(form: fem.Form, sums: fem.Function) -> np.ndarray:
-    """Integrals over each cell that this rank owns, shape (n,).
+    """Return integrals over each cell that this rank owns, shape (n,).
 
-    form: linear, of a test function that is one in a cell; sums: a function of its space, which is
-    overwritten.
+    Parameters
+    ----------
+    form : linear form, with a test function that is constant in each cell.
+    sums : function of its space, which is overwritten.
     """
     space = sums.function_space
     topology = space.mesh.topology

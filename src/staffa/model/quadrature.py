@@ -1,4 +1,4 @@
-"""The rules by which energies are integrated over cells."""
+"""Quadrature rules of the energy over cells."""
 
 from staffa.backend.stack import MPI  # noqa: F401
 
@@ -10,18 +10,18 @@ from dolfinx import mesh as dmesh
 from staffa.model import axis
 from staffa.model.domain import Domain
 
-# Exact for the stiffness of linear simplices where they are damaged, and of quadratic ones where
-# they are not; the 2 x 2 (x 2) Gauss rule of quadrilaterals.
+# Exact for the stiffness of damaged linear simplices, and of undamaged quadratic ones; the 2 x 2
+# (x 2) Gauss rule of quadrilaterals.
 DEGREE = 2
 # One point in the middle of a cell.
 ONE_POINT = 1
 
 
 def in_the_middle(domain: Domain) -> axis.Measure:
-    """Integrals by one point in the middle of each cell.
+    """Return the measure with one quadrature point at the center of each cell.
 
-    They are said to be over cells of a number, which all are: in one kernel with another rule FFCx
-    0.11 sums a matrix wrongly (compare github.com/FEniCS/ffcx, issue 394).
+    It is defined over cells with a number, which all cells have: in one kernel with another rule
+    FFCx 0.11 sums a matrix wrongly (compare github.com/FEniCS/ffcx, issue 394).
     """
     own = np.arange(domain.mesh.topology.index_map(domain.dim).size_local, dtype=np.int32)
     rule = {"quadrature_degree": ONE_POINT}

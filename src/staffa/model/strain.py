@@ -1,4 +1,4 @@
-"""From displacement and temperature to an elastic strain, as an energy split sees it."""
+"""Elastic strain from displacement and temperature, as an energy split takes it."""
 
 from dataclasses import dataclass
 from math import pi
@@ -14,14 +14,14 @@ from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID, lame
 from staffa.physics.split import Strained, in_order, isotropic_strain
 
-# Principal strains have no derivative where two are equal. In 2-D their difference is kept from
-# vanishing by this fraction of the strain; in 3-D the angle that tells them apart by its square
-# root, so that sums over them are off by this fraction.
+# Principal strains have no derivative where two are equal. In 2-D their difference is at least this
+# fraction of the strain; in 3-D the angle that separates them is at least its square root, so that
+# sums over them are off by this fraction.
 APART = 1e-7
-# A strain that is none.
+# A negligible squared strain.
 NONE = 1e-30
 
-# The places in Voigt's order of the components in the plane.
+# Positions of the in-plane components in Voigt's order.
 IN_PLANE = [0, 1, 5]
 
 type Coefficient = fem.Constant | fem.Function
@@ -29,33 +29,45 @@ type Coefficient = fem.Constant | fem.Function
 
 @dataclass(frozen=True, kw_only=True)
 class IsotropicRock:
-    """E (Pa) and nu, each a constant, one a cell, or of temperature; the body's plane state."""
+    """Isotropic elasticity in forms.
+
+    Attributes
+    ----------
+    E : Young's modulus (Pa): a constant, one a cell, or a function of temperature.
+    nu : Poisson's ratio, likewise.
+    state : one of the states of `physics.material`.
+    """
 
     E: ufl.core.expr.Expr
     nu: ufl.core.expr.Expr
     state: str
 
     def strained(self, e: ufl.core.expr.Expr) -> Strained:
-        """What an elastic strain costs: 2 x 2 in plane stress, else 3 x 3."""
+        """Return an elastic strain, 2 x 2 in plane stress, else 3 x 3, as a split takes it."""
         principal = principal_strains(e, self.state)
         return isotropic_strain(ufl.tr(e), ufl.inner(e, e), principal, E=self.E, nu=self.nu)
 
     def strain_of(self, stress: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-        """The elastic strain of a stress, both 2 x 2 in plane stress, else 3 x 3."""
+        """Return the elastic strain of a stress (Pa), both 2 x 2 in plane stress, else 3 x 3."""
         identity = ufl.Identity(stress.ufl_shape[0])
         return ((1 + self.nu) * stress - self.nu * ufl.tr(stress) * identity) / self.E
 
     def opened(self, lost: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-        """The opening strain across n of a stress that rock has lost, see `openings`."""
+        """Return the opening strain across n of a stress lost by rock (Pa), see `openings`."""
         lambda_, mu = lame(self.E, self.nu, self.state)
         return ufl.dot(n, _across(lost, n)) / (lambda_ + 2 * mu)
 
 
 @dataclass(frozen=True, kw_only=True)
 class AnisotropicRock:
-    """A stiffness C (Pa) and its inverse, one a cell, in Voigt's order; of plane stress that of the
-    plane, 3 x 3. swelling: the change of volume that a stress along each component brings about,
-    over it (1/Pa); K: Reuss's bulk modulus.
+    """Anisotropic elasticity in forms, one value a cell, in Voigt's order.
+
+    Attributes
+    ----------
+    C : stiffness (Pa), 6 x 6; in plane stress that of the plane, 3 x 3.
+    S : its inverse (1/Pa).
+    swelling : change of volume over each stress component (1/Pa).
+    K : Reuss's bulk modulus (Pa).
     """
 
     C: fem.Function
@@ -64,14 +76,14 @@ class AnisotropicRock:
     K: fem.Function
 
     def strained(self, e: ufl.core.expr.Expr) -> Strained:
-        """See `IsotropicRock`."""
+        """Return an elastic strain as a split takes it, see `IsotropicRock`."""
         strain = _voigt(e, 2)
         stress = ufl.dot(self.C, strain)
         volume = ufl.dot(self.swelling, stress)  # with the free strain across, in plane stress
         return Strained(psi=ufl.dot(strain, stress) / 2, volume=volume, K=self.K)
 
     def strain_of(self, stress: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-        """See `IsotropicRock`."""
+        """Return the elastic strain of a stress (Pa), see `IsotropicRock`."""
         strain = ufl.dot(self.S, _voigt(stress, 1))
         places = _places(stress)
         number = {place: k for k, place in enumerate(places)}
@@ -84,7 +96,7 @@ class AnisotropicRock:
         return ufl.as_tensor([[entry(i, j) for j in range(dim)] for i in range(dim)])
 
     def opened(self, lost: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-        """See `IsotropicRock`."""
+        """Return the opening strain across n of a lost stress (Pa), see `IsotropicRock`."""
         place = {ij: k for k, ij in enumerate(_places(lost))}
 
         def stiffness(i: int, j: int, k: int, m: int) -> ufl.core.expr.Expr:
@@ -104,7 +116,7 @@ class AnisotropicRock:
 
 
 def _across(stress: ufl.core.expr.Expr, n: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-    """Traction on a plane of normal n, which has as many components as the body."""
+    """Return the traction on a plane of normal n, which has as many components as the body."""
     plane = range(n.ufl_shape[0])
     return ufl.as_vector([sum(stress[i, j] * n[j] for j in plane) for i in plane])
 
@@ -118,7 +130,7 @@ def _voigt(e: ufl.core.expr.Expr, shear: int) -> ufl.core.expr.Expr:
 
 
 def reduced(C: np.ndarray, state: str) -> dict[str, np.ndarray]:
-    """The numbers of `AnisotropicRock` of stiffnesses C (Pa), shape (n, 6, 6)."""
+    """Return the numbers of `AnisotropicRock` for stiffnesses C (Pa), shape (n, 6, 6)."""
     S = np.linalg.inv(C)
     swelling = S[:, :3].sum(axis=1)
     K = 1 / swelling[:, :3].sum(axis=1)
@@ -130,17 +142,23 @@ def reduced(C: np.ndarray, state: str) -> dict[str, np.ndarray]:
 
 
 def embedded(e: ufl.core.expr.Expr, across: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
-    """A strain of the plane with the one across it, 3 x 3."""
+    """Return a strain of the plane with the strain across it, 3 x 3."""
     zero = 0 * e[0, 0]
     return ufl.as_tensor([[e[0, 0], e[0, 1], zero], [e[1, 0], e[1, 1], zero], [zero, zero, across]])
 
 
 def elastic_strain(u: fem.Function, free: ufl.core.expr.Expr, state: str) -> ufl.core.expr.Expr:
-    """sym grad u less the strain that is free of stress, shape (3, 3).
+    """Return sym grad u less the free strain; 3 x 3, in plane stress 2 x 2.
 
-    In plane strain the elastic strain across the plane is -free_zz (and so on), in plane stress
-    only the 2 x 2 part of the plane counts, the rest being free. In a body of revolution the third
+    In plane strain the elastic strain across the plane is -free_zz (and so on). In plane stress
+    only the 2 x 2 part of the plane counts; the rest is free. In a body of revolution the third
     direction is around the axis, where the strain is u_r/r.
+
+    Parameters
+    ----------
+    u : displacement (m).
+    free : strain that is free of stress, 3 x 3.
+    state : one of the states of `physics.material`.
     """
     strain = ufl.sym(ufl.grad(u))
     if state == SOLID:
@@ -152,10 +170,10 @@ def elastic_strain(u: fem.Function, free: ufl.core.expr.Expr, state: str) -> ufl
 
 
 def principal_strains(e: ufl.core.expr.Expr, state: str) -> tuple[ufl.core.expr.Expr, ...]:
-    """Eigenvalues, largest first: two in plane stress, else three.
+    """Return the eigenvalues, largest first: two in plane stress, else three.
 
-    In plane strain and in a body of revolution the third direction is a principal one; in 3-D by
-    the angle of the deviator (Smith 1961).
+    In plane strain and in a body of revolution the third direction is a principal one. In 3-D they
+    follow from the angle of the deviator (Smith 1961).
     """
     if state == PLANE_STRESS:
         return _of_plane(e)

@@ -1,4 +1,4 @@
-"""What holds the body: prescribed displacements, pins against rigid motions, and free sections."""
+"""Supports of the body: prescribed displacements, pins, and generalized plane strain."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,25 +20,31 @@ Displacement = Callable[[np.ndarray, float], np.ndarray | float]
 
 
 def no_displacement(x: np.ndarray, t: float) -> float:
-    """No displacement, anywhere and ever."""
+    """Return 0, at all points and times."""
     return 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class SideSupport:
-    """The components of u that are prescribed on one named boundary: axis -> displacement."""
+    """Displacement components prescribed on one boundary.
+
+    Attributes
+    ----------
+    side : name of the boundary.
+    components : displacement (m) by axis.
+    """
 
     side: str
     components: Mapping[int, Displacement]
 
 
 def rollers(domain: Domain, side: str) -> SideSupport:
-    """No displacement across the side, free along it.
+    """Prescribe no displacement across a flat boundary; displacement along it is free.
 
     Raises
     ------
     InputError
-        There is no such side, or it is not flat across an axis.
+        There is no such boundary, or it is not flat across an axis.
     """
     domain.facets(side)
     if side not in domain.axes:
@@ -50,17 +56,21 @@ def rollers(domain: Domain, side: str) -> SideSupport:
 
 
 def clamped(domain: Domain, side: str) -> SideSupport:
-    """No displacement at all."""
+    """Prescribe no displacement at all on a boundary."""
     return SideSupport(side=side, components=dict.fromkeys(range(domain.dim), no_displacement))
 
 
 @dataclass(frozen=True, kw_only=True)
 class GeneralizedPlaneStrain:
-    """The right side of a cell cut from a long slab, that stays plane: u_x = c + theta (y - y_m).
+    """Right side of a slab's cell that stays plane: u_x = c + theta (y - y_m).
 
-    With rollers on the left this is the uniform strain e_xx = (c + theta (y - y_m))/width added to
-    a periodic field; c, and theta unless `bending` is False, are minimized with the displacement
-    (no force, no moment). y_m is the middle of the height, for conditioning only.
+    With rollers on the left this is the uniform strain e_xx = (c + theta (y - y_m))/width, added to
+    a periodic field. c and theta are minimized with the displacement (no force, no moment). y_m is
+    the middle of the height, for conditioning only.
+
+    Attributes
+    ----------
+    bending : False if theta is 0.
     """
 
     bending: bool
@@ -68,13 +78,16 @@ class GeneralizedPlaneStrain:
 
 @dataclass(frozen=True, kw_only=True)
 class Supports:
-    """Degrees of freedom that are not free, on this rank: local indices of entries that it owns.
+    """Degrees of freedom that are not free, as local indices of entries that this rank owns.
 
-    fixed: prescribed entries of u, at these points, shape (3, n_fixed). displacements: what is
-    prescribed, each with the places in `fixed` of the entries that follow it; sides: by which
-    side each of these is. moved: entries that
-    the unknowns of a section move; modes: for each of these, its unit displacement, shape
-    (n_owned,).
+    Attributes
+    ----------
+    fixed : prescribed entries of u, shape (n_fixed,).
+    points : coordinates of their nodes (m), shape (3, n_fixed).
+    displacements : prescribed displacements, each with the positions in `fixed` of its entries.
+    sides : boundary of each displacement.
+    moved : entries that the unknowns of generalized plane strain move, shape (n_moved,).
+    modes : displacement of all entries for a unit of each of these unknowns, shape (n_owned,) each.
     """
 
     fixed: np.ndarray
@@ -85,7 +98,7 @@ class Supports:
     modes: tuple[np.ndarray, ...]
 
     def values(self, t: float) -> np.ndarray:
-        """Prescribed values (m) at time t, one for each entry of `fixed`."""
+        """Return the prescribed values (m) at time t (s), one for each entry of `fixed`."""
         values = np.zeros(len(self.fixed))
         for displacement, places in self.displacements:
             values[places] = displacement(self.points[:, places], t)
@@ -100,13 +113,20 @@ def build_supports(
     section: GeneralizedPlaneStrain | None = None,
     anchor: str | None = None,
 ) -> Supports:
-    """Turn supports by side into degrees of freedom, and pin what rigid motions they leave.
+    """Turn supports into degrees of freedom, and pin the remaining rigid body motions.
 
-    The pins are as many components of single nodes as there are free rigid motions, so that
-    they carry no reaction under loads in equilibrium, and bend nothing. They are sought on the
-    boundary `anchor` (the one opposite to the cooled face, which no crack cuts off early), or on
-    all boundaries, or on the whole surface if none has a name. On the axis of a body of revolution
+    There are as many pins, components of single nodes, as free rigid body motions. So they carry no
+    reaction under loads in equilibrium, and bend nothing. On the axis of a body of revolution
     nothing moves along r. Collective.
+
+    Parameters
+    ----------
+    domain : the mesh.
+    spaces : the function spaces.
+    sides : supports of the boundaries.
+    section : generalized plane strain; None without.
+    anchor : boundary on which pins are sought, that opposite the cooled face, which no crack cuts
+        off early; None for all boundaries, or the whole surface if none has a name.
     """
     displacements: list[Displacement] = []
     follows: dict[int, int] = {}
@@ -164,9 +184,9 @@ def _middle(domain: Domain) -> np.ndarray:
 
 
 def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
-    """Translations and rotations about the body's middle, of order 1; shape (n_local, 3 or 6).
+    """Return translations and rotations about the body's center, of order 1, (n_local, 3 or 6).
 
-    Of a body of revolution the translation along its axis alone, shape (n_local, 1).
+    For a body of revolution the translation along its axis alone, shape (n_local, 1).
     """
     dim = domain.dim
     if domain.axial:
@@ -184,13 +204,13 @@ def rigid_modes(domain: Domain, spaces: Spaces) -> np.ndarray:
 
 
 def _pins(domain: Domain, spaces: Spaces, held: np.ndarray, anchor: str | None) -> list[int]:
-    """Greedy choice of the components that stop what `held` leaves free, the same on any ranks."""
+    """Choose components that stop the remaining rigid motions, the same on any ranks."""
     comm, dim = domain.comm, domain.dim
     modes = rigid_modes(domain, spaces)
     n_owned = spaces.u.dofmap.index_map.size_local * dim
     gram = sum_over_ranks(comm, modes[held].T @ modes[held])
     count = max(1.0, sum_over_ranks(comm, len(held)))
-    # Of one rank: where several motions are free, which ones span them is the processor's choice.
+    # On one rank: the basis of several free motions depends on the processor.
     strength, directions = on_root(comm, lambda: np.linalg.eigh(gram / count))
     free = modes @ directions[:, strength < 1e-9]  # what no support resists, to round-off
 

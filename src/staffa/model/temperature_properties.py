@@ -1,4 +1,4 @@
-"""Properties of temperature in forms: a law for each rock, at the temperature of each point."""
+"""Temperature-dependent properties in forms: the law of each rock at each point's temperature."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from staffa.model.domain import middles
 from staffa.physics.temperature import Algebra, Law
 
 type Expression = ufl.core.expr.Expr
-# A rock's law, None for no dependence on temperature, and its local cells, ghosts included.
+# Law of a rock, None if it does not depend on temperature, and its local cells, ghosts included.
 type LawInCells = tuple[Law | None, np.ndarray]
 
 FUNCTIONS = {
@@ -41,20 +41,25 @@ FUNCTIONS = {
 
 @dataclass(kw_only=True)
 class Spent:
-    """Energy (J, in 2-D J/m) that cracks have cost up to the damage `alpha`, at the toughness of
-    the moments at which they grew."""
+    """Surface energy of cracks up to a damage, at the Gc of the times at which they grew.
+
+    Attributes
+    ----------
+    alpha : damage up to which it is counted.
+    energy : the energy (J, in 2-D J/m).
+    """
 
     alpha: fem.Function
     energy: float = 0.0
 
 
 def algebra(mesh: dmesh.Mesh) -> Algebra:
-    """Arithmetic of forms; numbers of tables are constants, so that compiled forms serve any."""
+    """Return the arithmetic of forms; numbers of tables are constants, not literals."""
     return Algebra(numbers=lambda values: fem.Constant(mesh, values), functions=FUNCTIONS)
 
 
 def middle_of_cell(mesh: dmesh.Mesh) -> fem.Function:
-    """The middle of each cell (m), as a function that is constant in each."""
+    """Return the center of each cell (m), as a function that is constant in each cell."""
     place = fem.Function(fem.functionspace(mesh, ("Discontinuous Lagrange", 0, (3,))))
     place.x.array.reshape(-1, 3)[place.function_space.dofmap.list[:, 0]] = middles(mesh).T
     return place
@@ -65,14 +70,20 @@ def by_law(
     rocks: Sequence[LawInCells],
     value: Callable[[Law | None], Expression],
 ) -> Expression:
-    """The value that each cell's law has; rocks: that of all cells first, then those that differ.
+    """Return an expression with the value of each cell's law.
 
     Rocks of equal laws share one expression.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    rocks : law and cells of each rock: that of all cells first, then those that differ.
+    value : function that returns the expression of a law.
     """
     laws = distinct(rocks)
     if len(laws) == 1:
         return value(laws[0])
-    # Not a product: elsewhere a formula may have no value.
+    # Not a product: in other cells a formula may have no value.
     parts = [
         ufl.conditional(ufl.gt(share_of(mesh, rocks, law), 0.5), value(law), 0.0) for law in laws
     ]
@@ -80,7 +91,7 @@ def by_law(
 
 
 def distinct(rocks: Sequence[LawInCells]) -> list[Law | None]:
-    """The laws that differ."""
+    """Return the laws that differ."""
     laws: list[Law | None] = []
     for law, _ in rocks:
         if law not in laws:
@@ -89,7 +100,14 @@ def distinct(rocks: Sequence[LawInCells]) -> list[Law | None]:
 
 
 def share_of(mesh: dmesh.Mesh, rocks: Sequence[LawInCells], law: Law | None) -> fem.Function:
-    """1 in the cells of a law, 0 in the others."""
+    """Return 1 in the cells of a law, 0 in the others.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    rocks : law and cells of each rock.
+    law : the law.
+    """
     here = fem.Function(fem.functionspace(mesh, ("Discontinuous Lagrange", 0)))
     cell = here.function_space.dofmap.list[:, 0]
     for other, where in rocks:

@@ -1,1 +1,1 @@
-"""Laws and scales as small pure functions of anything with arithmetic."""
+"""Laws and scales as small pure functions of floats, arrays or forms."""

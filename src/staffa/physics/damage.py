@@ -1,4 +1,4 @@
-"""Damage laws: how stiffness falls with damage, and what damage costs."""
+"""Damage laws: degradation of the stiffness and local dissipation."""
 
 from typing import Any, Protocol
 
@@ -6,11 +6,11 @@ import numpy as np
 
 
 class DamageLaw(Protocol):
-    """A law for E = int a(alpha) psi + Gc/(4 c_w) int (w(alpha)/ell + ell |grad alpha|^2).
+    """Damage law for E = int a(alpha) psi + Gc/(4 c_w) int (w(alpha)/ell + ell |grad alpha|^2).
 
     `a` falls from 1 at alpha = 0 to 0 at alpha = 1; `w` rises from 0 to 1; `c_w` is the integral of
-    sqrt(w) over [0, 1]. Both take and return anything with arithmetic: float, numpy, UFL, sympy.
-    Subclass nothing: a class with these four members is a law.
+    sqrt(w) over [0, 1]. Both functions take and return anything with arithmetic: float, numpy, UFL,
+    sympy. No base class is needed: a class with these four members is a law.
     """
 
     @property
@@ -24,41 +24,44 @@ class DamageLaw(Protocol):
         ...
 
     def a(self, alpha: Any) -> Any:
-        """Fraction of the stiffness that is left."""
+        """Return the fraction of the stiffness that damage leaves."""
         ...
 
     def w(self, alpha: Any) -> Any:
-        """Local dissipation, in units of Gc/(4 c_w ell)."""
+        """Return the local dissipation, in units of Gc/(4 c_w ell)."""
         ...
 
 
 class AT1:
-    """w = alpha: an elastic phase up to a strength, then damage (Pham et al. 2011)."""
+    """Law with w = alpha: an elastic phase up to a strength, then damage (Pham et al. 2011)."""
 
     name = "AT1"
     c_w = 2 / 3
 
     def a(self, alpha: Any) -> Any:
-        """a(alpha) = (1 - alpha)^2."""
+        """Return a(alpha) = (1 - alpha)^2."""
         return (1 - alpha) ** 2
 
     def w(self, alpha: Any) -> Any:
-        """w(alpha) = alpha."""
+        """Return w(alpha) = alpha."""
         return alpha
 
 
 class AT2:
-    """w = alpha^2, damage at any load: the paper's eq. (2), v = 1 - alpha and ell = 2 epsilon."""
+    """Law with w = alpha^2: damage at any load.
+
+    This is the paper's eq. (2), with v = 1 - alpha and ell = 2 epsilon.
+    """
 
     name = "AT2"
     c_w = 1 / 2
 
     def a(self, alpha: Any) -> Any:
-        """a(alpha) = (1 - alpha)^2."""
+        """Return a(alpha) = (1 - alpha)^2."""
         return (1 - alpha) ** 2
 
     def w(self, alpha: Any) -> Any:
-        """w(alpha) = alpha^2."""
+        """Return w(alpha) = alpha^2."""
         return alpha**2
 
 
@@ -66,19 +69,19 @@ LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
 
 
 def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:
-    """Derivative of a law's function, exact to round-off by the complex step."""
+    """Return the derivative of a law's function, exact to round-off by the complex step."""
     step = 1e-30
     found: np.ndarray = np.imag(function(np.asarray(alpha) + 1j * step)) / step
     return found
 
 
 def has_threshold(law: DamageLaw) -> bool:
-    """True if the law stays elastic up to a strength, as AT1 does and AT2 does not: w'(0) > 0."""
+    """Return True if the law stays elastic up to a strength, w'(0) > 0: AT1 does, AT2 does not."""
     return bool(slope(law.w, 0.0) > 0)
 
 
 def is_quadratic(law: DamageLaw) -> bool:
-    """True if a and w are polynomials of degree two at most: their third differences vanish."""
+    """Return True if a and w are polynomials of degree two at most: third differences vanish."""
     weights = np.array([1.0, -3.0, 3.0, -1.0])
     places = (np.linspace(0, 1, 4), np.linspace(0.1, 0.7, 4), np.linspace(0.2, 0.95, 4))
     differences = [weights @ (f(x) + 0 * x) for f in (law.a, law.w) for x in places]
@@ -86,31 +89,41 @@ def is_quadratic(law: DamageLaw) -> bool:
 
 
 def strength(law: DamageLaw, *, E: float, Gc: float, ell: float) -> float:
-    """Largest stress that a bar of uniform damage carries.
+    """Return the largest stress that a bar of uniform damage carries.
 
     sigma^2 = max over alpha of (E Gc / (2 c_w ell)) w'(alpha) / S'(alpha), with S = 1/a:
     sqrt(3 Gc E/(8 ell)) for AT1, (3/16) sqrt(3 Gc E/ell) for AT2.
 
     Parameters
     ----------
-    E, Gc, ell : modulus (Pa), toughness (J/m^2), regularization length (m); or all scaled.
+    law : the damage law.
+    E : Young's modulus (Pa), or scaled as the other numbers are.
+    Gc : fracture toughness (J/m^2).
+    ell : regularization length (m).
     """
     return float(np.sqrt(E * Gc / (2 * law.c_w * ell) * _resistance(law)[1].max()))
 
 
 def damage_at_strength(law: DamageLaw) -> float:
-    """The damage at which a bar of uniform damage carries most: 0 for AT1, 1/4 for AT2."""
+    """Return the damage of a uniform bar at its largest stress: 0 for AT1, 1/4 for AT2."""
     alpha, resistance = _resistance(law)
     return float(alpha[resistance.argmax()])
 
 
 def _resistance(law: DamageLaw) -> tuple[np.ndarray, np.ndarray]:
-    """Damage, and w'(alpha)/S'(alpha) with S = 1/a: a stress squared in units of its own."""
+    """Return samples of the damage, and of w'(alpha)/S'(alpha) with S = 1/a (a squared stress)."""
     alpha = np.linspace(0.0, 0.999, 20_000)
     softening = -slope(law.a, alpha) / law.a(alpha) ** 2
     return alpha, slope(law.w, alpha) / softening
 
 
 def effective_gc_factor(law: DamageLaw, *, h: float, ell: float) -> float:
-    """First guess 1 + h/(4 c_w ell) at a mesh's toughness over Gc; a run measures it."""
+    """Return 1 + h/(4 c_w ell), a first guess of effective Gc over Gc; a run measures it.
+
+    Parameters
+    ----------
+    law : the damage law.
+    h : mesh size (m).
+    ell : regularization length (m).
+    """
     return 1 + h / (4 * law.c_w * ell)

@@ -1,15 +1,15 @@
-"""At which spacing and depth every other crack of a cooled half-space stops.
+"""Spacing doubling in a cooled half-space: spacing and depth at which every other crack stops.
 
-An array of parallel cracks at spacing p grows into a half-space whose face was cooled at once,
-until at length a every other one stops: a crack pattern that is as old as its depth a has a spacing
-between p(a), where cracks stop, and 2 p(a), where they have stopped.
+An array of parallel cracks at spacing p grows into a half-space whose face was cooled at once.
+At length a every other crack stops. So a crack pattern that has reached the depth a has a spacing
+between p(a), at which cracks stop, and 2 p(a), when they have stopped.
 
 The table was computed for this project with sharp cracks (finite elements of a cell between
 symmetry lines, growth at G = Gc until dG1/da1 = dG1/da2), in plane stress, with all lengths over
 ell0 = Gc/(E (expansion dT)^2). It holds for any elastic half-space if ell0 is that of its thermal
 stress: cracks in the half-space are loaded by the stress sigma(y) that they release, so that
 K = sigma sqrt(p) f(geometry) without elastic constants, and G = K^2/E'. In plane stress sigma is
-E expansion dT and E' is E. Where both lateral strains are blocked, sigma is E expansion dT/(1 - nu)
+E expansion dT and E' is E. If both lateral strains are blocked, sigma is E expansion dT/(1 - nu)
 and E' is E/(1 - nu^2), so that sigma^2/E' = (expansion dT)^2 E (1 + nu)/(1 - nu), and
 
     ell0 = Gc (1 - nu)/(E (1 + nu) (expansion dT)^2),
@@ -27,22 +27,22 @@ DIFFUSION = (1.34, 3.72, 8.86, 20.2, 44.7, 97.6, 210.0, 448.0, 950.0)
 
 
 def spacing_at(length: np.ndarray | float, ell0: float) -> np.ndarray:
-    """Spacing (m) at which cracks of this length (m) double; NaN outside of the table."""
+    """Return the spacing (m) at which cracks of this length (m) double; NaN outside the table."""
     return _between(np.asarray(length) / ell0, LENGTH, SPACING) * ell0
 
 
 def length_at(spacing: np.ndarray | float, ell0: float) -> np.ndarray:
-    """Length (m) at which cracks of this spacing (m) double; NaN outside of the table."""
+    """Return the length (m) at which cracks of this spacing (m) double; NaN outside the table."""
     return _between(np.asarray(spacing) / ell0, SPACING, LENGTH) * ell0
 
 
 def diffusion_at(spacing: np.ndarray | float, ell0: float) -> np.ndarray:
-    """sqrt(kappa t) (m) at which cracks of this spacing (m) double; NaN outside of the table."""
+    """Return sqrt(kappa t) (m) at which cracks of a spacing (m) double; NaN outside the table."""
     return _between(np.asarray(spacing) / ell0, SPACING, DIFFUSION) * ell0
 
 
 def _between(at: np.ndarray, known: tuple[float, ...], values: tuple[float, ...]) -> np.ndarray:
-    """Interpolated by powers: between two entries each value is one of the other."""
+    """Interpolate by powers: between two entries each value is a power of the other."""
     with np.errstate(divide="ignore"):
         found = np.interp(np.log(at), np.log(known), np.log(values), left=np.nan, right=np.nan)
     return np.exp(found)

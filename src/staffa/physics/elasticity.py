@@ -1,4 +1,4 @@
-"""Elasticity of every class as a stiffness: 6 x 6, in Voigt's order xx, yy, zz, yz, xz, xy."""
+"""Elasticity as a stiffness tensor, 6 x 6, in Voigt's order xx, yy, zz, yz, xz, xy."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,52 +10,64 @@ from staffa.errors import InputError
 
 # Values at points: shape (3, n) -> (n,).
 PointFunction = Callable[[np.ndarray], np.ndarray]
-# A number of the rock: one for all of it, or one at each point.
+# A material property: one number for all rock, or one at each point.
 Property = float | PointFunction
 
-# Which components stand where.
+# Components of a symmetric tensor in Voigt's order.
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-# Part of the largest entry by which a stiffness may miss symmetry, as written numbers do.
+# Part of the largest entry by which a stiffness may miss symmetry, since numbers are rounded.
 ROUND_OFF = 1e-9
-# Determinant of a compliance with ones on its diagonal that is zero but for rounding.
+# Determinant of a compliance, scaled to ones on its diagonal, that is zero within round-off.
 SINGULAR = 1e-14
 
 
 class Elasticity(Protocol):
-    """How a rock answers strains, place by place."""
+    """Elastic law of a rock, point by point."""
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """C (Pa) along x, y, z, at points x, shape (3, n): stress = C strain, with shear strains
-        doubled; symmetric and positive definite; shape (n, 6, 6)."""
+        """Return C (Pa) along x, y, z at points x, shape (3, n): stress = C strain.
+
+        Shear strains are doubled; C is symmetric and positive definite, shape (n, 6, 6).
+        """
         ...
 
 
 def along_xyz() -> np.ndarray:
-    """Material axes that are those of the body."""
+    """Return the axes of the body as material axes."""
     return np.eye(3)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Isotropic:
-    """The same in all directions: Young's modulus E (Pa) and Poisson's ratio nu."""
+    """Isotropic elasticity.
+
+    Attributes
+    ----------
+    E : Young's modulus (Pa).
+    nu : Poisson's ratio.
+    """
 
     E: Property
     nu: Property
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """See `Elasticity`."""
+        """Return C at points, see `Elasticity`."""
         E, nu = values(self.E, x), values(self.nu, x)
         return inverse(compliance((E, E, E), (nu, nu, nu), (E / (2 * (1 + nu)),) * 3))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TransverselyIsotropic:
-    """The same in all directions of a plane, such as bedding, and another across it.
+    """Elasticity that is isotropic in a plane, such as bedding, and different across it.
 
-    E, nu: of the plane of isotropy. E_axis: Young's modulus along the axis, the third material one;
-    nu_axis: contraction in the plane over the stretch along the axis that a pull along it gives;
-    G_axis: shear modulus between the axis and the plane (moduli in Pa). axes: rows are the material
-    axes along x, y, z.
+    Attributes
+    ----------
+    E : Young's modulus in the plane (Pa).
+    nu : Poisson's ratio in the plane.
+    E_axis : Young's modulus along the axis, the third material axis (Pa).
+    nu_axis : contraction in the plane over extension along the axis, in tension along the axis.
+    G_axis : shear modulus between axis and plane (Pa).
+    axes : material axes along x, y, z, one a row, shape (3, 3).
     """
 
     E: Property
@@ -66,7 +78,7 @@ class TransverselyIsotropic:
     axes: np.ndarray = field(default_factory=along_xyz)
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """See `Elasticity`."""
+        """Return C at points, see `Elasticity`."""
         E, nu, E_axis = values(self.E, x), values(self.nu, x), values(self.E_axis, x)
         across = values(self.nu_axis, x) * E / E_axis
         G, G_axis = E / (2 * (1 + nu)), values(self.G_axis, x)
@@ -76,11 +88,15 @@ class TransverselyIsotropic:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Orthotropic:
-    """Another along each of three perpendicular axes, which shear does not couple.
+    """Elasticity with different moduli along three perpendicular axes, which shear does not couple.
 
-    E: along each axis (Pa); nu: nu12, nu23, nu13, where nu_ij is the contraction along j over the
-    stretch along i that a pull along i gives; G: G12, G23, G13 (Pa). axes: rows are the material
-    axes along x, y, z.
+    Attributes
+    ----------
+    E : Young's moduli E1, E2, E3 along the axes (Pa).
+    nu : Poisson's ratios nu12, nu23, nu13; nu_ij is the contraction along j over the extension
+        along i, in tension along i.
+    G : shear moduli G12, G23, G13 (Pa).
+    axes : material axes along x, y, z, one a row, shape (3, 3).
     """
 
     E: tuple[Property, Property, Property]
@@ -89,7 +105,7 @@ class Orthotropic:
     axes: np.ndarray = field(default_factory=along_xyz)
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """See `Elasticity`."""
+        """Return C at points, see `Elasticity`."""
         E1, E2, E3 = (values(E, x) for E in self.E)
         nu12, nu23, nu13 = (values(nu, x) for nu in self.nu)
         G12, G23, G13 = (values(G, x) for G in self.G)
@@ -99,30 +115,38 @@ class Orthotropic:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Full:
-    """Any elasticity there is: C (Pa) along the material axes, shape (6, 6); see `Elasticity`."""
+    """General elasticity.
+
+    Attributes
+    ----------
+    C : stiffness tensor along the material axes (Pa), shape (6, 6); see `Elasticity`.
+    axes : material axes along x, y, z, one a row, shape (3, 3).
+    """
 
     C: np.ndarray
     axes: np.ndarray = field(default_factory=along_xyz)
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """See `Elasticity`."""
+        """Return C at points, see `Elasticity`."""
         one = turned(np.asarray(self.C, dtype=float)[None], self.axes)
         return np.broadcast_to(one, (x.shape[1], 6, 6))
 
 
 def values(given: Property, x: np.ndarray) -> np.ndarray:
-    """A property at points, shape (3, n) -> (n,)."""
+    """Return a property at points, shape (3, n) -> (n,)."""
     return given(x) if callable(given) else np.full(x.shape[1], float(given))
 
 
 def compliance(
     E: tuple[np.ndarray, ...], nu: tuple[np.ndarray, ...], G: tuple[np.ndarray, ...]
 ) -> np.ndarray:
-    """S with strain = S stress along material axes that shear does not couple; shape (n, 6, 6).
+    """Return S with strain = S stress along material axes that shear does not couple; (n, 6, 6).
 
     Parameters
     ----------
-    E, nu, G : E1, E2, E3; nu12, nu23, nu13; G23, G13, G12, each of shape (n,).
+    E : E1, E2, E3 (Pa), each of shape (n,).
+    nu : nu12, nu23, nu13, each of shape (n,).
+    G : G23, G13, G12 (Pa), each of shape (n,).
     """
     S = np.zeros((len(E[0]), 6, 6))
     for i in range(3):
@@ -133,7 +157,7 @@ def compliance(
 
 
 def inverse(S: np.ndarray) -> np.ndarray:
-    """The stiffness of a compliance, symmetric to the last digit; where it has none, NaN."""
+    """Return the stiffness of a compliance, exactly symmetric; NaN if there is none."""
     scale = np.sqrt(np.abs(np.diagonal(S, axis1=1, axis2=2)))
     singular = ~(np.abs(np.linalg.det(S / (scale[:, :, None] * scale[:, None, :]))) > SINGULAR)
     C = np.linalg.inv(np.where(singular[:, None, None], np.eye(6), S))
@@ -142,9 +166,10 @@ def inverse(S: np.ndarray) -> np.ndarray:
 
 
 def strain_rotation(axes: np.ndarray) -> np.ndarray:
-    """Strains (shear doubled) along x, y, z -> along the axes, its rows; shape (6, 6).
+    """Return the matrix, (6, 6), from strains along x, y, z to those along axes (shear doubled).
 
-    The matrix of Bond (Proc. Phys. Soc. B 56, 1, 1943), column by column from e' = Q e Q^T.
+    The matrix of Bond (Proc. Phys. Soc. B 56, 1, 1943), column by column from e' = Q e Q^T. The
+    axes are the rows of Q.
     """
     M = np.empty((6, 6))
     for column, (i, j) in enumerate(PAIRS):
@@ -157,18 +182,18 @@ def strain_rotation(axes: np.ndarray) -> np.ndarray:
 
 
 def turned(C: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """A stiffness along x, y, z from one along the axes, its rows: energies stay what they are."""
+    """Rotate a stiffness from the axes, one a row, to x, y, z; energies do not change."""
     M = strain_rotation(axes)
     return np.asarray(M.T @ C @ M)
 
 
 def checked(C: np.ndarray) -> np.ndarray:
-    """Stiffnesses, shape (n, 6, 6), if each is symmetric and positive definite.
+    """Return the stiffnesses, shape (n, 6, 6), if each is symmetric and positive definite.
 
     Raises
     ------
     InputError
-        One of them is not: a strain would cost nothing, or release energy.
+        One is not: some strain would have no energy, or release energy.
     """
     uneven = np.abs(C - C.swapaxes(1, 2)).max(axis=0, initial=0.0)
     if uneven.max() > ROUND_OFF * np.abs(C).max(initial=0.0):
@@ -188,10 +213,10 @@ def checked(C: np.ndarray) -> np.ndarray:
 
 
 def isotropic_average(C: np.ndarray) -> tuple[float, float]:
-    """E and nu of the isotropic rock that is nearest to a stiffness, shape (6, 6): Voigt's average.
+    """Return E (Pa) and nu of the isotropic rock nearest to a stiffness, (6, 6): Voigt's average.
 
-    Its moduli of compression and shear are those of C averaged over all directions (Hill, Proc.
-    Phys. Soc. A 65, 349, 1952, eqs. 3 and 4).
+    Its bulk and shear moduli are those of C averaged over all directions (Hill, Proc. Phys. Soc. A
+    65, 349, 1952, eqs. 3 and 4).
     """
     direct, coupled = np.trace(C[:3, :3]), C[0, 1] + C[1, 2] + C[0, 2]
     K = (direct + 2 * coupled) / 9
@@ -200,9 +225,11 @@ def isotropic_average(C: np.ndarray) -> tuple[float, float]:
 
 
 def effective_nu(C: np.ndarray) -> np.ndarray:
-    """Poisson's ratio of isotropic rock whose volume and shape resist as those of stiffnesses do,
-    shape (n, 6, 6) -> (n,): the volume by Reuss's modulus, so that it nears 1/2 only where no
-    strain changes the volume at little cost; the shape by Voigt's."""
+    """Return Poisson's ratio of isotropic rock with equivalent moduli, shape (n, 6, 6) -> (n,).
+
+    The bulk modulus is Reuss's, so that the ratio nears 1/2 only if every change of volume is
+    stiff; the shear modulus is Voigt's.
+    """
     K = 1 / np.linalg.inv(C)[:, :3, :3].sum(axis=(1, 2))
     direct = np.trace(C[:, :3, :3], axis1=1, axis2=2)
     coupled = C[:, 0, 1] + C[:, 1, 2] + C[:, 0, 2]

@@ -1,10 +1,10 @@
-"""Elements whose displacement can do what nearly incompressible rock asks of it.
+"""Elements that do not lock in nearly incompressible rock.
 
-Where the volume may hardly change, linear triangles and tetrahedra, and fully integrated
-quadrilaterals and hexahedra, have fewer ways to move than they have constraints: they lock, and the
-body is too stiff. A quadratic displacement has ways enough. Of quadrilaterals and hexahedra the
-volume change is integrated with one point a cell, all else as before (selective reduced
-integration: Malkus and Hughes 1978). Linear simplices have one strain a cell, so that reduced
+If the volume can hardly change, linear triangles and tetrahedra, and fully integrated
+quadrilaterals and hexahedra, have fewer degrees of freedom than constraints: they lock, and the
+body is too stiff. A quadratic displacement has enough degrees of freedom. For quadrilaterals and
+hexahedra the volume change is integrated with one point a cell, all else as before (selective
+reduced integration: Malkus and Hughes 1978). Linear simplices have one strain a cell, so reduced
 integration changes nothing there.
 """
 
@@ -26,21 +26,20 @@ FROM = 0.45
 
 
 def cures(cells: str) -> str:
-    """The elements of cells of a shape ("triangle", ...; see `grid`) that do not lock."""
+    """Return the elements that do not lock on cells of a shape ("triangle", ...; see `grid`)."""
     return REDUCED if cells in ("quadrilateral", "hexahedron") else QUADRATIC
 
 
 def too_stiff(nu: float, cells: str, across: float) -> float:
-    """The part of a displacement that linear elements lack, about: x/(1 + x) with
-    x = c lambda/mu (h/L)^2.
+    """Return about the part of a displacement that linear elements lack.
 
-    For h much less than L this is the error C lambda h^2 of theory (Mustapha et al. 2024, arXiv
-    2407.06831), and with nu = 1/2 nothing moves.
+    It is x/(1 + x) with x = c lambda/mu (h/L)^2. For h much less than L this is the error C lambda
+    h^2 of theory (Mustapha et al. 2024, arXiv 2407.06831), and with nu = 1/2 nothing moves.
 
     Parameters
     ----------
     nu : Poisson's ratio, less than 1/2.
-    cells : their shape, as `Domain.cell_kind` has it.
+    cells : shape of the cells, as in `Domain.cell_kind`.
     across : number of cells L/h over the length L on which the strain changes.
     """
     x = MEASURED[cells] * 2 * nu / (1 - 2 * nu) / across**2

@@ -1,9 +1,10 @@
-"""Energy splits: how much of the stiffness a crack keeps when it is pressed shut.
+"""Energy splits: the part of the stiffness that a crack keeps in compression.
 
-A split turns an elastic strain and the fraction g of the stiffness that damage has left into an
-energy density, psi(e, g), convex in e and psi(e, 1) the undamaged one. In plane stress the strain
-across the plane is that of undamaged rock, where sigma_zz = 0: a crack's layer is held by what lies
-beside it. Were it free, a crack pressed shut would be squeezed out and carry nothing.
+A split turns an elastic strain and the fraction g of the stiffness that damage leaves into an
+energy density, psi(e, g). It is convex in e, and psi(e, 1) is the undamaged density. In plane
+stress the strain across the plane is that of undamaged rock, where sigma_zz = 0: the rock beside a
+crack constrains its layer. Were that strain free, a crack in compression would be squeezed out and
+carry nothing.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,14 @@ from staffa.physics.material import PLANE_STRESS, SOLID, energy_density, lame
 
 @dataclass(frozen=True, kw_only=True)
 class Principal:
-    """Principal strains of isotropic rock, largest first, two in plane stress and else three."""
+    """Principal strains of isotropic rock.
+
+    Attributes
+    ----------
+    E : Young's modulus (Pa).
+    nu : Poisson's ratio.
+    strains : largest first; two in plane stress, else three.
+    """
 
     E: Any
     nu: Any
@@ -25,11 +33,15 @@ class Principal:
 
 @dataclass(frozen=True, kw_only=True)
 class Strained:
-    """An elastic strain as a split sees it; everything float, numpy or UFL.
+    """Elastic strain as a split takes it. All members are float, numpy or UFL.
 
-    psi: undamaged energy density. volume: change of volume, the strain across the plane included.
-    K: bulk modulus, K/2 volume^2 is the least energy of a change of volume. principal: of isotropic
-    rock alone. faces: of a split that needs them, in a body.
+    Attributes
+    ----------
+    psi : undamaged energy density (Pa).
+    volume : change of volume, the strain across the plane included.
+    K : bulk modulus (Pa); K/2 volume^2 is the least energy of a change of volume.
+    principal : principal strains, of isotropic rock only; else None.
+    faces : the strain of a crack's faces, for a split that needs it, in a body; else None.
     """
 
     psi: Any
@@ -40,13 +52,13 @@ class Strained:
 
     @property
     def isochoric(self) -> Any:
-        """The part of psi that no change of volume costs, psi - K/2 volume^2 >= 0."""
+        """Part of psi that no change of volume needs, psi - K/2 volume^2 >= 0 (Pa)."""
         return self.psi - self.K / 2 * self.volume**2
 
 
 @dataclass(frozen=True, kw_only=True)
 class Faces:
-    """A strain as the two faces of a crack feel it; see `Contact`.
+    """Strain at the two faces of a crack; see `Contact`.
 
     Attributes
     ----------
@@ -54,8 +66,8 @@ class Faces:
     normal : strain across the crack, n . e n with its unit normal n.
     unsheared : the strain without the shear along the faces.
     shear : size of that shear strain, less the slip of earlier steps.
-    bound : shear stress (Pa) that friction bears; 0 without friction.
-    free : 0 where friction holds any shear stress, 1 elsewhere.
+    bound : largest shear stress (Pa) that friction carries; 0 without friction.
+    free : 0 if friction carries any shear stress, else 1.
     """
 
     broken: Any
@@ -67,9 +79,9 @@ class Faces:
 
 
 class EnergySplit(Protocol):
-    """A rule for tension and compression.
+    """Energy split between tension and compression.
 
-    Subclass nothing: a class with these three members is a split.
+    No base class is needed: a class with these three members is a split.
     """
 
     @property
@@ -79,39 +91,39 @@ class EnergySplit(Protocol):
 
     @property
     def isotropic(self) -> bool:
-        """Whether it needs E, nu and principal strains, which only isotropic rock has."""
+        """True if it needs E, nu and principal strains, which only isotropic rock has."""
         ...
 
     def density(self, e: Strained, g: Any) -> Any:
-        """Energy density of a strain where the fraction g of the stiffness is left."""
+        """Return the energy density (Pa) of a strain with the fraction g of the stiffness."""
         ...
 
 
 def positive(x: Any) -> Any:
-    """The positive part of x."""
+    """Return the positive part of x."""
     return (abs(x) + x) / 2
 
 
 def negative(x: Any) -> Any:
-    """The negative part of x, counted positive: x = positive(x) - negative(x)."""
+    """Return the negative part of x, counted positive: x = positive(x) - negative(x)."""
     return (abs(x) - x) / 2
 
 
 class NoSplit:
-    """g psi: a crack that is pressed shut carries as little as an open one."""
+    """Split g psi: a crack in compression carries as little as an open one."""
 
     name, isotropic = "none", False
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`."""
+        """Return the density, see `EnergySplit`."""
         return g * e.psi
 
 
 class StarConvex:
-    """g psi + (1 - g) (1 + gamma) K/2 <volume>_-^2 (Vicentini et al. 2024).
+    """Split g psi + (1 - g) (1 + gamma) K/2 <volume>_-^2 (Vicentini et al. 2024).
 
     Cracks keep the stiffness against compaction. gamma = 0 is the volumetric-deviatoric split
-    (Amor et al. 2009), gamma > 0 makes the rock gamma-fold stronger still against compaction. K is
+    (Amor et al. 2009); gamma > 0 makes cracks (1 + gamma) times as stiff against compaction. K is
     Reuss's bulk modulus, so that anisotropic rock may be split as well: what is left of psi cannot
     be negative at gamma = 0.
     """
@@ -122,13 +134,13 @@ class StarConvex:
         self.gamma, self.name = gamma, name
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`."""
+        """Return the density, see `EnergySplit`."""
         kept = (1 + self.gamma) * e.K / 2 * negative(e.volume) ** 2
         return g * e.psi + (1 - g) * kept
 
 
 class Spectral:
-    """g (lambda/2 <tr e>_+^2 + mu sum <e_i>_+^2) + lambda/2 <tr e>_-^2 + mu sum <e_i>_-^2.
+    """Split g (lambda/2 <tr e>_+^2 + mu sum <e_i>_+^2) + lambda/2 <tr e>_-^2 + mu sum <e_i>_-^2.
 
     Miehe et al. 2010. For nu >= 0.
     """
@@ -136,7 +148,7 @@ class Spectral:
     name, isotropic = "spectral", True
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`."""
+        """Return the density, see `EnergySplit`."""
         assert e.principal is not None
         lambda_, mu = lame(e.principal.E, e.principal.nu, SOLID)
         strains = e.principal.strains
@@ -149,18 +161,18 @@ class Spectral:
 
 
 class NoTension:
-    """g psi + (1 - g) psi_-, psi_- of the nearest strain that a rock without any tension carries.
+    """Split g psi + (1 - g) psi_-, with the density psi_- of a rock without any tension.
 
     Freddi and Royer-Carfagni 2010; psi_-(e) is the least psi(e - p) over strains p >= 0 of cracks.
     With the principal strains in order, psi is a sum of three squares, each the energy of one
-    principal stress after those of the smaller strains: what is left is their negative parts. An
-    infinitely strong rock in compression. For nu >= 0.
+    principal stress after those of the smaller strains: psi_- has their negative parts. The rock is
+    infinitely strong in compression. For nu >= 0.
     """
 
     name, isotropic = "no-tension", True
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`. In plane stress of the plane's energy and the plane's cracks."""
+        """Return the density, see `EnergySplit`; in plane stress that of the plane."""
         assert e.principal is not None
         E, nu = e.principal.E, e.principal.nu
         least, *others = reversed(e.principal.strains)
@@ -173,18 +185,18 @@ class NoTension:
 
 
 class Contact:
-    """Cracks whose faces touch, and slide: g psi + (1 - g) (psi_- + friction), n the normal.
+    """Split for cracks whose faces touch and slide: g psi + (1 - g) (psi_- + friction), normal n.
 
     Beside a crack psi_- is that of `NoTension` for the strain without the shear along the faces:
-    the least energy of stresses without tension whose one principal direction is n. In the broken
-    layer itself it is E/2 <n . e n>_-^2, the least energy that closes the crack so far: such a
-    layer is jagged, so that its strain is no simple shear, and all of it is free but what would
-    press the faces through one another. Directional splits: Steinke and Kaliske 2019, Fei and Choo
-    2020. Rock far from cracks has the energy of `NoTension`; so have strains without `faces`.
+    the least energy of stresses without tension of which n is a principal direction. In the broken
+    layer it is E/2 <n . e n>_-^2, the least energy that closes the crack so far: such a layer is
+    jagged, so that its strain is no simple shear, and all of it is free but the part that presses
+    the faces through one another. Directional splits: Steinke and Kaliske 2019, Fei and Choo 2020.
+    Rock far from cracks has the energy of `NoTension`; so have strains without `faces`.
 
-    Friction bears the shear stress b at most, a bound that is frozen. Its energy is the least over
-    the new slip s of G/2 (c - s)^2 + b |s|, c the shear strain since the last step: Huber's
-    function of c, with the shear modulus G of the rock.
+    Friction carries the shear stress b at most; b is frozen. Its energy is the least over the new
+    slip s of G/2 (c - s)^2 + b |s|, with c the shear strain since the last step: Huber's function
+    of c, with the shear modulus G of the rock.
     """
 
     name, isotropic = "contact", True
@@ -193,7 +205,7 @@ class Contact:
         self.friction, self.intact = friction, NoTension()
 
     def density(self, e: Strained, g: Any) -> Any:
-        """See `EnergySplit`."""
+        """Return the density, see `EnergySplit`."""
         if e.faces is None:
             return self.intact.density(e, g)
         assert e.principal is not None
@@ -206,18 +218,18 @@ class Contact:
         return g * e.psi + (1 - g) * kept
 
     def slip(self, e: Strained) -> Any:
-        """Size of the new slip strain, where the shear stress would exceed the bound."""
+        """Return the size of the new slip strain: the part of the shear beyond the bound."""
         assert e.faces is not None
         return e.faces.free * positive(e.faces.shear - e.faces.bound / shear_modulus(e))
 
     def rubbed(self, e: Strained, g: Any) -> Any:
-        """Work of friction in the new slip, a part of the density."""
+        """Return the work of friction in the new slip (J/m^3), a part of the density."""
         assert e.faces is not None
         return (1 - g) * e.faces.bound * self.slip(e)
 
 
 def shear_modulus(e: Strained) -> Any:
-    """G of isotropic rock."""
+    """Return G of isotropic rock (Pa)."""
     assert e.principal is not None
     return e.principal.E / (2 * (1 + e.principal.nu))
 
@@ -234,7 +246,14 @@ SPLITS: dict[str, EnergySplit] = {
 
 
 def in_order(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
-    """Three numbers of which a >= b, largest first."""
+    """Return three numbers, largest first.
+
+    Parameters
+    ----------
+    a : first number, at least `b`.
+    b : second number.
+    c : third number, of any size.
+    """
     largest = (a + c + abs(a - c)) / 2
     least = (b + c - abs(b - c)) / 2
     return largest, a + b + c - largest - least, least
@@ -243,10 +262,15 @@ def in_order(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
 def isotropic_strain(
     total: Any, square: Any, principal: tuple[Any, ...], *, E: Any, nu: Any
 ) -> Strained:
-    """A strain e of isotropic rock.
+    """Return a strain e of isotropic rock as a split takes it.
 
-    total, square: tr e and e : e. principal: its principal values, largest first, of the plane
-    alone in plane stress; then total and square are so too.
+    Parameters
+    ----------
+    total : tr e; in plane stress of the plane alone.
+    square : e : e; in plane stress of the plane alone.
+    principal : principal strains, largest first; in plane stress the two of the plane.
+    E : Young's modulus (Pa).
+    nu : Poisson's ratio.
     """
     plane_stress = len(principal) == 2
     lambda_, mu = lame(E, nu, PLANE_STRESS if plane_stress else SOLID)
@@ -259,18 +283,24 @@ def isotropic_strain(
 
 
 def across(principal: tuple[Any, ...], nu: Any) -> Any:
-    """The strain across the plane of undamaged rock in plane stress."""
+    """Return the strain across the plane of undamaged rock in plane stress."""
     return -nu / (1 - nu) * sum(principal)
 
 
 def of_principal(principal: tuple[Any, ...], *, E: Any, nu: Any) -> Strained:
-    """The strain of isotropic rock with these principal values, see `isotropic_strain`."""
+    """Return the strain of isotropic rock with these principal strains, see `isotropic_strain`.
+
+    Parameters
+    ----------
+    principal : principal strains, largest first: two in plane stress, else three.
+    E : Young's modulus (Pa).
+    nu : Poisson's ratio.
+    """
     return isotropic_strain(sum(principal), sum(x**2 for x in principal), principal, E=E, nu=nu)
 
 
 def is_linear_in_g(split: EnergySplit, *, plane_stress: bool) -> bool:
-    """True if the density is linear in the stiffness left, at strains of all signs; then AT1 and
-    AT2 make the energy quadratic in the damage."""
+    """Return True if the density is linear in g: AT1 and AT2 make it quadratic in alpha."""
     places = np.array([-1.0, -0.3, 0.2, 1.1])
     sets = np.meshgrid(*[places] * (2 if plane_stress else 3))
     principal = -np.sort(-np.stack([s.ravel() for s in sets]), axis=0)
@@ -281,8 +311,10 @@ def is_linear_in_g(split: EnergySplit, *, plane_stress: bool) -> bool:
 
 
 def is_quadratic_in_strain(split: EnergySplit, *, plane_stress: bool) -> bool:
-    """True if a damaged point answers linearly: the density of some strains obeys the law of the
-    parallelogram, psi(a + b) + psi(a - b) = 2 psi(a) + 2 psi(b)."""
+    """Return True if the stress of a damaged point is linear in the strain.
+
+    The density then obeys the parallelogram law, psi(a + b) + psi(a - b) = 2 psi(a) + 2 psi(b).
+    """
     n = 2 if plane_stress else 3
     one, other = np.random.default_rng(0).normal(size=(2, 20, n))
 
@@ -296,12 +328,19 @@ def is_quadratic_in_strain(split: EnergySplit, *, plane_stress: bool) -> bool:
 
 
 def driven_density(split: EnergySplit, e: Strained) -> Any:
-    """The part of a strain's energy density that drives damage in undamaged rock, d psi/d g."""
+    """Return the part of the density that drives damage in undamaged rock, d psi/d g (Pa)."""
     step = 1e-6
     return (split.density(e, 1.0) - split.density(e, 1.0 - step)) / step
 
 
 def driven_share(split: EnergySplit, principal: tuple[float, ...], nu: float) -> float:
-    """The part of a strain's energy that drives damage in undamaged rock: 1 without a split."""
+    """Return the part of a strain's energy that drives damage in undamaged rock: 1 without a split.
+
+    Parameters
+    ----------
+    split : the energy split.
+    principal : principal strains, largest first: two in plane stress, else three.
+    nu : Poisson's ratio.
+    """
     e = of_principal(principal, E=1.0, nu=nu)
     return float(driven_density(split, e) / e.psi)

@@ -1,4 +1,4 @@
-"""Properties as functions of temperature: pure functions of floats, arrays or forms alike."""
+"""Properties as functions of temperature: pure functions of floats, arrays or forms."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,10 +17,13 @@ type Functions = Mapping[str, Callable[..., Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Algebra:
-    """Arithmetic of the numbers that a law is computed with.
+    """Arithmetic in which a law is computed.
 
-    numbers: turns an array into one whose entries take part in it; functions: by name, as formulas
-    call them; panels: into so many parts an integral of a formula is cut.
+    Attributes
+    ----------
+    numbers : turns an array into one whose entries can be used in this arithmetic.
+    functions : functions by the names that formulas call.
+    panels : number of parts into which the integral of a formula is divided.
     """
 
     numbers: Callable[[np.ndarray], Any]
@@ -41,25 +44,40 @@ ARRAYS = Algebra(
 
 
 class Law(Protocol):
-    """Factor on a property at a temperature, over the property at a reference temperature.
-
-    T: temperature (K), or scaled as the case is; x: the place, whose entries are x, y and z.
-    """
+    """Factor on a property at a temperature, over the property at a reference temperature."""
 
     def at(self, T: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """The factor."""
+        """Return the factor.
+
+        Parameters
+        ----------
+        T : temperature (K), or scaled as the case is.
+        x : position, with entries x, y and z (m).
+        algebra : arithmetic of the numbers.
+        """
         ...
 
     def integral(self, start: Any, end: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """Its integral over temperature from `start` to `end` (K)."""
+        """Return the integral of the factor over temperature (K).
+
+        Parameters
+        ----------
+        start : temperature from which it is integrated (K).
+        end : temperature up to which it is integrated (K).
+        x : position, with entries x, y and z (m).
+        algebra : arithmetic of the numbers.
+        """
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinearTable:
-    """Piecewise linear between the temperatures T (K), increasing, and constant beyond them.
+    """Piecewise linear law, constant beyond its ends.
 
-    value: the factor at each, shape (n,) as T.
+    Attributes
+    ----------
+    T : temperatures, increasing (K), shape (n,).
+    value : factor at each, shape (n,).
     """
 
     T: tuple[float, ...]
@@ -72,14 +90,14 @@ class LinearTable:
         return np.diff(np.concatenate([[0.0], slopes, [0.0]]))
 
     def at(self, T: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`."""
+        """Return the factor; T, x and algebra as in `Law.at`."""
         total = algebra.numbers(np.array(self.value[:1]))[0]
         for knot, bend in self._rows(algebra):
             total = total + bend * positive(T - knot)
         return total
 
     def integral(self, start: Any, end: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`."""
+        """Return the integral of the factor; start, end, x and algebra as in `Law.integral`."""
         total = algebra.numbers(np.array(self.value[:1]))[0] * (end - start)
         for knot, bend in self._rows(algebra):
             total = total + bend / 2 * (positive(end - knot) ** 2 - positive(start - knot) ** 2)
@@ -92,9 +110,13 @@ class LinearTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Written:
-    """A formula of temperature and place, over its value at the temperature `reference` (K).
+    """Formula of temperature and position, over its value at a reference temperature.
 
-    text: the formula, by which two laws are the same; value: (T, x, functions) -> its value.
+    Attributes
+    ----------
+    text : the formula; laws with equal text are equal.
+    reference : reference temperature (K).
+    value : function (T, x, functions) -> value of the formula.
     """
 
     text: str
@@ -102,12 +124,15 @@ class Written:
     value: Callable[[Any, Any, Functions], Any] = field(compare=False, repr=False)
 
     def at(self, T: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`."""
+        """Return the factor; T, x and algebra as in `Law.at`."""
         value, functions = self.value, algebra.functions
         return value(T, x, functions) / value(self.reference, x, functions)
 
     def integral(self, start: Any, end: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`; by Gauss's rule in `algebra.panels` equal parts."""
+        """Return the integral of the factor by Gauss's rule in `algebra.panels` equal parts.
+
+        The parameters start, end, x and algebra are as in `Law.integral`.
+        """
         points, weights = np.polynomial.legendre.leggauss(POINTS)
         half = (end - start) / (2 * algebra.panels)
         total = 0.0
@@ -119,20 +144,28 @@ class Written:
 
 @dataclass(frozen=True, kw_only=True)
 class Secant:
-    """Expansion as secant coefficients from a reference temperature (K).
+    """Expansion given as secant coefficients from a reference temperature.
 
     The free strain between two temperatures is mean(T) (T - reference) at one, less that at the
-    other, so that it is zero at the temperature that is free of stress, whatever the reference.
+    other. So it is zero at the stress-free temperature, whatever the reference.
+
+    Attributes
+    ----------
+    mean : secant coefficient over its reference value, as a law.
+    reference : temperature from which the coefficients are counted (K).
     """
 
     mean: Law
     reference: float
 
     def at(self, T: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`: the secant coefficient."""
+        """Return the secant coefficient; T, x and algebra as in `Law.at`."""
         return self.mean.at(T, x, algebra)
 
     def integral(self, start: Any, end: Any, x: Any, algebra: Algebra = ARRAYS) -> Any:
-        """See `Law`: the free strain over the coefficient at its reference temperature (K)."""
+        """Return the free strain over the coefficient at its reference temperature (K).
+
+        The parameters start, end, x and algebra are as in `Law.integral`.
+        """
         late = self.mean.at(end, x, algebra) * (end - self.reference)
         return late - self.mean.at(start, x, algebra) * (start - self.reference)

@@ -1,4 +1,4 @@
-"""Tries a damage law and an energy split at samples: whether they are what the theory needs."""
+"""Tests of a damage law and an energy split at samples: do they obey the rules of the theory?"""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -16,19 +16,22 @@ from staffa.physics.split import SPLITS, EnergySplit, of_principal
 
 # Round-off of a law's or a split's arithmetic, over its largest value.
 ROUND_OFF = 1e-9
-# c_w may be typed to four digits; it divides the surface energy.
+# c_w may be given to four digits; the surface energy is divided by it.
 DIGITS = 1e-4
-# A split takes less than this part of every strain's energy: damage changes nothing.
+# If damage takes at most this part of every strain's energy, it changes nothing.
 NOTHING = 1e-3
 LONGEST_NAME = 60
-# Fractions of the stiffness at which a split is tried, and the number of its strains.
+# Fractions of the stiffness at which a split is tested, and the number of strains.
 FRACTIONS, STRAINS = (1e-6, 0.3, 0.7), 500
 
 
 def try_law(law: DamageLaw, *, residual: float = 0.0) -> None:
-    """Hold a damage law against what the theory needs of it.
+    """Test a damage law against the rules of the theory.
 
-    residual: what a may leave of the stiffness at alpha = 1.
+    Parameters
+    ----------
+    law : the damage law.
+    residual : part of the stiffness that `a` may leave at alpha = 1.
 
     Raises
     ------
@@ -62,14 +65,20 @@ def try_law(law: DamageLaw, *, residual: float = 0.0) -> None:
 
 
 def law_values(law: DamageLaw) -> tuple[float, ...]:
-    """c_w, and a and w at some damages, to know a law by."""
+    """Return c_w, and a and w at some damages, by which a law is recognized."""
     alpha, who = np.linspace(0.0, 1.0, 6), f"the damage law '{law.name}'"
     sampled = (_sampled(who, law, name, alpha).tolist() for name in ("a", "w"))
     return tuple(map(float, (law.c_w, *chain(*sampled))))
 
 
 def try_split(split: EnergySplit, *, plane_stress: bool, nu: float) -> None:
-    """Hold an energy split against what the theory needs of it, in rock of E = 1 and this nu.
+    """Test an energy split against the rules of the theory, in rock with E = 1.
+
+    Parameters
+    ----------
+    split : the energy split.
+    plane_stress : True for two principal strains, else three.
+    nu : Poisson's ratio.
 
     Raises
     ------
@@ -126,7 +135,7 @@ def try_split(split: EnergySplit, *, plane_stress: bool, nu: float) -> None:
 
 
 def split_values(split: EnergySplit, *, plane_stress: bool) -> tuple[float, ...]:
-    """Densities at some strains, to know a split by."""
+    """Return densities at some strains, by which a split is recognized."""
     strains = _pairs(2 if plane_stress else 3)[0][:, :8]
     who = f"the energy split '{split.name}'"
     return tuple(_density(who, split, strains, FRACTIONS[1], 0.2).tolist())
@@ -140,14 +149,20 @@ def has_members(
     methods: tuple[str, ...],
     known: dict[str, Any] | None = None,
 ) -> None:
-    """Refuse what lacks a member, is a class, or goes by a name that is taken.
+    """Refuse an object that lacks a member, is a class, or has a name that is taken.
 
-    argument: the name it is given by. known: those of staffa, by their names.
+    Parameters
+    ----------
+    argument : name of the argument by which the object was given.
+    thing : the object.
+    members : names of the members that it needs.
+    methods : those of the members that are methods.
+    known : the objects of staffa by their names.
 
     Raises
     ------
     InputError
-        With the way out.
+        The object breaks one of these rules.
     """
     listed = ", ".join(f"{name}()" if name in methods else name for name in members)
     way_out = f"give an object with {listed}; docs/extending.md has one"
@@ -173,12 +188,12 @@ def has_members(
     if name in known and type(thing) is not type(known[name]):
         raise InputError(
             f"{argument} = {py_text(thing)}: staffa has another one whose name is '{name}'; give "
-            f"it a name of its own"
+            f"it another name"
         )
 
 
 def _require(who: str, thing: Any, member: str, kind: type, needed: str) -> None:
-    """Refuse a member that is of another kind."""
+    """Refuse a member of another type."""
     value = getattr(thing, member)
     if not isinstance(value, kind) or (kind is Real and isinstance(value, bool)):
         raise InputError(f"{who}: {member} = {py_text(value)} is {told(value)}; give {needed}")
@@ -191,7 +206,7 @@ def _obey(who: str, rules: Iterable[tuple[Any, str]]) -> None:
 
 
 def _sampled(who: str, law: DamageLaw, name: str, alpha: np.ndarray) -> np.ndarray:
-    """One of a law's functions at damages, shape (n,)."""
+    """Return one of a law's functions at damages, shape (n,)."""
     try:
         with np.errstate(all="ignore"):
             found = np.asarray(getattr(law, name)(alpha) + 0 * alpha)
@@ -202,7 +217,7 @@ def _sampled(who: str, law: DamageLaw, name: str, alpha: np.ndarray) -> np.ndarr
 
 
 def _density(who: str, split: EnergySplit, strains: np.ndarray, g: float, nu: float) -> np.ndarray:
-    """Densities of principal strains in any order, shape (2 or 3, n)."""
+    """Return densities of principal strains in any order, shape (2 or 3, n) -> (n,)."""
     e = of_principal(tuple(_ordered(strains)), E=1.0, nu=nu)
     try:
         with np.errstate(all="ignore"):
@@ -229,8 +244,7 @@ def _are_numbers(who: str, what: str, found: np.ndarray, shape: tuple[int, ...])
 
 
 def _pairs(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Principal strains in pairs, far from one another and near, the same each time; shape (n, m)
-    each."""
+    """Return pairs of principal strains, distant and close, always the same; shape (n, m) each."""
     numbers = np.random.default_rng(0)
     one, way = numbers.normal(size=(2, n, STRAINS))
     alone = np.repeat(np.eye(n), 2, axis=1) * np.tile([1.0, -1.0], n)
@@ -242,7 +256,7 @@ def _pairs(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ordered(strains: np.ndarray) -> np.ndarray:
-    """Largest first."""
+    """Return the strains, largest first."""
     return -np.sort(-strains, axis=0)
 
 

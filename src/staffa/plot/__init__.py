@@ -1,4 +1,4 @@
-"""Pictures of a run, drawn from what stands in its directory."""
+"""Pictures of a run, drawn from its directory."""
 
 from staffa.backend.isolation import elsewhere
 

@@ -1,4 +1,4 @@
-"""The cells of a cooled 3-D body: on planes below its cooled face, and their size against depth."""
+"""Pictures of polygonal cells: on depth planes of a 3-D body, and their size against depth."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from staffa.plot.style import BLACK, BLUE, ORANGE, WIDTH, legend_above, new_figu
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
-# By the number of neighbors, the first and the last with what is beyond; six is the middle.
+# Colors by number of neighbors; the first and the last include fewer and more; six is the middle.
 NEIGHBORS = {
     3: "#2b6cb0", 4: "#6fa8d6", 5: "#b5d6ea", 6: "#f6e3a1", 7: "#f0a35e", 8: "#c9493b",
 }  # fmt: skip
@@ -32,9 +32,17 @@ THEORY: Any = {"color": BLACK, "linewidth": 1.2}
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnPlane:
-    """A plane below the cooled face: its depth (m), the two axes in it, where it begins and ends
-    along these (m), and on its raster the damage, NaN outside of the body, the damage above which
-    that is broken, and the cells."""
+    """Depth plane with its damage and cells.
+
+    Attributes
+    ----------
+    depth : depth below the cooled face (m).
+    axes : the two axes in the plane.
+    extent : ends of the plane along these axes (m).
+    damage : damage of each pixel, NaN outside the body, shape (n_x, n_y).
+    threshold : damage above which a pixel is cracked.
+    cells : the polygonal cells.
+    """
 
     depth: float
     axes: tuple[int, int]
@@ -46,7 +54,14 @@ class ColumnPlane:
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceCurve:
-    """A curve to compare with: its name, depths and lengths (m)."""
+    """Curve for comparison.
+
+    Attributes
+    ----------
+    name : its label.
+    depths : depths (m), shape (n,).
+    lengths : lengths at these depths (m), shape (n,).
+    """
 
     name: str
     depths: np.ndarray
@@ -54,7 +69,14 @@ class ReferenceCurve:
 
 
 def sections_figure(manifest: Manifest, step: Step, planes: Sequence[ColumnPlane]) -> Figure:
-    """A panel for each plane: cracks dark, cells colored by how many neighbors they have."""
+    """Draw a panel for each plane: cracks dark, cells colored by their number of neighbors.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    step : the step that is drawn.
+    planes : its depth planes.
+    """
     across = min(PANELS_ACROSS, len(planes))
     rows = ceil(len(planes) / across)
     length = manifest.shown.length
@@ -83,9 +105,13 @@ def sections_figure(manifest: Manifest, step: Step, planes: Sequence[ColumnPlane
 def size_figure(
     manifest: Manifest, patterns: Mapping[float, Pattern], curves: Sequence[ReferenceCurve] = ()
 ) -> Figure:
-    """Spacing of the cracks and mean diameter of the cells against depth, with standard errors.
+    """Draw crack spacing and mean cell diameter against depth, with standard errors.
 
-    patterns: by depth (m). curves: what theory says, one line each.
+    Parameters
+    ----------
+    manifest : description of the run.
+    patterns : statistics of the cells by depth (m).
+    curves : theoretical curves, one line each.
     """
     figure = new_figure(3.8)
     axes, unit = figure.subplots(), manifest.shown.length
@@ -138,9 +164,9 @@ def _draw_plane(axes: Axes, manifest: Manifest, plane: ColumnPlane) -> None:
 
 
 def painted(plane: ColumnPlane) -> np.ndarray:
-    """The colors of a plane's raster, shape (n_x, n_y, 3): cells by neighbors, cracks over them.
+    """Return the colors of a plane's pixels, shape (n_x, n_y, 3): cells by neighbors, cracks dark.
 
-    Damage that is not broken rock leaves the colors of the legend, also in the layer at the face.
+    Damage below the threshold does not change the legend's colors, also in the damaged layer.
     """
     fewest, most = min(NEIGHBORS), max(NEIGHBORS)
     of_cells = [
@@ -165,7 +191,7 @@ def _classes() -> list[Patch]:
 def _draw_estimates(
     axes: Axes, unit: Unit, found: Mapping[float, Estimate], marker: str, color: str, label: str
 ) -> None:
-    """Points joined, each with its error if it has one."""
+    """Draw points joined by a line, each with its error if it has one."""
     known = [(depth, e.value, e.error or 0.0) for depth, e in found.items() if e.value is not None]
     if known:
         depth, value, error = unit.of(np.array(known)).T

@@ -1,4 +1,4 @@
-"""The cracks of a 2-D body at chosen times, with isotherms: the paper's Figure 1."""
+"""Cracks of a 2-D body at selected times, with isotherms: the paper's Figure 1."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -19,7 +19,7 @@ from staffa.plot.labels import moment, tau_label
 from staffa.plot.style import WIDTH, new_figure
 from staffa.records.manifest import Manifest
 
-# Pale up to half, so that what is seen dark is the crack and not the width of its damage profile.
+# Pale up to half, so that the dark part is the crack and not the width of its damage profile.
 DAMAGE = LinearSegmentedColormap.from_list(
     "damage", [(0, "#ffffff"), (0.4, "#e6e2db"), (0.7, "#a79e93"), (0.9, "#3b342d"), (1, "#14100c")]
 )
@@ -33,7 +33,7 @@ BAR = 0.9  # inches for the legend and the labels below
 
 
 def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
-    """One panel a moment: damage from white to dark, isotherms in blue, the cooled face marked."""
+    """Draw one panel a time: damage white to dark, isotherms, the cooled face marked."""
     columns, height = layout(manifest.size, len(frames))
     figure = new_figure(height, gap=0.05)
     rows = ceil(len(frames) / columns)
@@ -57,7 +57,7 @@ def cracks_figure(manifest: Manifest, frames: Sequence[Frame]) -> Figure:
 
 
 def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
-    """Columns of panels and height (inches): one column, unless that makes the picture too tall."""
+    """Return the columns of panels and the height (inches): one column, unless that is too tall."""
     for columns in range(1, panels + 1):
         one = (WIDTH - 0.7) / columns * size[1] / size[0] + 0.36
         height = ceil(panels / columns) * one + BAR
@@ -67,7 +67,7 @@ def layout(size: Sequence[float], panels: int) -> tuple[int, float]:
 
 
 def extent(manifest: Manifest) -> list[tuple[float, float]]:
-    """Ends of the body along each axis, in the unit of length that is shown."""
+    """Return the ends of the body along each axis, in the displayed unit of length."""
     ends = zip(manifest.corner, manifest.size, strict=True)
     of = manifest.shown.length.of
     return [(of(a), of(a + s)) for a, s in ends]
@@ -76,7 +76,16 @@ def extent(manifest: Manifest) -> list[tuple[float, float]]:
 def draw_panel(
     axes: Axes, manifest: Manifest, frame: Frame, triangles: Triangulation, dT: float
 ) -> None:
-    """Damage, isotherms and cooled face of one moment."""
+    """Draw damage, isotherms and cooled face at one time.
+
+    Parameters
+    ----------
+    axes : where it is drawn.
+    manifest : description of the run.
+    frame : the fields.
+    triangles : the mesh as triangles.
+    dT : temperature drop by which temperatures are divided (K); 0 for none.
+    """
     axes.grid(False)
     axes.set_aspect("equal")
     axes.tripcolor(triangles, frame.alpha, cmap=DAMAGE, vmin=0, vmax=1, shading="gouraud")
@@ -100,13 +109,20 @@ def draw_panel(
 
 
 def entitle(axes: Axes, title: str, manifest: Manifest) -> None:
-    """Put a title on a panel, above the line that marks the cooled face if that is the top."""
+    """Put a title on a panel, above the line of the cooled face if that is the top.
+
+    Parameters
+    ----------
+    axes : the panel.
+    title : its title.
+    manifest : description of the run.
+    """
     raised = FACE + 1 if manifest.cooled_side == "top" else 0.0
     axes.set_title(title, loc="left", pad=3 + raised)
 
 
 def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
-    """A blue line along the cooled side, just outside the body."""
+    """Draw a line along the cooled side, just outside the body."""
     axis, end = SIDES[2][side]
     of, lower, size = manifest.shown.length.of, manifest.corner, manifest.size
     at = of(lower[axis] + face_position(side, size))
@@ -126,26 +142,28 @@ def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
 
 
 def _face_color(manifest: Manifest) -> str:
-    """Blue for a face that is cooled."""
+    """Return the color of the cooled face: blue if it is cooled."""
     return COLD if manifest.cools else OTHER
 
 
 def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
-    """The drop dT by which temperatures are divided (K): the case's, or the largest seen."""
+    """Return the drop by which temperatures are divided (K): the case's, or the largest found."""
     known = manifest.scales.get("dT")
     return known if known else max(float(np.abs(frame.T).max()) for frame in frames)
 
 
 def rim(triangles: Triangulation) -> np.ndarray:
-    """The edges around the body and its holes, shape (n, 2, 2)."""
+    """Return the edges around the body and its holes, shape (n, 2, 2)."""
     cell, side = np.nonzero(triangles.neighbors < 0)
     ends = triangles.triangles[cell[:, None], np.column_stack([side, (side + 1) % 3])]
     return np.stack([triangles.x[ends], triangles.y[ends]], axis=-1)
 
 
 def triangulation(grid: VtkMesh, manifest: Manifest) -> Triangulation:
-    """The mesh as triangles, in the unit of length that is shown; quadrilaterals are cut in two
-    along alternating diagonals."""
+    """Return the mesh as triangles, in the displayed unit of length.
+
+    Quadrilaterals are divided in two along alternating diagonals.
+    """
     cells = grid.cells
     if cells.shape[1] == 4:
         a, b, c, d = cells.T
@@ -158,7 +176,15 @@ def triangulation(grid: VtkMesh, manifest: Manifest) -> Triangulation:
 
 
 def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: float) -> None:
-    """What the colors mean, above; what tau is, below."""
+    """Add the meaning of the colors above, and the definition of tau below.
+
+    Parameters
+    ----------
+    figure : the figure.
+    manifest : description of the run.
+    frames : the fields that are drawn.
+    dT : temperature drop by which temperatures are divided (K); 0 for none.
+    """
     handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
     if manifest.cooled_side:
         handles.append(
@@ -177,7 +203,7 @@ def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: 
 
 
 def isotherms(frames: Sequence[Frame], dT: float) -> dict[float, str]:
-    """The levels of T/dT that lie within the temperatures of these moments, with their colors."""
+    """Return the levels of T/dT within the temperatures of these frames, with their colors."""
     if not dT:
         return {}
     low = min(float(frame.T.min()) for frame in frames) / dT
@@ -186,7 +212,14 @@ def isotherms(frames: Sequence[Frame], dT: float) -> dict[float, str]:
 
 
 def isotherm(manifest: Manifest, level: float, dT: float) -> str:
-    """A level of T/dT in words: as a temperature where the case tells one, else as a change."""
+    """Return the label of an isotherm: a temperature if the case has one, else a change.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    level : level of T/dT.
+    dT : temperature drop (K).
+    """
     if manifest.scaled:
         text = f"T = {level:g} ΔT"
     elif manifest.reference is not None:

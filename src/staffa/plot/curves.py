@@ -1,4 +1,4 @@
-"""Energies, crack lengths, depths and numbers of cracks of a run against time."""
+"""Curves of a run against time: energies, crack lengths, depths and numbers of cracks."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -30,7 +30,7 @@ from staffa.records.step import Measures, Step
 
 
 def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
-    """Elastic, surface and total energy of each step."""
+    """Draw the energies of each step."""
     figure = new_figure(3.4)
     axes = figure.subplots()
     at, energies = time_axis_values(manifest, steps), [step.energies for step in steps]
@@ -55,7 +55,7 @@ def energies_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
 
 
 def lengths_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
-    """Total length, depth of every crack, and cracks crossing each depth, one above the other."""
+    """Draw total length, depth of every crack, and cracks on each section, one above the other."""
     seen = [step for step in steps if step.measures is not None]
     measured = [step.measures for step in seen if step.measures is not None]
     counted = bool(measured[0].sections)
@@ -97,8 +97,10 @@ def _draw_depths(
     *,
     tau: bool,
 ) -> None:
-    """A line for the tip of each crack, colored by its generation, and a mark at each arrest; tau:
-    True if that is the clock."""
+    """Draw a line for each crack's tip, colored by its generation, and a mark at each arrest.
+
+    `tau` is True if the time axis is tau.
+    """
     unit = manifest.shown.length
     rest = sorted(followed, key=lambda track: track.final)
     for generation, color in zip(found.generations, cycle(GENERATIONS), strict=False):

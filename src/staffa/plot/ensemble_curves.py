@@ -1,4 +1,4 @@
-"""Members of an ensemble against time: their mean, its standard error, and each."""
+"""Curves of an ensemble against time: mean, standard error, and each member."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,7 +23,7 @@ THIN: Any = {"alpha": 0.4, "linewidth": 0.5}
 
 
 def counts_figure(manifest: Manifest, members: Members) -> Figure:
-    """Cracks that cross each measured depth, a panel for each: equal counts would hide another."""
+    """Draw the number of cracks on each depth section, a panel for each section."""
     heights = [section.height for section in _measured(manifest, members[0])[1][0].sections]
     colors = colormaps["viridis"](np.linspace(0.0, 0.85, len(heights)))
     figure = new_figure(0.9 + 1.3 * len(heights))
@@ -37,7 +37,7 @@ def counts_figure(manifest: Manifest, members: Members) -> Figure:
 
 
 def growth_figure(manifest: Manifest, members: Members) -> Figure:
-    """Length of all cracks, from the surface energy, and depth of the deepest."""
+    """Draw the length of all cracks, from the surface energy, and the depth of the deepest."""
     panels: list[tuple[str, str, Callable[[Measures], float]]]
     size, depth = manifest.shown.crack, manifest.shown.length
     label = size.label(crack_name(manifest))
@@ -65,7 +65,7 @@ def _draw_spread(
     value: Callable[[Measures], float],
     color: Any,
 ) -> None:
-    """Values that last until the next step: the mean, its standard error, and each member."""
+    """Draw step functions of time: the mean, its standard error, and each member."""
     measured = [_measured(manifest, steps) for steps in members]
     found = mean_over_time([(at, [value(m) for m in measures]) for at, measures in measured])
     for values in found.values:
@@ -77,7 +77,7 @@ def _draw_spread(
 
 
 def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
-    """The axis of time below, and above what lines and bands are."""
+    """Draw the time axis below, and the legend above."""
     show_clock(rows[-1], manifest, [step for steps in members for step in steps])
     handles = [
         Line2D([], [], color=BLACK, label=f"mean of {len(members)} members"),
@@ -88,7 +88,7 @@ def _finish(rows: np.ndarray, manifest: Manifest, members: Members) -> None:
 
 
 def _measured(manifest: Manifest, steps: Sequence[Step]) -> tuple[list[float], list[Measures]]:
-    """Times and measures of the steps that were measured."""
+    """Return times and measures of the measured steps."""
     seen = [step for step in steps if step.measures is not None]
     return time_axis_values(manifest, seen), [
         step.measures for step in seen if step.measures is not None

@@ -1,4 +1,4 @@
-"""Which moments of a run are drawn, and their fields read back."""
+"""Selection of the steps to draw, and their fields as read from disk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,12 +10,21 @@ from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.records.step import Step
 
-MOST = 5  # panels that one picture holds at a size where cracks can be told apart
+MOST = 5  # panels in one picture, so that cracks can be distinguished
 
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """One moment: its step, its file, the mesh, and damage and temperature at the n points."""
+    """Fields of one step.
+
+    Attributes
+    ----------
+    step : record of the step.
+    path : its file of fields.
+    grid : the mesh, with n points.
+    alpha : damage, shape (n,).
+    T : temperature change (K), shape (n,).
+    """
 
     step: Step
     path: Path
@@ -25,9 +34,12 @@ class Frame:
 
 
 def read_frames(run: Run, steps: Sequence[Step] | None = None) -> tuple[list[Frame], list[str]]:
-    """The moments to draw, oldest first, and a sentence on each file that could not be read.
+    """Read the frames to draw, oldest first, and a message on each unreadable file.
 
-    steps: which, in place of those that are chosen.
+    Parameters
+    ----------
+    run : the run.
+    steps : the steps; None for those that `chosen` selects.
     """
     frames, reasons = [], []
     for step in chosen(run) if steps is None else steps:
@@ -44,19 +56,19 @@ def read_frames(run: Run, steps: Sequence[Step] | None = None) -> tuple[list[Fra
 
 
 def with_fields(run: Run) -> list[Step]:
-    """All steps whose fields are there."""
+    """Return all steps whose fields are on disk."""
     return [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
 
 
 def chosen(run: Run) -> list[Step]:
-    """At most five steps with fields: the requested ones and the last, spread evenly."""
+    """Return at most five steps with fields: the requested ones and the last, evenly spread."""
     there = with_fields(run) or [step for step in run.steps if step.fields]
     asked = [s for s in there if run.wants(s) or s is there[-1]]
     return evenly_spread(asked if len(asked) > 1 else there)
 
 
 def evenly_spread[T](steps: Sequence[T], most: int = MOST) -> list[T]:
-    """At most so many of the steps, evenly spread; the last stays, the first, uncracked, goes."""
+    """Return at most `most` of the steps, evenly spread; the last stays, the first goes."""
     if len(steps) <= most:
         return list(steps)
     return [steps[i] for i in np.linspace(0, len(steps) - 1, most + 1).round().astype(int)[1:]]

@@ -1,4 +1,4 @@
-"""Heat that a body gave and took, by where it went."""
+"""Heat that entered and left a body, by boundary and source."""
 
 from collections.abc import Sequence
 from itertools import accumulate
@@ -12,7 +12,7 @@ from staffa.records.step import Heat, Step
 
 
 def heat_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
-    """Heat stored since the start, and what entered from each side, source and the cracks."""
+    """Draw the heat stored since the start, and the heat that entered by each way."""
     figure = new_figure(3.4)
     axes = figure.subplots()
     at, unit = time_axis_values(manifest, steps), manifest.shown.heat

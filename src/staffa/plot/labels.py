@@ -1,4 +1,4 @@
-"""The words on axes: quantities with their units, and the time that a run counts in."""
+"""Labels of axes: quantities with their units, and the time of a run."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -20,40 +20,54 @@ ROUNDING = 1e-9
 
 
 def has_tau(steps: Sequence[Step]) -> bool:
-    """True if every step has its tau."""
+    """Return True if every step has its tau."""
     return bool(steps) and all(step.tau is not None for step in steps)
 
 
 def counts_tau(manifest: Manifest, steps: Sequence[Step]) -> bool:
-    """True if tau is the clock of a run: of a scaled one that has it; others count in time."""
+    """Return True if the time axis of a run is tau: of a scaled run that has it."""
     return manifest.scaled and has_tau(steps)
 
 
 def time_axis_values(manifest: Manifest, steps: Sequence[Step]) -> list[float]:
-    """Values on the axis of time: the time in the run's unit, or tau where that is the clock."""
+    """Return values on the time axis: time in the run's unit, or tau if that is the axis."""
     tau = counts_tau(manifest, steps)
     return [at(manifest, step.time, step.tau if tau else None) for step in steps]
 
 
 def at(manifest: Manifest, time: float, tau: float | None) -> float:
-    """A place on the axis of time: tau if there is one, else the time (s) in the run's unit."""
+    """Return a position on the time axis: tau if it is given, else the time in the run's unit.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    time : time (s).
+    tau : dimensionless time; None for an axis of time.
+    """
     return manifest.shown.time.of(time) if tau is None else tau
 
 
 def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
-    """Label of the axis of time."""
+    """Return the label of the time axis."""
     if counts_tau(manifest, steps):
         return tau_label(manifest)
     return manifest.shown.time.label("time")
 
 
 def tau_label(manifest: Manifest) -> str:
-    """The definition of tau, and the temperature that goes with it where that is a half-space's."""
+    """Return the definition of tau, and the temperature of a half-space if the case has that."""
     return TAU + (IN_A_HALF_SPACE if manifest.profile == "half-space" else "")
 
 
 def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:
-    """Name the axis of time; below one in units, an axis of tau where every step has it."""
+    """Label the time axis; below one in units add an axis of tau if every step has it.
+
+    Parameters
+    ----------
+    axes : the panel.
+    manifest : description of the run.
+    steps : the steps that are drawn.
+    """
     axes.set_xlabel(clock_label(manifest, steps), parse_math=counts_tau(manifest, steps))
     late = max(steps, key=lambda step: step.time, default=None)
     if late is None or not late.tau or not has_tau(steps) or counts_tau(manifest, steps):
@@ -62,7 +76,15 @@ def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:
 
 
 def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
-    """Add an axis of tau below that of time; time, tau: both of the last moment."""
+    """Add an axis of tau below that of time.
+
+    Parameters
+    ----------
+    axes : the panel.
+    time : last time, in the run's unit.
+    tau : dimensionless time then.
+    label : label of the new axis.
+    """
     root = sqrt(time) / tau
 
     def to_tau(time: ArrayLike) -> np.ndarray:
@@ -85,7 +107,7 @@ def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
 
 
 def moment(manifest: Manifest, step: Step) -> str:
-    """The time of a step in words, for a title: with tau beside it where it has a meaning."""
+    """Return the time of a step as a title, with tau if it has a meaning."""
     when = reading(manifest, step.time)
     if step.tau is None:
         return when
@@ -93,15 +115,15 @@ def moment(manifest: Manifest, step: Step) -> str:
 
 
 def reading(manifest: Manifest, time: float) -> str:
-    """A time (s, or scaled) as a clock shows it."""
+    """Return a time (s, or scaled) with its unit, as "t = ..."."""
     return f"t = {manifest.shown.time.text(time)}"
 
 
 def since_rest(steps: Sequence[Step]) -> bool:
-    """True if the energies of a run count from a state of rest under forces."""
+    """Return True if the energies of a run are counted from an initial equilibrium under forces."""
     return any(step.energies.at_rest for step in steps)
 
 
 def crack_name(manifest: Manifest) -> str:
-    """The word for the size of cracks."""
+    """Return the name of the size of cracks."""
     return "crack length" if manifest.plane else "crack area"

@@ -1,4 +1,4 @@
-"""The cracks growing, as an animated picture: in 3-D in perspective, in 2-D the damage."""
+"""Animated picture of growing cracks: in 3-D in perspective, in 2-D the damage."""
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -34,9 +34,14 @@ def write_movie(
     steps: Sequence[Step],
     told: Callable[[int, int], None] = lambda done, of: None,
 ) -> None:
-    """Write a GIF of these steps, whose fields are there; whole or not at all.
+    """Write a GIF of these steps, whose fields are on disk; atomically.
 
-    told: called after each picture with how many are done, and how many there will be.
+    Parameters
+    ----------
+    path : the file.
+    run : the run.
+    steps : the steps to show.
+    told : called after each picture with the number done and the number of all.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def _gif(pictures: Sequence[np.ndarray]) -> bytes:
 
 
 def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
-    """A panel of damage and isotherms a step."""
+    """Yield a panel of damage and isotherms for each step."""
     for number, step in enumerate(steps, start=1):
         for frame in read_frames(run, [step])[0]:
             yield _pixels(cracks_figure(run.manifest, [frame]))
@@ -70,7 +75,7 @@ def _flat(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> 
 
 
 def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) -> Iterator[Any]:
-    """The rock cut away, and beside it the cracks alone."""
+    """Yield the rock cut away, and beside it the cracks alone, for each step."""
     looks, manifest = (ROCK, CRACKS), run.manifest
     count = iter(range(1, 1 + len(looks) * len(steps)))
     bottom = deepest(manifest, steps)
@@ -96,7 +101,7 @@ def _solid(run: Run, steps: Sequence[Step], told: Callable[[int, int], None]) ->
 
 
 def _pixels(figure: Figure) -> np.ndarray:
-    """A figure as an image, shape (height, width, 3)."""
+    """Return a figure as an image, shape (height, width, 3)."""
     figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()

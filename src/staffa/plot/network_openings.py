@@ -1,4 +1,4 @@
-"""The crack network at chosen moments, colored by its opening."""
+"""Crack network at selected times, colored by its opening."""
 
 from collections.abc import Sequence
 from math import ceil
@@ -20,9 +20,9 @@ from staffa.plot.style import WIDTH, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
-COLORS = "viridis_r"  # what is closed is pale
-UNKNOWN = "0.5"  # gray: how far it is open is not known
-# Inches that the titles and labels of a row take beyond what `layout` counts.
+COLORS = "viridis_r"  # closed cracks are pale
+UNKNOWN = "0.5"  # gray: the opening is not known
+# Height (inches) of the titles and labels of a row, in addition to that of `layout`.
 TITLE = 0.2
 NARROW, WIDE = 0.8, 3.0  # points: the width of a line, closed and widest open
 Moment = tuple[Step, Network]
@@ -31,11 +31,16 @@ Moment = tuple[Step, Network]
 def network_figure(
     manifest: Manifest, moments: Sequence[Moment], outline: np.ndarray | None = None
 ) -> Figure:
-    """One panel a moment, at most a few, in 3-D the last one alone; all with one scale.
+    """Draw one panel a time, at most a few; in 3-D only the last; all with one color scale.
 
-    Gray where the opening is not known, as in runs of an earlier version, and without a scale where
-    none is.
-    outline: sides of a 2-D body, of its holes too, shape (k, 2, 2).
+    Cracks are gray if the opening is not known, as in runs of an earlier version. The scale is left
+    out if no opening is known.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    moments : steps and their networks.
+    outline : sides of a 2-D body and its holes (m), shape (k, 2, 2).
     """
     unit = manifest.shown.opening
     widest = max(float(np.nanmax(cracks.opening, initial=0.0)) for _, cracks in moments)
@@ -126,5 +131,5 @@ def _colors() -> Colormap:
 
 
 def mean_opening(manifest: Manifest, cracks: Network) -> np.ndarray:
-    """The mean opening of each element in the unit that is shown, shape (n,)."""
+    """Return the mean opening of each element in the displayed unit, shape (n,)."""
     return manifest.shown.opening.of(cracks.opening[cracks.elements].mean(axis=1))

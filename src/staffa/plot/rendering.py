@@ -50,7 +50,7 @@ def render(job: dict[str, Any]) -> None:
 
 
 def _body(job: dict[str, Any], file: str) -> Any:
-    """The mesh with its damage, and the depth that colors the cracks."""
+    """Return the mesh with its damage, and the depth that colors the cracks."""
     import pyvista
 
     grid, values = read_vtkhdf(Path(file))
@@ -97,7 +97,7 @@ def _view(job: dict[str, Any], body: Any, look: str) -> np.ndarray:
 
 
 def _add_cracks(plotter: Any, job: dict[str, Any], body: Any) -> None:
-    """The surface of what is broken, colored by depth; closed where the body ends."""
+    """Draw the surface of broken rock, colored by depth; closed at the body's surface."""
     colors = {"scalars": "depth", "cmap": job["colors"], "clim": (0, job["deepest"])}
     walls = body.contour([job["crack"]], scalars="alpha")
     if walls.n_cells:
@@ -132,13 +132,13 @@ def _surface(body: Any) -> Any:
 
 
 def _edges(body: Any) -> Any:
-    """Where the surface of the body has a bend: of a box its edges, of a bore its rims."""
+    """Return the edges of the body's surface: of a box its edges, of a bore its rims."""
     bends = {"boundary_edges": False, "non_manifold_edges": False, "manifold_edges": False}
     return _surface(body).extract_feature_edges(feature_angle=BEND, **bends)
 
 
 def _seen_from(job: dict[str, Any], look: str) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors to the camera, near one corner, and up.
+    """Return unit vectors to the camera, near one corner, and up.
 
     The rock is seen with its cooled face above, the cracks with their tips above.
     """

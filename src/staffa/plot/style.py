@@ -1,4 +1,4 @@
-"""How the pictures look, and how one gets to disk."""
+"""Style of the pictures, and their output as files."""
 
 import io
 from collections.abc import Callable, Sequence
@@ -19,7 +19,7 @@ from staffa.io.own_files import write_aside
 WIDTH = 7.0  # inches: with DPI 1400 pixels, twice the width of a README's column
 DPI = 200
 
-# Okabe and Ito's colors, told apart with every kind of color blindness.
+# Okabe and Ito's colors, which differ for every kind of color blindness.
 BLACK, BLUE, ORANGE, GREEN, PURPLE = "#1a1a1a", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, AMBER = "#56B4E9", "#E69F00"
 GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
@@ -51,22 +51,32 @@ RC: Any = {
 
 
 def count_axis(axes: Axes, *, ticks: int = 9) -> None:
-    """Let an axis of numbers of cracks begin at 0 and tick whole ones, also where all are 0."""
+    """Let an axis of counts start at 0 with ticks at whole numbers, also if all are 0."""
     axes.set_ylim(0, max(1.0, axes.get_ylim()[1]))
     axes.yaxis.set_major_locator(MaxNLocator(ticks, integer=True))
 
 
 def new_figure(height: float, *, gap: float = 0.04) -> Figure:
-    """An empty white figure of the common width and a height in inches.
+    """Return an empty white figure of the common width and a height in inches.
 
-    gap: inches kept free above and below each panel.
+    Parameters
+    ----------
+    height : height (inches).
+    gap : space above and below each panel (inches).
     """
     layout = ConstrainedLayoutEngine(h_pad=gap)
     return Figure(figsize=(WIDTH, height), dpi=DPI, layout=layout, facecolor="white")
 
 
 def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = None) -> Legend:
-    """Put the legend above the axes, where it hides no data; handles: in place of the axes' own."""
+    """Put the legend above the axes, where it hides no data.
+
+    Parameters
+    ----------
+    axes : the panel.
+    columns : number of columns of the legend.
+    handles : lines of the legend; None for those of the axes.
+    """
     return axes.legend(
         handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns,
         borderaxespad=0.2, handlelength=1.6, columnspacing=1.4,
@@ -74,7 +84,7 @@ def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = No
 
 
 def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
-    """Draw and write a PNG so that it is there whole or not at all."""
+    """Draw a figure and write it as a PNG, atomically."""
     picture = io.BytesIO()
     with matplotlib.rc_context(RC):
         figure = draw()

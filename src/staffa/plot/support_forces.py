@@ -1,4 +1,4 @@
-"""The forces of the supports against time."""
+"""Reactions of the supports against time."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -14,7 +14,7 @@ LINES = ("-", "--", ":")
 
 
 def reactions_figure(manifest: Manifest, steps: Sequence[Step]) -> Figure:
-    """A color for each held side, a kind of line for each component of its force on the body."""
+    """Draw a color for each support, and a line style for each component of its force."""
     figure = new_figure(3.4)
     axes = figure.subplots()
     seen = [step for step in steps if step.reactions]

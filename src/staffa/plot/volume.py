@@ -1,4 +1,4 @@
-"""The cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
+"""Cracks of a 3-D body in perspective: in the rock, cut away, and alone, from their tips."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ PATIENCE = 240  # seconds that rendering one view may take before it is given up
 
 
 def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
-    """The rock, its near quarter cut away, and below it the cracks alone.
+    """Draw the rock, its near quarter cut away, and below it the cracks alone.
 
     Raises
     ------
@@ -55,7 +55,15 @@ def volume_figure(manifest: Manifest, frame: Frame) -> Figure:
 
 
 def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
-    """The colors of the depths, below the panels."""
+    """Draw the color scale of the depths below the panels.
+
+    Parameters
+    ----------
+    figure : the figure.
+    panels : the panels.
+    bottom : depth at which the colors end.
+    label : label of the scale.
+    """
     figure.colorbar(
         ScalarMappable(Normalize(0, bottom), DEPTHS), ax=panels, location="bottom", shrink=0.5,
         aspect=40, label=label,
@@ -63,7 +71,7 @@ def add_depths(figure: Figure, panels: Any, bottom: float, label: str) -> None:
 
 
 def depth_label(manifest: Manifest) -> str:
-    """Label of a scale of depth."""
+    """Return the label of a scale of depth."""
     where = manifest.surface if manifest.cooled_side else "top"
     return manifest.shown.length.label(f"depth below the {where}")
 
@@ -134,13 +142,13 @@ def rendered(
 
 
 def deepest(manifest: Manifest, steps: Sequence[Step]) -> float:
-    """Depth (m) at which the colors end: that of the deepest tip, or of the body."""
+    """Return the depth (m) at which the colors end: of the deepest tip, or of the body."""
     front = max((step.measures.front for step in steps if step.measures), default=0.0)
     return front or manifest.size[SIDES[3][_face(manifest)][0]]
 
 
 def _face(manifest: Manifest) -> str:
-    """The side of a box from which depth is counted."""
+    """Return the side of a box from which depth is counted."""
     return manifest.cooled_side or "top"
 
 

@@ -1,4 +1,4 @@
-"""The cells on planes below the cooled face: a table by depth, of a run or of many, and as CSV."""
+"""Tables of the polygonal cells by depth, of one run or several, also as CSV."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -35,13 +35,18 @@ NOTES = (
 
 
 def columns(runs: Sequence[Run]) -> Table | None:
-    """The cells at the last step by depth, those of all runs of one case together; None without
-    any."""
+    """Return the table of the cells at the last step by depth, runs pooled; None without any."""
     return cells_by_depth(by_depth(runs), runs[0].manifest.shown.length) if runs else None
 
 
 def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | None:
-    """The table of these patterns; None without any. unit: of lengths."""
+    """Return the table of these statistics by depth; None without any.
+
+    Parameters
+    ----------
+    patterns : statistics of the cells by depth (m).
+    unit : unit of lengths.
+    """
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (depth, found.number, found.interior, *_shown(found, unit))
         for depth, found in patterns.items()
@@ -54,7 +59,7 @@ def cells_by_depth(patterns: Mapping[float, Pattern], unit: Unit) -> Table | Non
 
 
 def by_depth(runs: Iterable[Run]) -> dict[float, Pattern]:
-    """The pattern at each depth at the last step of each run."""
+    """Return the statistics of the cells at each depth at the last step of each run, pooled."""
     found: dict[float, list[CellSection]] = {}
     for run in runs:
         for section in _sections(run.steps[-1]) if run.steps else ():

@@ -1,4 +1,4 @@
-"""The crack networks of a run as files, one pair for each moment whose fields were kept."""
+"""Crack networks of a run as files, one pair for each step with fields."""
 
 import re
 from collections.abc import Sequence
@@ -30,7 +30,14 @@ OLDER = (
 
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
-    """The network of one step, and the outline of a 2-D body, shape (k, 2, 2)."""
+    """Network of one step.
+
+    Attributes
+    ----------
+    step : record of the step.
+    network : its crack network.
+    outline : sides of a 2-D body (m), shape (k, 2, 2).
+    """
 
     step: Step
     network: Network
@@ -38,7 +45,7 @@ class Drawing:
 
 
 def networks(run: Run) -> tuple[list[Drawing], list[str]]:
-    """The network of each step whose fields are there, and a sentence on each unreadable file."""
+    """Return the network of each step with fields, and a message on each unreadable file."""
     found, reasons = [], []
     m = run.manifest
     tip = damage_at_tip(m.law, threshold=m.threshold)
@@ -64,17 +71,17 @@ def networks(run: Run) -> tuple[list[Drawing], list[str]]:
 
 
 def _outline(grid: VtkMesh) -> np.ndarray:
-    """The sides of cells that belong to one cell alone, holes included."""
+    """Return the sides that belong to one cell only, those of holes included."""
     sides = np.stack([grid.cells, np.roll(grid.cells, -1, axis=1)], axis=2).reshape(-1, 2)
     sides, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     return np.asarray(grid.points[sides[counts == 1]][..., :2])
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
-    """Write `network/cracks-NNNN.vtp` and `.csv` for each, and `network.csv`: what was written.
+    """Write `network/cracks-NNNN.vtp`, `.csv` for each step, and `network.csv`; return the paths.
 
-    docs/results.md tells what is in them. Those of an earlier version, whose openings this one
-    cannot find again, stay as they are.
+    docs/results.md describes their content. Files of an earlier version, whose openings this
+    version cannot find again, are kept.
     """
     folder, written = run.path / FOLDER, []
     if without_openings(found) and (run.path / TABLE).exists():
@@ -139,7 +146,7 @@ def _sizes(cracks: Network) -> tuple[Cell, ...]:
 
 
 def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
-    """Sentences on openings that are not known, or negative."""
+    """Return messages on openings that are unknown or negative."""
     said = []
     for drawn in found:
         cracks, step = drawn.network, f"step {drawn.step.index}"
@@ -166,7 +173,7 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:
-    """A cell for each branch in 2-D, for each triangle in 3-D."""
+    """Write one cell for each branch in 2-D, for each triangle in 3-D."""
     surface = cracks.elements.shape[1] == 3
     cells = list(cracks.elements) if surface else polylines(cracks)
     crack, size = cracks.cracks, cracks.sizes

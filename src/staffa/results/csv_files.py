@@ -1,4 +1,4 @@
-"""Writes the tables and crack networks of a run, or an ensemble, which other programs read."""
+"""Files of tables and crack networks of a run, or an ensemble, for other programs."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -27,9 +27,12 @@ TABLES = {
 
 
 def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
-    """Write them into the run, over earlier ones, and give those that there are.
+    """Write the tables into the run directory, over earlier ones, and return their paths.
 
-    found: its networks, see `networks`.
+    Parameters
+    ----------
+    run : the run.
+    found : its crack networks, see `networks`.
 
     Raises
     ------
@@ -44,7 +47,7 @@ def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
 
 
 def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
-    """Write the table of what finished members have together, if there is any, and give it.
+    """Write the table of the cells of all finished members, if there is any, and return its path.
 
     Raises
     ------
@@ -66,7 +69,7 @@ def _written(path: Path, table: Table) -> tuple[Path, ...]:
 
 @contextmanager
 def writing(folder: Path) -> Iterator[None]:
-    """Within it, what the disk refuses is told in one sentence."""
+    """Turn errors of the disk into one message in this context."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The numbers of an ensemble: those of each finished member, and their means and errors."""
+"""Numbers of an ensemble: those of each finished member, and their means and errors."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -117,7 +117,7 @@ def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, .
 
 
 def facts(ensemble: Ensemble) -> Iterator[Fact]:
-    """What the members share, how many are finished, and what is wrong with any of them."""
+    """Yield the common facts of the members, the number finished, and all alarms."""
     runs = ensemble.runs
     yield from (f for f in summary(ensemble.first) if f.name in ("body", "damage"))
     seeds = ", ".join(str(seed) for seed in runs)
@@ -131,7 +131,7 @@ def facts(ensemble: Ensemble) -> Iterator[Fact]:
 
 
 def ensemble_title(ensemble: Ensemble) -> str:
-    """The case's title, or the name of the directory."""
+    """Return the case's title, or the name of the directory."""
     return ensemble.first.manifest.title or ensemble.path.resolve().name
 
 

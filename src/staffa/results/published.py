@@ -7,9 +7,14 @@ SEVERITY = 54.0
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """One line of the paper's table 1, lengths over L; None where it gives no number.
+    """One line of the paper's table 1, lengths over L; None for a number that it does not give.
 
-    spacing: p; depths, taus: of nucleation (a0, tau0), then of the first, second, third arrest.
+    Attributes
+    ----------
+    name : source of the numbers.
+    spacing : p.
+    depths : depths of nucleation (a0), then of the arrests.
+    taus : times of nucleation (tau0), then of the arrests.
     """
 
     name: str

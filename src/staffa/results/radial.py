@@ -1,31 +1,31 @@
-"""Notices that tension around the axis of a body drives its damage: then radial cracks form."""
+"""Messages on radial cracks: hoop tension that drives the damage of a body of revolution."""
 
 from collections.abc import Iterator, Sequence
 
 from staffa.records.step import Step
 
-# A share of the damage of a step so small is not worth a word.
+# A smaller share of a step's damage is not reported.
 FEW = 0.05
 FIRST = 5  # steps that are named
 OUT = (
-    "in the rock radial cracks form, in planes through the axis, which a body of revolution has "
-    "not; for them take the section across the axis, or a 3-D body"
+    "in the rock radial cracks form, in planes through the axis, which a body of revolution cannot "
+    "have; for them take the section across the axis, or a 3-D body"
 )
 
 
 def is_radial(step: Step) -> bool:
-    """True if tension around the axis drives the damage of a step, or part of it."""
+    """Return True if hoop tension drives the damage of a step, or part of it."""
     return step.hoop is not None and step.hoop > FEW
 
 
 def radial(step: Step) -> Iterator[str]:
-    """A sentence on one step, if there is something to say."""
+    """Yield a message on one step, if there is one."""
     if is_radial(step):
         yield f"{step.hoop:.0%} of the damage of this step is driven around the axis: {OUT}"
 
 
 def radial_steps(steps: Sequence[Step]) -> str | None:
-    """A sentence on all steps of a run, None if there is nothing to say."""
+    """Return a message on all steps of a run, or None."""
     found = [step for step in steps if is_radial(step)]
     if not found:
         return None
@@ -33,7 +33,7 @@ def radial_steps(steps: Sequence[Step]) -> str | None:
     which = ", ".join(str(step.index) for step in found[:FIRST])
     more = f" and {len(found) - FIRST} more" if len(found) > FIRST else ""
     return (
-        f"no stress pulls more than the one around the axis where damage grows at "
+        f"the stress around the axis is the largest tension where damage grows at "
         f"step{'s' * (len(found) > 1)} {which}{more} (up to {worst.hoop:.0%} of a step's damage, "
         f"at step {worst.index}): {OUT}"
     )

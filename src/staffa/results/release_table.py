@@ -1,4 +1,4 @@
-"""The energy release rate at each tip, step by step: a table for programs, and one for people."""
+"""Energy release rate at each tip, step by step: as a table, and as a sentence."""
 
 from math import dist
 
@@ -52,13 +52,20 @@ def rates(tip: Release | None) -> tuple[float | None, float | None]:
 
 
 def release_at(step: Step, position: tuple[float, ...], ell: float) -> Release | None:
-    """The release that a step has of the tip at a place (m), None if it has none there."""
+    """Return the energy release rate of the tip at a position; None if there is none.
+
+    Parameters
+    ----------
+    step : record of the step.
+    position : recorded position of the tip (m).
+    ell : regularization length (m).
+    """
     near = [tip for tip in step.released if dist(tip.position, position) <= SAME_TIP * ell]
     return min(near, key=lambda tip: dist(tip.position, position), default=None)
 
 
 def release_text(run: Run) -> str | None:
-    """G at the tips of the last step that knows it, in words; None without any."""
+    """Return G at the tips of the last step that has it, as a sentence; None without any."""
     step = next((step for step in reversed(run.steps) if step.released), None)
     if step is None:
         return None

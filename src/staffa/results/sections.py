@@ -1,4 +1,4 @@
-"""The planes below the cooled face of a 3-D body that are drawn, and the theory beside them."""
+"""Depth planes of a 3-D body that are drawn, and the theoretical curves beside them."""
 
 import numpy as np
 
@@ -16,8 +16,11 @@ POINTS = 100  # of a curve
 
 
 def depths_of(manifest: Manifest, step: Step) -> list[float]:
-    """At most six depths (m): those at which the run found cells, or even ones down to the deepest
-    crack; none without a cooled face or a crack."""
+    """Return at most six depths (m) of planes to draw.
+
+    They are those of the case; without, even ones down to the deepest crack. There are none without
+    a cooled face or a crack.
+    """
     measures = step.measures
     if not manifest.cooled_side or measures is None:
         return []
@@ -30,13 +33,18 @@ def depths_of(manifest: Manifest, step: Step) -> list[float]:
 
 
 def planes_of(manifest: Manifest, frame: Frame) -> list[ColumnPlane]:
-    """The damage of one moment on planes below the cooled face, and the cells in them."""
+    """Return the damage of one step on planes below the cooled face, and the cells in them."""
     return [_plane(manifest, frame, depth) for depth in depths_of(manifest, frame.step)]
 
 
 def doubling(manifest: Manifest, deepest: float) -> list[ReferenceCurve]:
-    """Between which spacings parallel cracks are, by theory, down to a depth (m); none where the
-    case tells no ell0."""
+    """Return curves of the theoretical spacings of parallel cracks.
+
+    Parameters
+    ----------
+    manifest : description of the run; without its ell0 there is no curve.
+    deepest : depth at which the curves end (m).
+    """
     ell0 = manifest.scales.get("ell0")
     if not ell0:
         return []
@@ -51,7 +59,7 @@ def doubling(manifest: Manifest, deepest: float) -> list[ReferenceCurve]:
 
 
 def _plane(manifest: Manifest, frame: Frame, depth: float) -> ColumnPlane:
-    """On the raster of `measure.planes`, so that the cells are those of the records."""
+    """Return a plane on the pixel grid of `measure.column_planes`: its cells are the records'."""
     side = str(manifest.cooled_side)
     across, end = SIDES[3][side]
     one, other = (axis for axis in range(3) if axis != across)
@@ -76,7 +84,7 @@ def _plane(manifest: Manifest, frame: Frame, depth: float) -> ColumnPlane:
 
 
 def _damage(grid: VtkMesh, alpha: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The damage at points, NaN outside of the body."""
+    """Return the damage at points, NaN outside the body."""
     import pyvista  # takes a second to load
 
     body = pyvista.UnstructuredGrid({grid.type: grid.cells}, grid.points)

@@ -1,4 +1,4 @@
-"""The paper's table 1 with a run's own line: nucleation and arrests, beside the published ones."""
+"""Paper's table 1 with a line of the run: nucleation and arrests, beside the published numbers."""
 
 from collections.abc import Sequence
 from itertools import chain
@@ -15,7 +15,7 @@ LIKENESS = 0.02
 
 
 def table(run: Run) -> Table | None:
-    """The comparison, or None where it has no meaning: but for a 2-D body cooled as severely."""
+    """Return the comparison; None unless the body is 2-D and has about the paper's severity."""
     manifest = run.manifest
     severity = manifest.scales.get("severity")
     if len(manifest.size) != 2 or manifest.face is None or None in manifest.taus:
@@ -36,7 +36,7 @@ def table(run: Run) -> Table | None:
 
 
 def run_arrests(run: Run) -> Arrests | None:
-    """The generations of a run, or None without a cooled face."""
+    """Return the generations of a run; None without a cooled face."""
     manifest = run.manifest
     if manifest.cooled_side is None:
         return None
@@ -45,7 +45,7 @@ def run_arrests(run: Run) -> Arrests | None:
 
 
 def definitions(manifest: Manifest) -> tuple[str, ...]:
-    """Definitions of the columns; with the temperature of tau where that is the run's."""
+    """Return definitions of the columns, with the temperature for tau if the run has that."""
     profile = (
         ", so that T = -dT erfc(y/(tau L)) at depth y" if manifest.profile == "half-space" else ""
     )
@@ -70,7 +70,7 @@ GENERATIONS = (
 
 
 def tip(manifest: Manifest) -> str:
-    """Which point of a crack counts as its tip in the generations, as a sentence."""
+    """Return a sentence on the point of a crack that counts as its tip."""
     if manifest.tip_reach is None:
         return "Depths are those of the last points above measures.threshold, as they are."
     return (
@@ -98,7 +98,7 @@ def _remarks(run: Run, found: Arrests) -> list[str]:
 
 
 def remaining(found: Arrests) -> str:
-    """What the cracks outside the generations do, as words."""
+    """Return a phrase on the cracks outside the generations."""
     cracks = "1 crack was" if found.left == 1 else f"{found.left} cracks were"
     if found.growing == 0:
         return f"{cracks} left, and had stopped"
@@ -108,7 +108,7 @@ def remaining(found: Arrests) -> str:
 
 
 def own_line(found: Arrests, manifest: Manifest) -> Published:
-    """A run's line of the table."""
+    """Return a run's line of the table."""
     start, ends = found.nucleation, found.generations
     return Published(
         name="this run",

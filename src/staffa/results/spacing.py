@@ -31,9 +31,10 @@ RINGS = (
 
 
 def spacing(run: Run) -> Table:
-    """Cracks and their spacing at each depth at the last step, in the units of the case.
+    """Return the table of cracks and their spacing at each depth at the last step.
 
-    In 3-D the cells there; without rows but with a note where there is none.
+    It is in the units of the case. In 3-D it is the table of the polygonal cells. Without cracks it
+    has no row but a note.
     """
     m, step = run.manifest, run.steps[-1] if run.steps else None
     if step is None or step.measures is None:
@@ -63,7 +64,7 @@ def spacing(run: Run) -> Table:
 
 
 def _by_damage(m: Manifest) -> str:
-    """Why these counts may differ from the number of cracks and the depths of their tips."""
+    """Return a note on counts that differ from the number of cracks and depths of tips."""
     ends = ""
     if m.tip_reach:
         reach = m.shown.length.text(m.tip_reach, 3)
@@ -83,7 +84,7 @@ def _without(why: str) -> Table:
 
 
 def by_tips(manifest: Manifest, measures: Measures) -> list[CracksAtHeight]:
-    """Sections of a 2-D body from the tips of its cracks, at round depths; none without cracks."""
+    """Return depth sections of a 2-D body from its tips, at round depths; none without cracks."""
     along = 1 - face_axis(str(manifest.cooled_side), 2)
     tips = [(tip.position[along], manifest.sharp(tip.depth, tip.room)) for tip in measures.tips]
     deepest = max((depth for _, depth in tips), default=0.0)
@@ -101,7 +102,7 @@ def by_tips(manifest: Manifest, measures: Measures) -> list[CracksAtHeight]:
 
 
 def by_fields(run: Run) -> Table | None:
-    """Cells of a 3-D body in the last fields that are kept; None without any."""
+    """Return the table of the cells of a 3-D body in its last fields; None without any."""
     frames, _ = read_frames(run, with_fields(run)[-1:])
     if not frames:
         return None
@@ -122,8 +123,10 @@ def by_fields(run: Run) -> Table | None:
 
 
 def round_depths(deepest: float) -> Sequence[float]:
-    """At most five depths of one leading digit, 1, 2 or 5, or multiples of it, above the deepest
-    tip, in the unit of that."""
+    """Return at most five round depths above the deepest tip, in the unit of `deepest`.
+
+    They are multiples of a number with one leading digit, 1, 2 or 5.
+    """
     if deepest <= 0:
         return []
     power = 10.0 ** floor(log10(deepest / ROWS))

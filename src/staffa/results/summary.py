@@ -1,4 +1,4 @@
-"""The numbers of a run that a reader wants first, as plain rows for a terminal or a page."""
+"""Summary of a run as rows of text, for a terminal or a page."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,14 @@ MOST_NOTES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Fact:
-    """One row: what, and how much, in words. alarm: True if it tells of something wrong."""
+    """Row of a summary.
+
+    Attributes
+    ----------
+    name : its name.
+    text : its value.
+    alarm : True if something is wrong.
+    """
 
     name: str
     text: str
@@ -29,7 +36,7 @@ class Fact:
 
 
 def summary(run: Run) -> tuple[Fact, ...]:
-    """What the run is, how far it came, what it found, and what its audit says."""
+    """Return the facts of a run: case, progress, results and audit."""
     return (
         *_case(run),
         *_progress(run),
@@ -43,12 +50,12 @@ def summary(run: Run) -> tuple[Fact, ...]:
 
 
 def title(run: Run) -> str:
-    """The case's title, or the name of the run directory."""
+    """Return the case's title, or the name of the run directory."""
     return run.manifest.title or run.path.resolve().name
 
 
 def violations(run: Run) -> list[str]:
-    """Violations of the steps that stand, one sentence each."""
+    """Return the violations of the kept steps, one sentence each."""
     audited = [(step.index, step.audit) for step in run.steps if step.audit]
     return [f"step {index}: {text}" for index, audit in audited for text in audit.violations]
 
@@ -147,7 +154,7 @@ def _quantities(run: Run) -> Iterator[Fact]:
 
 
 def _energies(unit: Unit, e: Energies) -> str:
-    """Energies in words; what counts from a state of rest says so."""
+    """Return the energies as text; energies counted from an equilibrium say so."""
     rest = " since rest" if e.at_rest else ""
     loads = f", of loads {unit.of(e.loads):.5g}{rest}" if e.loads else ""
     loads += f", of friction {unit.of(e.friction):.5g}" if e.friction else ""
@@ -156,7 +163,7 @@ def _energies(unit: Unit, e: Energies) -> str:
 
 
 def _far_side(run: Run) -> Iterator[Fact]:
-    """The first step at whose end a crack had come to the side across from the cooled face."""
+    """Yield the first step in which a crack has reached the opposite boundary."""
     manifest = run.manifest
     near = max(manifest.ell, manifest.h)
     for step in run.steps if manifest.face else ():
@@ -171,7 +178,7 @@ def _far_side(run: Run) -> Iterator[Fact]:
 
 
 def _heat(run: Run) -> Iterator[Fact]:
-    """What the heat equation did, over all steps that stand."""
+    """Yield the heat balance and the solver statistics of the heat equation over all kept steps."""
     heats = [step.heat for step in run.steps if step.heat]
     if not heats:
         return
@@ -203,7 +210,7 @@ def _arrests(run: Run) -> Iterator[Fact]:
 
 
 def _coarse(run: Run) -> Iterator[Fact]:
-    """Cracks that ran through cells too long for them."""
+    """Yield a fact on cracks in cells that are too large for ell."""
     found = [step.measures.coarse for step in run.steps if step.measures and step.measures.coarse]
     if not found:
         return
@@ -220,7 +227,7 @@ def _coarse(run: Run) -> Iterator[Fact]:
 
 
 def _gap(audits: Sequence[Audit]) -> str:
-    """The largest, and of how many steps earlier versions recorded none."""
+    """Return the largest gap, and the number of steps of earlier versions without one."""
     found = [a.gap for a in audits if a.gap is not None]
     if not found:
         return "not recorded"
@@ -274,7 +281,7 @@ def _audit(run: Run) -> Iterator[Fact]:
 
 
 def _second_order(steps: Sequence[Step]) -> str:
-    """What the second derivative of the energy says of the steps it was looked at in."""
+    """Return the results of the second-order conditions at the steps that were tested."""
     seen = [(step, step.stability) for step in steps if step.stability is not None]
     unstable = [step.index for step, s in seen if s.stability is not None and s.stability < 0]
     many = [step.index for step, s in seen if s.bifurcation is not None and s.bifurcation < 0]
@@ -287,7 +294,7 @@ def _second_order(steps: Sequence[Step]) -> str:
 
 
 def _curvature(steps: Sequence[Step]) -> str:
-    """The results of the search for directions along which the energy falls."""
+    """Return the results of the search for directions along which the energy falls."""
     found = [(step.index, step.curvature) for step in steps if step.curvature is not None]
     tested = [(n, c) for n, c in found if c.verdict is not Verdict.NOT_TESTED]
     many = [n for n, c in found if c.verdict is Verdict.BIFURCATION]
@@ -312,5 +319,5 @@ def _curvature(steps: Sequence[Step]) -> str:
 
 
 def _steps(numbers: Sequence[int]) -> str:
-    """Step numbers in words."""
+    """Return step numbers as text."""
     return f"step{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"

@@ -1,4 +1,4 @@
-"""Keeps where a run stands, whenever that is due."""
+"""Checkpoints of a run: written when they are due, and read again."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -34,7 +34,7 @@ FLAGS = "C compiler flags"  # they decide the last digits of what forms give
 
 
 def versions() -> dict[str, str]:
-    """What decides the numbers that come, besides staffa itself."""
+    """Return the versions and options that decide the numbers of a run."""
     petsc = ".".join(str(n) for n in PETSc.Sys.getVersion())
     options = os.environ.get("PETSC_OPTIONS", "") or "none"
     return {
@@ -46,16 +46,19 @@ def versions() -> dict[str, str]:
 
 @contextmanager
 def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
-    """Within it all ranks learn what rank 0 meets as it writes to a run directory.
+    """Raise an error of rank 0's writing to a run directory on all ranks.
 
-    begun: whether there is a run in it, to go on with.
+    Parameters
+    ----------
+    directory : the run directory.
+    begun : True if it contains a run that can be resumed.
 
     Raises
     ------
     StoppedError
         It cannot be written to any more: the disk is full, or it has become read-only.
     StaffaError
-        It is gone, or nothing was begun.
+        It is gone, or no run was started.
     """
     try:
         yield
@@ -102,10 +105,10 @@ class _Order:
 
 
 class CheckpointWriter:
-    """Writes a run's steps, and checkpoints when they are due; reads these. Collective.
+    """Writer of a run's steps, and of its checkpoints when they are due; it also reads these.
 
-    A checkpoint is due after so many steps or minutes, and never so soon that writing would take
-    more time than computing. All is gathered on rank 0, as fields for ParaView are.
+    A checkpoint is due after a number of steps or minutes, but never so soon that writing takes
+    more time than computing. All is gathered on rank 0, as fields for ParaView are. Collective.
     """
 
     def __init__(
@@ -132,7 +135,7 @@ class CheckpointWriter:
         self._steps += step.status != Status.REJECTED
 
     def keep(self, stands: RestartState, now: bool) -> None:
-        """Write where the loop stands, if it is due or must be now."""
+        """Write the restart state, if a checkpoint is due or must be written now."""
         if on_root(self.comm, lambda: self._is_due(now)):
             began = perf_counter()
             self._keep(stands)
@@ -176,7 +179,7 @@ class CheckpointWriter:
             )
 
     def _is_due(self, now: bool) -> bool:
-        """On rank 0, which alone knows of lines and of time."""
+        """Return True if a checkpoint is due; on rank 0, which alone knows lines and time."""
         if self.journal.lines == self._saved_at:
             return False
         if now:
@@ -196,12 +199,12 @@ class CheckpointWriter:
             return on_root(self.comm, write)
 
     def take_up(self, page: Mapping[str, Any]) -> RestartState:
-        """Where the loop stood at a checkpoint, on the ranks at hand.
+        """Return the restart state of a checkpoint, on the current ranks.
 
         Raises
         ------
         InputError
-            The mesh is another than it was.
+            The mesh is not that of the checkpoint.
         """
         order = self._order
         if not on_root(self.comm, lambda: self._is_of_this_mesh(order, page["mesh"])):
@@ -221,7 +224,7 @@ class CheckpointWriter:
         return found
 
     def _is_of_this_mesh(self, order: _Order, name: str) -> bool:
-        """On rank 0, which has all points."""
+        """Return True if the mesh is that of the checkpoint; on rank 0, which has all points."""
         points, kept = order.vertices.points, checkpoint.read_part(self._folder, name)["points"]
         assert points is not None
         if points.shape != kept.shape:
@@ -229,7 +232,7 @@ class CheckpointWriter:
         return bool(np.abs(points - kept).max() <= SAME_PLACE * self._session.domain.h)
 
     def _shared(self, name: str) -> dict[str, np.ndarray]:
-        """The arrays of a part as this rank has them, ghosts included."""
+        """Return the arrays of a part for this rank, ghosts included."""
         arrays: dict[str, np.ndarray] = {}
 
         def read() -> list[str]:

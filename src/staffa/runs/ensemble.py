@@ -1,4 +1,4 @@
-"""Case and seeds -> ensemble directory: one run after another, each on all ranks."""
+"""Ensembles: one run a seed, one after another, each on all ranks."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -20,16 +20,22 @@ from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, membe
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 
-LARGEST_SEED = 2**32 - 1  # as in the case file: what NumPy takes
+LARGEST_SEED = 2**32 - 1  # as in the case file: NumPy's largest
 
 
 def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
-    """The seeds of an ensemble: `count` of them from `first`, by default the case's own.
+    """Return the seeds of an ensemble.
+
+    Parameters
+    ----------
+    case : the case.
+    count : number of seeds.
+    first : first seed; None for the case's own.
 
     Raises
     ------
     InputError
-        There would be no ensemble of them.
+        The case is not random, or the seeds are out of range.
     """
     if not _is_random(case):
         raise InputError(
@@ -53,8 +59,10 @@ def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
 
 
 def member(case: Case, seed: int) -> Case:
-    """The case with another seed of [toughness]; the seeds of its random properties are as much
-    larger."""
+    """Return the case with another seed of [toughness].
+
+    The seeds of its random properties increase by the same amount.
+    """
     shift = seed - case.toughness.seed
     return case.model_copy(
         update={
@@ -71,7 +79,7 @@ def _is_random(case: Case) -> bool:
 
 
 def _reseeded(value: Any, shift: int) -> Any:
-    """The same with other seeds in every random field that it holds."""
+    """Return a value with other seeds in all of its random fields."""
     if isinstance(value, RandomField):
         return value.model_copy(update={"seed": (value.seed + shift) % (LARGEST_SEED + 1)})
     if isinstance(value, tuple):
@@ -83,12 +91,18 @@ def _reseeded(value: Any, shift: int) -> Any:
 
 
 def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
-    """The seeds whose runs are there, of this very case, and whether each is finished.
+    """Return the seeds whose runs are in the directory, and True for each that is finished.
+
+    Parameters
+    ----------
+    case : the case of the ensemble.
+    seeds : seeds of its members.
+    directory : directory of the ensemble.
 
     Raises
     ------
     InputError
-        What is at the place of a member cannot be one of this ensemble.
+        A folder with a member's name cannot be one of this ensemble.
     """
     run_directory.require_free(directory, ours=is_of_ensemble)
     begun = {}
@@ -113,8 +127,11 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
 
 
 def _is_of(case: Case, place: Path) -> bool:
-    """Whether a run is of this case but for what `staffa resume` may change in one member, and what
-    was not said in it as it is by default now."""
+    """Return True if a run is of this case.
+
+    Changes that `staffa resume` may make in one member do not count, nor keys that were left out
+    and have today's default.
+    """
     try:
         if run_directory.read_case_text(place) == to_toml(case):
             return True
@@ -128,7 +145,7 @@ def _is_of(case: Case, place: Path) -> bool:
 def _is_finished(place: Path) -> bool:
     if not (place / run_directory.MANIFEST).is_file():
         raise InputError(
-            f"{place} holds a run that was cut before it began; remove it to have it run again, or "
+            f"{place} holds a run that was cut before it began; remove it, and it is run again, or "
             f"choose seeds without it with --first"
         )
     return run_directory.open_run(place).finished
@@ -143,23 +160,27 @@ def run_ensemble(
     follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
     taken: Callable[[int], None] = lambda seed: None,
 ) -> dict[int, str]:
-    """Run the case with each seed, and give the errors of the members that failed. Collective.
+    """Run the case with each seed, and return the errors of the members that failed. Collective.
 
-    A member that failed is no reason to stop the others. One that is there already is taken as it
-    is if it is finished; if not, it goes on.
+    A member that fails does not stop the others. A member that is finished is left unchanged; one
+    that is not finished is resumed.
 
     Parameters
     ----------
-    follow : seed -> what is entered while the member runs, and gives its watcher; on every rank.
-    taken : told the seed of a member that is finished already; on every rank.
+    case : the case of the ensemble.
+    seeds : seeds of its members.
+    directory : directory of the ensemble.
+    comm : communicator of all ranks.
+    follow : function of a seed that returns a context with the member's watcher; called on every
+        rank.
+    taken : called with the seed of a member that is finished already; on every rank.
 
     Raises
     ------
     InputError
-        The directory cannot take these members, see `begun_members`, or none of them can be run;
-        nothing has been.
+        The directory cannot be used, see `started_members`, or no member can be run; none has been.
     StoppedError
-        A watcher asked to stop; members that are finished stay so, and others go on next time.
+        A watcher asked to stop; finished members stay so, and others are resumed next time.
     """
     directory = path_of(directory, "directory")
     begun = on_root(comm, lambda: started_members(case, seeds, directory))

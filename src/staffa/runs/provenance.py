@@ -1,4 +1,4 @@
-"""Which staffa this is, and when: for the manifest."""
+"""Provenance for the manifest: version, commit and date."""
 
 import subprocess
 from datetime import UTC, datetime
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def version() -> str:
-    """Version of the installed package."""
+    """Return the version of the installed package."""
     try:
         return installed("staffa")
     except PackageNotFoundError:
@@ -16,10 +16,10 @@ def version() -> str:
 
 
 def commit() -> str | None:
-    """Commit of the source that runs, marked if it was changed; None outside a checkout."""
+    """Return the commit of this source, marked if it was changed; None outside a checkout."""
     source = Path(__file__).parents[2]
-    if not (source.parent / ".git").exists():  # a folder above may be a stranger's, and git runs
-        return None  # what its settings say
+    if not (source.parent / ".git").exists():  # a folder above may be foreign, and git runs
+        return None  # the commands in its settings
     try:
         described = subprocess.run(
             ["git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"],
@@ -35,5 +35,5 @@ def commit() -> str | None:
 
 
 def now() -> str:
-    """Date and time in UTC."""
+    """Return date and time in UTC."""
     return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,4 +1,4 @@
-"""Goes on with a run that is not finished: what it takes up, and what of its case may change."""
+"""Resumption of an unfinished run, and the changes of its case that are allowed."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -40,8 +40,15 @@ from staffa.setup.user_objects import Given, require_given, require_same, unreco
 
 @dataclass(frozen=True, kw_only=True)
 class Taken:
-    """What of a run directory stands: the page of its checkpoint (None: the run begins anew), the
-    lines up to it, their steps; and sentences on what does not."""
+    """Usable part of an interrupted run.
+
+    Attributes
+    ----------
+    page : page of its last good checkpoint; None if the run begins again.
+    lines : lines of the file of steps up to the checkpoint.
+    steps : kept steps in these lines.
+    said : messages on the parts that cannot be used.
+    """
 
     page: dict[str, Any] | None
     lines: tuple[str, ...]
@@ -128,7 +135,7 @@ def resume(
 
 
 def _pressed(old: Case, case: Case) -> str | None:
-    """A sentence if a run without a split is made so long that its loads come to press rock."""
+    """Return a message if loads come to compress rock in a longer run without a split."""
     more = [load for load in pressing(case) if load not in pressing(old)]
     if case.damage.split != "none" or not more:
         return None
@@ -140,7 +147,7 @@ def _pressed(old: Case, case: Case) -> str | None:
 
 
 def _require_run(directory: Path) -> None:
-    """Before its lock is made in it."""
+    """Refuse a folder without a run, before a lock is made in it."""
     if not directory.is_dir():
         raise InputError(f"there is no folder {directory}; name that of a run")
     if not (directory / run_directory.MANIFEST).is_file():
@@ -151,12 +158,12 @@ def _require_run(directory: Path) -> None:
 
 
 def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
-    """The case of a run as it is, and with these settings.
+    """Return the case of a run as it is, and with these settings.
 
     Raises
     ------
     InputError
-        A setting is none, or of a table that must stay.
+        A setting is invalid, or of a table that must not change.
     """
     text = run_directory.read_case_text(directory)
     name = str(directory / run_directory.CASE)
@@ -175,12 +182,12 @@ def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:
 
 
 def take(directory: Path) -> Taken:
-    """Find the last good checkpoint whose steps are there as they were.
+    """Find the last good checkpoint whose steps are on disk unchanged.
 
     Raises
     ------
     InputError
-        The latest has a format of the future.
+        The latest has a format of a later version.
     """
     folder = directory / checkpoint.FOLDER
     lines, said = run_directory.journal_lines(directory), []
@@ -215,15 +222,17 @@ def take(directory: Path) -> Taken:
 
 
 def _steps(directory: Path) -> tuple[Step, ...]:
-    """Those of a run, whatever became of its checkpoints: one that is finished needs none."""
+    """Return the steps of a run, even without a checkpoint: a finished run needs none."""
     with suppress(StaffaError):
         return run_directory.open_run(directory).steps
     return ()
 
 
 def _stands(directory: Path, case: Case) -> bool:
-    """Whether a run that is at its last time was also looked back from, if it is to be; without a
-    checkpoint that is not known, and it stays as it is."""
+    """Return True if a run at its last time is complete with its backtracking.
+
+    Without a checkpoint that is not known, and the run is left unchanged.
+    """
     taken = take(directory) if case.solver.backtracking else None
     if taken is None or taken.page is None:
         return True
@@ -233,7 +242,7 @@ def _stands(directory: Path, case: Case) -> bool:
 
 
 def _require_checkpoint(directory: Path, taken: Taken, settings: Sequence[str]) -> None:
-    """What is finished is not lost to a longer run that would have to begin again."""
+    """Refuse to extend a finished run that would have to begin again."""
     if taken.page is None:
         asked = " ".join(f"--set {setting}" for setting in settings)
         raise InputError(
@@ -247,7 +256,7 @@ def _is_finished(steps: Sequence[Step], manifest: Manifest) -> bool:
 
 
 def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> None:
-    """Make the directory what it was at the checkpoint, with the case that is gone on with."""
+    """Reduce the directory to the state of the checkpoint, with the case as it is now."""
     own_files.remove_halves(directory)
     text = to_toml(case)
     manifest = replace(manifest, identity=case_identity(text, attached(case)))
@@ -260,7 +269,7 @@ def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> 
 
 
 def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
-    """Whether what has been computed stands with the case as it is now."""
+    """Refuse a change of the case that contradicts the steps that are already computed."""
     if taken.steps and probes(case) != manifest.probes:
         raise InputError(
             "output.probes: they are read off at every step, and steps are finished; leave them as "
@@ -274,7 +283,7 @@ def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:
 
 
 def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
-    """Whether the case is the one that the run began with."""
+    """Refuse a case that was changed after the run began."""
     now = case_identity(run_directory.read_case_text(directory), attached(case))
     if manifest.identity not in (None, now):
         raise InputError(
@@ -285,7 +294,7 @@ def _is_unchanged(case: Case, manifest: Manifest, directory: Path) -> None:
 
 
 def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
-    """Whether the run is of this mesh and these laws."""
+    """Refuse a run of another mesh or other laws."""
     law, split = setup.material.law.name, setup.material.split.name
     if (law, split) != (manifest.law, manifest.split):
         raise InputError(

@@ -1,4 +1,4 @@
-"""Case -> run directory: builds, marches, measures, and writes each step when it is complete."""
+"""Run of a case: it builds, marches, measures, and writes each completed step."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -137,9 +137,13 @@ def _require_free(directory: Path) -> None:
 
 @contextmanager
 def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
-    """Hold the lock of a run directory; what the lock has to say. Collective.
+    """Hold the lock of a run directory, and yield its message if it has one. Collective.
 
-    new: there must be no run in it, and it is made.
+    Parameters
+    ----------
+    comm : communicator of all ranks.
+    directory : the run directory.
+    new : True if it must not contain a run, and is made.
 
     Raises
     ------
@@ -175,8 +179,20 @@ def march_on(
     steps: tuple[Step, ...] = (),
     quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
-    """March from where a run stands, after these steps, to its end; the steps that stand.
-    Collective."""
+    """March from a restart state to the end of the run, and return the kept steps. Collective.
+
+    Parameters
+    ----------
+    case : the case.
+    setup : its problem.
+    system : its system.
+    manifest : description of the run.
+    watcher : follows the run.
+    keeper : writes steps and checkpoints.
+    looks : the probes.
+    standing : the restart state; None for the start of the run.
+    steps : kept steps before it.
+    """
     looking_on = observers(case, session, manifest, watcher, keeper, steps, quantities)
     begun_with = len(steps)
     try:
@@ -275,7 +291,7 @@ def _why_split(case: Case, derived: Numbers) -> str:
 
 
 def _petsc_options() -> dict[str, str]:
-    """The options that PETSc was given or has from staffa; one without a value has an empty one."""
+    """Return the options given to PETSc or set by staffa; one without a value is empty."""
     given = PETSc.Options().getAll()
     return {name: value or "" for name, value in given.items() if name not in OWN}
 
