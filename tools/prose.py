@@ -13,7 +13,6 @@ LONGEST = 40  # words in a sentence: an engineer reads it once
 REFUSED = {
     r"roughness A": "structural tensor",
     r"(discrete toughness|toughness factors?)": "effective Gc",
-    r"standing": "restart state",
     r"keepers?": "checkpoint",
     r"cautions?": "warnings",
     r"survey(s|ed)?": "mesh inspection",
@@ -23,7 +22,7 @@ REFUSED = {
     r"class Bath": "fluid-filled crack",
     r"respond(s|ed|ing)?": "solve K u = f",
     r"unbalanced": "projected gradient",
-    r"on the space": "on the space V, by its name",
+    r"on the space(?! V)": "on the space V, by its name",
     r"on the cone": "in the cone of admissible rates",
     r"crests?": "ridge",
     r"made-up solutions?": "manufactured solution",
@@ -41,7 +40,11 @@ REFUSED = {
     r"was not solved for": "solve failed",
 }
 # Names of records, which run directories hold; as words they are refused in the docs.
-NAMES = {r"healing": "irreversibility violation", r"efforts?": "solver statistics"}
+NAMES = {
+    r"standing": "restart state",
+    r"healing": "irreversibility violation",
+    r"efforts?": "solver statistics",
+}
 
 
 # Words of one expression may be parted by the end of a line, in a comment too.

@@ -83,7 +83,9 @@ def test_every_file_of_the_table_exists() -> None:
         found = (SOURCE / path).exists() or (ROOT / path).exists()
         found = found or any((ROOT / "tests").rglob(path))
         # Words in the table that are no path: methods and functions.
-        assert found or path in {"form", "readings", "at_points"}, f"there is no {path}"
+        assert found or path in {"form", "readings", "at_points", "coupling_of"}, (
+            f"there is no {path}"
+        )
 
 
 def missing(page: Path, path: str) -> bool:
@@ -138,7 +140,9 @@ def test_a_rule_in_its_registry_is_applied(monkeypatch: pytest.MonkeyPatch) -> N
         parse_case(text)
 
 
-def test_a_look_in_its_registry_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor, "LOOKS", (doctor.Look(name="weather", look=lambda: "fine"),))
+def test_a_check_in_its_registry_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    for registry in ("NEEDED", "LAST"):
+        monkeypatch.setattr(doctor, registry, {})
+    monkeypatch.setattr(doctor, "USEFUL", {"weather": lambda: "fine"})
     (found,) = doctor.checkup()
     assert (found.name, found.verdict, found.said) == ("weather", doctor.OK, "fine")

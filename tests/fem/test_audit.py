@@ -172,13 +172,13 @@ def test_a_state_changed_between_steps_is_named(field: str) -> None:
 
 def test_a_state_changed_before_a_run_goes_on_is_named() -> None:
     problem, kept = cooled(), []
-    keep = Observers(keep=lambda standing, now: kept.append(standing))
+    keep = Observers(keep=lambda restart, now: kept.append(restart))
     system = build(problem)
     list(march(problem, system, keep))
     middle: RestartState = kept[1]
 
-    def goes_on(standing: RestartState) -> list[Step]:
-        return list(march(problem, system, standing=standing))
+    def goes_on(restart: RestartState) -> list[Step]:
+        return list(march(problem, system, restart=restart))
 
     assert [step.audit.violations for step in goes_on(middle)] == [()]
     thermal = replace(middle.kept.thermal, T=0.999 * middle.kept.thermal.T)

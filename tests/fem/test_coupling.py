@@ -70,7 +70,7 @@ def _(load: Table, domain, spaces) -> Tabled:
 
 
 @dataclass(frozen=True)
-class Bath:
+class WaterBath:
     """A bath below the body, which falls by rate (K/s), and by more the more cracks there are.
 
     rate, felt: of the fall, and how much a damage of one everywhere multiplies it by.
@@ -81,10 +81,10 @@ class Bath:
     passes: int = 20
 
 
-class Bathed:
+class WaterBathed:
     """A program that goes on from what it remembers: how far the bath fell, on rank 0 alone."""
 
-    def __init__(self, bath: Bath, domain, spaces) -> None:
+    def __init__(self, bath: WaterBath, domain, spaces) -> None:
         self._bath, self._comm, self._x = bath, domain.comm, vertices(spaces.alpha).T
         self._own = spaces.alpha.dofmap.index_map.size_local
         rule = Agreement(tolerance=1e-6, passes=bath.passes, key="bath.agreement")
@@ -119,8 +119,8 @@ class Bathed:
 
 
 @coupling_of.register
-def _(load: Bath, domain, spaces) -> Bathed:
-    return Bathed(load, domain, spaces)
+def _(load: WaterBath, domain, spaces) -> WaterBathed:
+    return WaterBathed(load, domain, spaces)
 
 
 TIMES = (0.0008, 0.002, 0.004)
@@ -146,7 +146,7 @@ def test_a_table_is_asked_for_no_other_time_than_it_has() -> None:
 
 
 def test_a_source_that_feels_cracks_agrees_with_them_at_the_end_of_each_step() -> None:
-    problem = plate(Bath(rate=5000.0, felt=1.0))
+    problem = plate(WaterBath(rate=5000.0, felt=1.0))
     system = build(problem)
     before, start, passes = system.thermal.read(), 0.0, 0
     for step in march(problem, system):
@@ -163,13 +163,13 @@ def test_a_source_that_feels_cracks_agrees_with_them_at_the_end_of_each_step() -
 
 def test_a_source_that_cannot_agree_names_its_own_key() -> None:
     with pytest.raises(SolveError, match=r"or a larger bath\.agreement"):
-        run(plate(Bath(rate=5000.0, felt=50.0, passes=1), times=(0.004,)))
+        run(plate(WaterBath(rate=5000.0, felt=50.0, passes=1), times=(0.004,)))
 
 
 @pytest.mark.slow
 def test_what_a_source_remembers_is_put_back_where_a_step_is_taken_again() -> None:
     """The bath falls at an even rate, so that what it remembers tells the time that it lived."""
-    problem = replace(adaptive_plate(), load=Bath(rate=400.0))
+    problem = replace(adaptive_plate(), load=WaterBath(rate=400.0))
     system, steps = build(problem), []
     for step in islice(march(problem, system), 10):
         steps.append(step)
@@ -183,7 +183,7 @@ def test_what_a_source_remembers_is_put_back_where_a_step_is_taken_again() -> No
 @pytest.mark.parametrize("backtracking", ["false", "true"])
 def test_a_run_goes_on_from_what_its_source_remembers(tmp_path: Path, backtracking: str) -> None:
     """Cut after each few looks, to the last bit as without a cut."""
-    case, bath = small(f"solver.backtracking={backtracking}"), Bath(rate=800.0, felt=0.5)
+    case, bath = small(f"solver.backtracking={backtracking}"), WaterBath(rate=800.0, felt=0.5)
     run_case(case, tmp_path / "whole", temperature=bath)
     expected = open_run(tmp_path / "whole")
     assert expected.steps[-1].energies.surface > 0
@@ -199,7 +199,7 @@ def test_a_run_goes_on_from_what_its_source_remembers(tmp_path: Path, backtracki
 
 
 def test_an_earlier_state_is_taken_back_with_what_the_source_remembered_then() -> None:
-    problem = front(load=Bath(rate=60.0))
+    problem = front(load=WaterBath(rate=60.0))
     system, returns = build(problem), 0
     for step in march(problem, system):
         returns += step.returned is not None and step.status == "converged"

@@ -363,7 +363,7 @@ def test_a_guess_that_is_exact_renews_the_factorization_all_the_same() -> None:
     w, force, back = (parts.u.duplicate() for _ in range(3))
     w.array_w[:] = np.random.default_rng(0).normal(size=w.getLocalSize())
     w.array_w[parts.elastic.held] = 0.0
-    parts.elastic.resist(w, force)
+    parts.elastic.apply_stiffness(w, force)
     parts.elastic.precondition(force, back)
     assert parts.elastic.linear.exact
     assert back.array_r == pytest.approx(w.array_r, rel=1e-8, abs=1e-8)

@@ -15,8 +15,9 @@ from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem, Solvers
 from staffa.evolution.system import System, build
-from staffa.minimize.alternate import Patience, Sweep, Tally, alternate, equilibrium
+from staffa.minimize.alternate import Sweep, Tally, alternate, equilibrium
 from staffa.minimize.newton import SHORTEST, search
+from staffa.minimize.patience import Patience
 from staffa.model.fields import read_vector
 from staffa.model.supports import GeneralizedPlaneStrain, SideSupport, no_displacement
 from staffa.physics.damage import LAWS

@@ -20,8 +20,8 @@ from staffa.io.run_directory import Run, open_run
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.model.fields import vertices
 from staffa.runs.checkpoints import CheckpointWriter
-from staffa.runs.observers import Watcher, observers
-from staffa.runs.run import describe, opened
+from staffa.runs.run import describe, open_session
+from staffa.runs.run_observers import Watcher, observers
 from staffa.setup.build import problem
 from support.restarting import small
 
@@ -37,18 +37,18 @@ def run_with_change(directory: Path, *settings: str, after: int = CHANGED_AFTER)
     """The small run, on quadrilaterals from the end of a step on."""
     case, other = small(FIRST, *PLAIN, *settings), small(SECOND, *PLAIN, *settings)
     setup = problem(case)
-    opening = opened(setup, effective_gc_ratio(setup))
+    opening = open_session(setup, effective_gc_ratio(setup))
     del setup
     with opening as session:
         manifest = on_root(session.comm, lambda: describe(case, session, {}))
         text = to_toml(case)
         on_root(session.comm, lambda: run_directory.create(directory, text, manifest))
         journal = run_directory.Journal(directory)
-        keeper = CheckpointWriter(directory, session, case.output.checkpoint, journal)
-        looking_on = observers(case, session, manifest, Watcher(), keeper, ())
+        writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
+        looking_on = observers(case, session, manifest, Watcher(), writer, ())
         old = None
         for step in march_session(session, looking_on):
-            keeper.note(step)
+            writer.note(step)
             if old is not None:
                 gc.collect()
                 held = [name for name, thing in old.items() if thing() is not None]

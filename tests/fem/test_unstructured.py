@@ -239,7 +239,7 @@ def test_gmsh_leaves_the_signals_of_the_process_alone() -> None:
     """Else a run on its mesh dies of SIGTERM where it should save and say how to go on."""
     code = (
         "import os, signal\n"
-        "from staffa.geometry.gmsh_model import opened\n"
+        "from staffa.geometry.gmsh_model import open_gmsh\n"
         "heard = []\n"
         "for number in (signal.SIGTERM, signal.SIGINT):\n"
         "    signal.signal(number, lambda n, frame: heard.append(n))\n"

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from fem.test_coupling import Bath
+from fem.test_coupling import WaterBath
 from staffa.io.run_directory import open_run
 from staffa.runs.run import run as run_case
 from support.paths import TESTS
@@ -12,7 +12,7 @@ from support.restarting import assert_same, launch, small
 RANKS = """
 from fem.test_coupling import *
 
-directory, bath = Path({directory!r}), Bath(rate=800.0, felt=0.5)
+directory, bath = Path({directory!r}), WaterBath(rate=800.0, felt=0.5)
 watcher = Watcher(stop=After(20))
 stopped(lambda: run_case(small(), directory, temperature=bath, watcher=watcher))
 resume(directory, temperature=bath)
@@ -20,8 +20,8 @@ resume(directory, temperature=bath)
 
 
 def test_on_two_ranks_a_source_remembers_on_the_first_alone(tmp_path: Path) -> None:
-    """Begun, stopped and finished there, against one rank without a cut."""
-    run_case(small(), tmp_path / "whole", temperature=Bath(rate=800.0, felt=0.5))
+    """Started, stopped and finished there, against one rank without a cut."""
+    run_case(small(), tmp_path / "whole", temperature=WaterBath(rate=800.0, felt=0.5))
     code = f"import sys\nsys.path.insert(0, {str(TESTS)!r})\n"
     code += RANKS.format(directory=str(tmp_path / "cut"))
     done = launch(Path(sys.executable).name, "-c", code, ranks=2)

@@ -27,11 +27,11 @@ from staffa.case.reading.ready_cases import ready_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.compare.agreement import agreement, gap_between_steps
 from staffa.compare.differences import case_differences, manifest_differences
-from staffa.compare.figures import difference as damage_difference
+from staffa.compare.figures import damage_difference as damage_difference
 from staffa.compare.figures import pair_figures
 from staffa.compare.open_pair import place_of, read_pair
 from staffa.compare.pair import Pair, caveats
-from staffa.compare.side_by_side import common_times, difference, results
+from staffa.compare.side_by_side import common_times, results, shown_difference
 from staffa.errors import StaffaError
 from staffa.io.own_files import GENERATOR, write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, open_run
@@ -394,7 +394,7 @@ def test_two_dimensions_are_compared_with_three_in_depths_and_times(tmp_path) ->
     ],
 )
 def test_a_difference_is_of_the_second_against_the_first(a, b, said) -> None:
-    assert difference(a, b) == said
+    assert shown_difference(a, b) == said
 
 
 # ---- fields -------------------------------------------------------------------------------------

@@ -101,7 +101,7 @@ def test_a_stack_that_does_not_load_is_known(tmp_path: Path, monkeypatch) -> Non
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     said = sentence(checks.libraries)
-    assert "(ImportError: libpetsc.so.3: no such file)" in said and "install DOLFINx anew" in said
+    assert "(ImportError: libpetsc.so.3: no such file)" in said and "install DOLFINx again" in said
 
 
 def test_a_folder_that_is_gone_is_known(tmp_path: Path, monkeypatch) -> None:

@@ -400,12 +400,12 @@ def test_a_member_that_fails_loses_none_of_the_others(
 
     calls, march = [], experiment.march_session
 
-    def tiring(session, observers, standing):
+    def tiring(session, observers, restart):
         calls.append(session)
         if len(calls) == 2:
             solvers = replace(session.problem.solvers, stop=Stop(sweeps=1))
             session.problem = replace(session.problem, solvers=solvers)
-        yield from march(session, observers, standing)
+        yield from march(session, observers, restart)
 
     monkeypatch.setattr(experiment, "march_session", tiring)
     with pytest.raises(SolveError) as caught:

@@ -19,9 +19,9 @@ from staffa.model.fields import State, owned
 from staffa.plot.quantity_curves import quantities_figure
 from staffa.results.series import quantities_table
 from staffa.results.summary import summary
-from staffa.runs.observers import Watcher
 from staffa.runs.resume import resume
 from staffa.runs.run import run
+from staffa.runs.run_observers import Watcher
 from support.restarting import After, small, stopped
 
 SHORT = ("time.tau=[0.1,0.2,0.3]", "output.at=[]")
@@ -74,9 +74,10 @@ def test_quantities_are_recorded_tabled_shown_and_drawn(tmp_path: Path) -> None:
     assert 0 < areas[0] < areas[-1] < 0.4, "within the body of 1 x 0.4, and growing"
     low, high = found.steps[-1].quantities["extremes"]
     assert low < high <= 0
-    rows = list(csv.DictReader(io.StringIO(quantities_table(found))))
+    rows = list(csv.DictReader(io.StringIO(quantities_table(found).csv())))
     assert list(rows[0])[3:] == ["damaged_area_m2", "extremes_1_K", "extremes_2_K"]
     assert [float(row["damaged_area_m2"]) for row in rows] == areas
+    assert found.to_frame()["damaged_area"].tolist() == areas
     shown = {fact.name: fact.text for fact in summary(found)}
     assert shown["damaged_area"] == f"{areas[-1]:.5g} m²"
     assert shown["extremes"] == f"{low:.5g}, {high:.5g} K"
@@ -155,7 +156,7 @@ def in_time(sound: Callable[[], float], late: Callable[[], object]) -> staffa.St
 def test_one_that_turns_wrong_stops_the_run_and_the_right_one_goes_on(
     late: Callable[[], object], words: str, tmp_path: Path
 ) -> None:
-    """Nothing of the step at hand is on record, and resume takes it again."""
+    """Nothing of the current step is on record, and resume takes it again."""
     said = stopped(
         lambda: run(small(*SHORT), tmp_path / "run", quantities=[in_time(lambda: 1.0, late)])
     )

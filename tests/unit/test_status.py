@@ -7,7 +7,7 @@ from staffa.backend.stack import PETSc, SLEPc
 
 import pytest
 
-from staffa.backend.petsc_status import ended
+from staffa.backend.petsc_status import how_it_ended
 from staffa.records.status import Status, Verdict
 from staffa.records.step import Curvature, Energies, Step
 
@@ -69,7 +69,7 @@ def test_every_reason_of_petsc_is_a_status(kind) -> None:
         solver = SimpleNamespace(
             ConvergedReason=kind.ConvergedReason, getConvergedReason=lambda code=code: code
         )
-        end = ended(solver)
+        end = how_it_ended(solver)
         assert end.converged == (code > 0), end
         assert codes[end.name] == code and end.name in end.sentence
 
@@ -93,6 +93,6 @@ def test_a_solver_tells_why_it_failed() -> None:
         b, x = matrix.createVecs()
         b.set(1.0)
         ksp.solve(b, x)
-        assert ended(ksp).status is status
+        assert how_it_ended(ksp).status is status
         for thing in (ksp, matrix, b, x):
             thing.destroy()

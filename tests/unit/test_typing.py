@@ -12,6 +12,7 @@ import staffa
 # Each public name with a part of its type, as mypy shows it.
 TYPES = {
     "Case": "def (*, ",
+    "StepQuantity": "def (*, ",
     "build": "System",
     "march": "Iterator[",
     "parse_case": "Case",
@@ -42,7 +43,9 @@ def test_the_package_says_that_it_has_types() -> None:
 
 
 def test_a_name_that_is_not_there_is_refused_with_those_that_are() -> None:
-    with pytest.raises(AttributeError, match="staffa has no 'crack'; it has Case, build, "):
+    with pytest.raises(
+        AttributeError, match="staffa has no 'crack'; it has Case, StepQuantity, build, "
+    ):
         staffa.crack  # noqa: B018
 
 

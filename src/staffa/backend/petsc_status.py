@@ -56,7 +56,7 @@ class Ended:
 DONE = Ended(status=Status.CONVERGED, name="nothing to do")
 
 
-def ended(solver: Any) -> Ended:
+def how_it_ended(solver: Any) -> Ended:
     """Return how a solver ended that has been called.
 
     Parameters

@@ -101,7 +101,7 @@ def following(
     with stopping.heeded(comm.size), follower.progress:
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
-    on_root(comm, lambda: require_sound([open_run(directory)]))
+    on_root(comm, lambda: require_clean_audit([open_run(directory)]))
 
 
 def _leave_results(run: Run, *, quiet: bool) -> None:
@@ -113,7 +113,7 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
         print_pictures(run)
 
 
-def require_sound(runs: Sequence[Run]) -> None:
+def require_clean_audit(runs: Sequence[Run]) -> None:
     """Refuse finished runs whose audit is violated.
 
     Raises
@@ -234,7 +234,7 @@ class Follower:
         self._say(
             f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, "
             f"{steps} steps, {manifest.law}, {manifest.ranks} rank(s), "
-            f"discrete toughness {manifest.toughness_factor:.4f} Gc, in {self.directory}"
+            f"effective Gc {manifest.toughness_factor:.4f} Gc, in {self.directory}"
         )
         for sentence in self.warnings:
             self._say(f"  warning: {sentence}")
@@ -313,7 +313,7 @@ class Follower:
     def _left(self, step: Step) -> tuple[str, str]:
         spent, done = perf_counter() - self.began, self._done(step)
         here = done - self.before
-        left = f"{_clock(spent * (1 - done) / here)} left" if here > 0 else "just begun"
+        left = f"{_clock(spent * (1 - done) / here)} left" if here > 0 else "just started"
         return f"{_clock(spent)} gone", left
 
     def _clock(self, moment: Moment | Step) -> str:

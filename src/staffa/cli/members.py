@@ -9,7 +9,7 @@ from staffa.backend.stack import MPI
 from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
-from staffa.cli.live import Follower, ending_all_ranks, require_sound
+from staffa.cli.live import Follower, ending_all_ranks, require_clean_audit
 from staffa.cli.results import print_ensemble, print_ensemble_pictures
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
@@ -78,7 +78,7 @@ def run_members_and_follow(
         on_root(comm, lambda: _leave_results(directory, quiet=quiet))
         if failures:
             raise SolveError(_told(failures, count))
-        on_root(comm, lambda: require_sound(list(read_ensemble(directory).finished.values())))
+        on_root(comm, lambda: require_clean_audit(list(read_ensemble(directory).finished.values())))
 
 
 def _leave_results(directory: Path, *, quiet: bool) -> None:

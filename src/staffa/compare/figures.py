@@ -146,7 +146,7 @@ def fields_figure(
     frames : fields of both at each time.
     ratio : see `difference`.
     """
-    apart = [difference(*both, ratio) for both in frames]
+    apart = [damage_difference(*both, ratio) for both in frames]
     known = [float(np.abs(gap).max()) for gap in apart if gap is not None]
     across, largest = (3 if known else 2), max([FAINT, *known])
     figure, grid = _panels(manifests[0], len(frames), across)
@@ -189,7 +189,7 @@ def _panels(manifest: Manifest, times: int, across: int) -> tuple[Figure, np.nda
     return figure, grid
 
 
-def difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
+def damage_difference(one: Frame, other: Frame, ratio: float = 1.0) -> np.ndarray | None:
     """Return the damage of the second minus that of the first at the points of the first, (n,).
 
     None if these are not the points of both; a mesh has its points in another order on another

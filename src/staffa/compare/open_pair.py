@@ -34,7 +34,9 @@ def read_pair(one: Path, other: Path) -> Pair:
 
 
 def place_of(pair: Pair, asked: Path | None) -> Path:
-    """Where the page and the pictures go: as asked, or below runs/; an earlier page may be there.
+    """Return the folder of page and pictures: as asked, or below runs/.
+
+    An earlier page may be there.
 
     Raises
     ------

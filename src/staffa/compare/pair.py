@@ -101,7 +101,7 @@ class Pair:
 
     @property
     def names(self) -> tuple[str, str]:
-        """Of both."""
+        """Names of both runs."""
         return self.first.name, self.second.name
 
     @property
@@ -212,7 +212,7 @@ def pair_title(pair: Pair) -> str:
 
 
 def caveats(pair: Pair) -> Iterator[str]:
-    """What cannot be compared, and what is compared in other units, as sentences."""
+    """Sentences on what cannot be compared, and what is compared in other units."""
     one, other = pair.names
     if pair.mixed:
         bare, dressed = (one, other) if pair.first.run.manifest.scaled else (other, one)

@@ -36,7 +36,7 @@ def results(pair: Pair) -> Table:
         for name, found in (longer | shorter).items() if shorter else ():
             a, b = (side[name].value if name in side else None for side in (one, other))
             if of is not _at_depths or (name in one and name in other):
-                apart = ABSENT if found.whole and not pair.alike else difference(a, b)
+                apart = ABSENT if found.whole and not pair.alike else shown_difference(a, b)
                 rows.append((name, number(a), number(b), apart))
     return Table(
         title="Results",
@@ -134,7 +134,7 @@ def _in_brackets(unit: str) -> str:
     return f" ({unit.strip()})" if unit else ""
 
 
-def difference(a: float | None, b: float | None) -> str:
+def shown_difference(a: float | None, b: float | None) -> str:
     """Return the second number against the first: of counts as such, of others in percent.
 
     Parameters

@@ -54,10 +54,10 @@ STAFFA = "from staffa.cli import main; main()"
 SMALL = ("domain.h=0.05", "time.t=[0.1,0.9]", "output.at=[]", "solver.guess=none")
 LITTLE = 1e9  # bytes; the fields and pictures of one run of the size of the slab take some 10 MB
 GET_ONE = "install one (apt install gcc, dnf install gcc), or name yours like CC=/usr/bin/gcc"
-FROM_WHERE = "install DOLFINx anew, as docs/cluster.md says"
+FROM_WHERE = "install DOLFINx again, as docs/cluster.md says"
 
 
-def require(sound: object, sentence: str) -> None:
+def require_sound(sound: object, sentence: str) -> None:
     """Raise a sentence unless what it is about is sound."""
     if not sound:
         raise StaffaError(sentence)
@@ -88,7 +88,7 @@ def compiler() -> str:
     """The C compiler that compiles forms: CC, or the one that built Python."""
     command = _compiler()
     found = shutil.which(command[0])
-    require(found, f"there is no C compiler '{command[0]}', and forms need one; {GET_ONE}")
+    require_sound(found, f"there is no C compiler '{command[0]}', and forms need one; {GET_ONE}")
     with told_as(f"'{shlex.join(command)}' compiles nothing: {{}}; {GET_ONE}"):
         _compiled_and_run(HELLO)
     return str(found)
@@ -97,7 +97,7 @@ def compiler() -> str:
 def headers() -> str:
     """Python.h, of the Python that runs."""
     folder, version = sysconfig.get_path("include"), sysconfig.get_python_version()
-    require(
+    require_sound(
         (Path(folder) / "Python.h").is_file(),
         f"there is no Python.h in {folder}, and forms need it; install the headers of Python "
         f"{version} (apt install python{version}-dev, dnf install python{version}-devel)",
@@ -105,7 +105,7 @@ def headers() -> str:
     with told_as(f"Python.h in {folder} cannot be used: {{}}"):
         told = _compiled_and_run(VERSION, f"-I{folder}").strip()
     wrong = f"Python.h in {folder} is of Python {told}, and this is {version}"
-    require(told.startswith(version), wrong)
+    require_sound(told.startswith(version), wrong)
     return f"{folder}, of Python {told}"
 
 
@@ -137,20 +137,20 @@ def libraries() -> str:
 
 def petsc() -> str:
     """The direct solver of PETSc."""
-    require(_stack()[1], f"PETSc was built without MUMPS, the direct solver; {FROM_WHERE}")
+    require_sound(_stack()[1], f"PETSc was built without MUMPS, the direct solver; {FROM_WHERE}")
     return "with MUMPS"
 
 
 def partitioner() -> str:
     """A library by which DOLFINx shares a mesh out."""
-    require(_stack()[2], f"DOLFINx was built without a partitioner of meshes; {FROM_WHERE}")
+    require_sound(_stack()[2], f"DOLFINx was built without a partitioner of meshes; {FROM_WHERE}")
     return ", ".join(_stack()[2])
 
 
 def cache() -> str:
     """The folder of compiled forms: it can be written to, and how much is in it."""
     wanted, folder = map(Path, in_python(CACHE).splitlines())
-    require(
+    require_sound(
         folder == wanted,
         f"compiled forms cannot be kept in {wanted}, which is not this user's alone to write to, "
         f"but in {folder} as long as that is there; name another folder with XDG_CACHE_HOME",
@@ -163,10 +163,10 @@ def mpiexec() -> str:
     """The launcher, which starts ranks that see one another."""
     found, beside = shutil.which("mpiexec"), Path(sys.executable).parent
     way_out = f"put {beside} in it" if (beside / "mpiexec").exists() else "install that of your MPI"
-    require(found, f"there is no mpiexec in PATH, which starts several ranks; {way_out}")
+    require_sound(found, f"there is no mpiexec in PATH, which starts several ranks; {way_out}")
     with told_as(f"{found} starts no two ranks ({{}}); {FROM_WHERE}"):
         size = in_python(SIZE, launcher=[str(found), "-n", "2"])
-    require(
+    require_sound(
         size == "2",
         f"{found} starts ranks that do not see one another: it belongs to another MPI than "
         f"mpi4py; use the mpiexec that came with that",
@@ -186,7 +186,9 @@ def folder() -> str:
 def disk() -> str:
     """Room on the disk of this folder."""
     free = shutil.disk_usage(Path.cwd()).free
-    require(free >= LITTLE, f"only {free / 1e9:.2g} GB are free here; make room, or give --out")
+    require_sound(
+        free >= LITTLE, f"only {free / 1e9:.2g} GB are free here; make room, or give --out"
+    )
     return f"{free / 1e9:.3g} GB free"
 
 
@@ -201,7 +203,7 @@ def locks() -> str:
 def threads() -> str:
     """One thread a rank."""
     given = os.environ.get("OMP_NUM_THREADS")
-    require(
+    require_sound(
         given == "1",
         f"OMP_NUM_THREADS is {given or 'not set'}: threads of linear algebra compete with the "
         f"ranks for the same cores; export OMP_NUM_THREADS=1",
@@ -221,7 +223,7 @@ def pictures() -> str:
     """VTK, which draws 3-D bodies without a screen."""
     with told_as("nothing can be drawn in 3-D ({}); install libGL or Mesa"):
         drawn = in_python(PICTURE)
-    require(drawn == "True", "what is drawn in 3-D stays empty; install libGL or Mesa")
+    require_sound(drawn == "True", "what is drawn in 3-D stays empty; install libGL or Mesa")
     return "3-D bodies can be drawn"
 
 
@@ -236,7 +238,7 @@ def two_ranks() -> str:
         output_of(command, seconds=300, folder=Path(name))
         run = open_run(directory)
     said = [sentence for step in run.steps if step.audit for sentence in step.audit.violations]
-    require(
+    require_sound(
         run.finished and run.steps[-1].energies.surface > 0 and not said,
         f"a small run on two ranks ended wrongly ({said[0] if said else 'nothing broke'}); "
         f"{FROM_WHERE}",

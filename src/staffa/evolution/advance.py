@@ -8,6 +8,7 @@ from staffa.backend.parallel import max_over_ranks
 from staffa.errors import LoadError, PartedError, SolveError
 from staffa.evolution.apply_loads import Loading, change_loads, put_on
 from staffa.evolution.coupling import ThermalState
+from staffa.evolution.energy_gaps import gap_at_start, gap_between_parts
 from staffa.evolution.equilibrate import Loads, descend, raise_bounds, settle
 from staffa.evolution.loose_parts import loose_part
 from staffa.evolution.problem import Problem
@@ -38,7 +39,7 @@ class Origin:
 
 @dataclass(frozen=True, kw_only=True)
 class Advance:
-    """How the next loads were reached.
+    """Step from the loads of one time to the next ones.
 
     healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
     and by the minimization. renewed: by new normals and new friction of faces that touch, at the
@@ -90,7 +91,7 @@ class Advance:
             renewed=self.renewed + other.renewed,
             imbalance=max(self.imbalance, other.imbalance),
             began=self.began,
-            gap=max(self.gap, other.gap, _apart(self.outcome, other.began)),
+            gap=max(self.gap, other.gap, gap_between_parts(self.outcome, other.began)),
             heat=other.heat,
             earlier=_together(self.all_heat, other.earlier),
             origin=other.origin,
@@ -116,7 +117,11 @@ class Advance:
             work=self.work + loading.work,
             released=self.released + loading.end - outcome.energies.total,
             imbalance=max(self.imbalance, imbalance(loading, outcome)),
-            gap=max(self.gap, _apart(self.outcome, loading.start), _taken_up(loading, outcome)),
+            gap=max(
+                self.gap,
+                gap_between_parts(self.outcome, loading.start),
+                gap_at_start(loading, outcome),
+            ),
             heat=replace(heat, seconds=heat.seconds + seconds),
         )
 
@@ -224,7 +229,7 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
         renewed=renewed + rubbed,
         imbalance=imbalance(loading, outcome),
         began=loading.start - renewed,
-        gap=_taken_up(slid, outcome),
+        gap=gap_at_start(slid, outcome),
         heat=loading.heat,
         origin=origin,
     )
@@ -287,29 +292,6 @@ def imbalance(loading: Loading, outcome: Outcome) -> float:
     return abs(loading.end - loading.start - loading.work) / scale
 
 
-def relative_difference(one: float, other: float, outcome: Outcome) -> float:
-    """Return the difference of two energies over the energy.
-
-    Parameters
-    ----------
-    one : first energy.
-    other : second energy.
-    outcome : outcome with the scale of the energy.
-    """
-    return abs(one - other) / max(abs(one), abs(other), outcome.scale)
-
-
-def _apart(outcome: Outcome, began: float | None) -> float:
-    """Return this difference between the end of one part of a step and the start of the next."""
-    total = outcome.energies.total
-    return 0.0 if began is None else relative_difference(total, began, outcome)
-
-
-def _taken_up(loading: Loading, outcome: Outcome) -> float:
-    """Return this difference between new loads and the start of the minimization."""
-    return relative_difference(loading.end, outcome.before, outcome)
-
-
 def agree(
     problem: Problem,
     system: System,
@@ -326,7 +308,8 @@ def agree(
     Raises
     ------
     SolveError
-        They do not agree after so many passes: in too long a step cracks run ahead of the cold.
+        They do not agree within the limit of passes: in too long a step cracks run ahead of
+        the thermal boundary layer.
     """
     coupling, origin, T = system.coupling, advance.origin, system.state.T
     rule = coupling.agreement

@@ -20,7 +20,7 @@ ACCURACY = 3e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Loading:
-    """What changing the loads did with the cracks frozen.
+    """Result of a change of the loads with frozen cracks.
 
     work: of the temperature change, of the prescribed displacements and of external loads that
     change, along the straight path from the loads before: by the power at its ends, which is exact
@@ -67,7 +67,7 @@ def put_on(
 ) -> Loading:
     """The same with a temperature that is known. Collective.
 
-    thermal: the state to put on. before: the prescribed displacements (m) at hand, shape
+    thermal: the state to put on. before: the prescribed displacements (m) of now, shape
     (n_fixed,).
     """
     energy, state, parts = system.energy, system.state, system.alternation
@@ -109,6 +109,4 @@ def put_on(
 
 
 def _not_finite(what: str, time: float) -> LoadError:
-    return LoadError(
-        f"the load gives a {what} that is not finite at time {time:.6g}; mend the load"
-    )
+    return LoadError(f"the load gives a {what} that is not finite at time {time:.6g}; fix the load")

@@ -36,7 +36,7 @@ MOST_RETURNS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Past:
-    """What is remembered of a step besides its damage and temperature.
+    """Record of an earlier step besides its damage and temperature.
 
     total, scale: its energy, see `records.Energies`. loaded, work, imbalance: the energy on frozen
     cracks that it began with, and the account of the loads that led there. heat: the
@@ -209,7 +209,7 @@ def better_earlier(problem: Problem, system: System, history: StepHistory) -> Be
 
 
 def _thermal(system: System, history: StepHistory, index: int) -> tuple[ThermalState, Heat | None]:
-    """The thermal state at an earlier step, with the cracks at hand if that matters."""
+    """The thermal state at an earlier step, with the current cracks if that matters."""
     past = history.steps[index]
     if system.coupling.agreement is None:
         return history.thermal(index), past.heat

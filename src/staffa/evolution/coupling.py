@@ -183,7 +183,7 @@ class Conducted:
 def coupling_of(load: Any, domain: Domain, spaces: Spaces) -> ThermalCoupling:
     """Build the coupling that a problem's load stands for, by the load's class. Collective.
 
-    What is registered for no class of its own is a load in closed form.
+    What is not registered is a load in closed form.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class ThermalFields:
 
     Parameters
     ----------
-    T : temperature change (K) of the system's state, on the space of the damage.
+    T : temperature change (K) of the system's state, at the vertices.
     thermal : the state to begin with.
     """
 

@@ -41,7 +41,7 @@ def march(
     problem: Problem,
     system: System,
     observers: Observers | None = None,
-    standing: RestartState | None = None,
+    restart: RestartState | None = None,
 ) -> Iterator[Step]:
     """Visit the times of the problem; yield the record of each complete step. Collective.
 
@@ -53,7 +53,7 @@ def march(
     problem : the problem.
     system : its system.
     observers : functions called at each step; None for the measures alone.
-    standing : restart state, as `observers.keep` received it; None to start.
+    restart : restart state, as `observers.keep` received it; None to start.
 
     Raises
     ------
@@ -71,11 +71,11 @@ def march(
     require(problem, Problem, "problem", "give a Problem, as staffa.problem(case) makes one")
     require(system, System, "system", "give a System, as staffa.build(problem) makes one")
     require(observers, (Observers, NoneType), "observers", "give staffa.evolution.march.Observers")
-    yield from march_session(Session(problem, system), observers, standing)
+    yield from march_session(Session(problem, system), observers, restart)
 
 
 def march_session(
-    session: Session, observers: Observers | None = None, standing: RestartState | None = None
+    session: Session, observers: Observers | None = None, restart: RestartState | None = None
 ) -> Iterator[Step]:
     """The same as `march`, for a session, whose mesh may change while a step is yielded.
 
@@ -83,11 +83,11 @@ def march_session(
     ----------
     session : owner of the mesh and of all that is built for it.
     observers : see `Observers`; None for none but the measures.
-    standing : restart state to go on from; None to begin.
+    restart : restart state to go on from; None to begin.
     """
     observers = observers or Observers()
     try:
-        loop = _begun(session, observers) if standing is None else standing.taken_up(session)
+        loop = _begun(session, observers) if restart is None else restart.taken_up(session)
         while (taken := _take(session, observers, loop)) is not None:
             yield taken.step
             if taken.error is not None:
@@ -122,7 +122,7 @@ class _Start:
     Attributes
     ----------
     moment : number and time of the step.
-    standing : restart state before it.
+    restart : restart state before it.
     before : the state before it, as it is on record.
     start, end : loads that it begins and ends with.
     better : the earlier step that it returns to; None for the next step.
@@ -130,7 +130,7 @@ class _Start:
     """
 
     moment: Moment
-    standing: RestartState
+    restart: RestartState
     before: Before
     start: Loads
     end: Loads
@@ -145,14 +145,14 @@ def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
     if loop.history and loop.due:
         _look_back(session, observers, loop, loop.history)
     system.energy.book()
-    time, standing = loop.next_time(), loop.standing()
-    observers.keep(standing, time is None)
+    time, restart = loop.next_time(), loop.restart()
+    observers.keep(restart, time is None)
     if time is None:
         return None
-    begun = _Start(
+    started = _Start(
         moment=_moment(problem, loop.next_index, time),
-        standing=standing,
-        before=loop.before(standing.kept),
+        restart=restart,
+        before=loop.before(restart.kept),
         start=loop.start(),
         end=Loads(time=time, values=system.supports.values(time)),
         better=loop.better if loop.history else None,
@@ -161,37 +161,37 @@ def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
     system.begin()
     try:
         observers.pause()
-        if loop.history and begun.better:
-            return _return(session, observers, loop, begun, loop.history, begun.better)
-        return _advance(session, observers, loop, begun)
+        if loop.history and started.better:
+            return _return(session, observers, loop, started, loop.history, started.better)
+        return _advance(session, observers, loop, started)
     except StoppedError:
-        observers.keep(standing, True)
+        observers.keep(restart, True)
         raise
 
 
-def _advance(session: Session, observers: Observers, loop: Loop, begun: _Start) -> _Taken:
+def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
     """Take a step to a later time. Collective."""
     problem, system = session.problem, session.system
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, begun.moment)
+    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
     direct = linear.takeovers
     try:
-        tried = try_step(problem, system, begun.start, begun.end, loop.walk, watch)
+        tried = try_step(problem, system, started.start, started.end, loop.walk, watch)
     except SolveError as error:
         require_together(session.comm, error)
-        observers.keep(begun.standing, True)
-        moment = begun.moment
+        observers.keep(started.restart, True)
+        moment = started.moment
         words = f"step {moment.index} (time {moment.time:.6g}) failed: {error}"
         ending = PartedError(words) if isinstance(error, PartedError) else SolveError(words)
         ending.__cause__ = error
         return _Taken(step=_failed(session, moment, observers, str(error)), error=ending)
-    seconds = perf_counter() - begun.clock
+    seconds = perf_counter() - started.clock
     if tried.rejected:
-        return _Taken(step=rejected(problem, begun.moment, tried.advance, tried.ran, seconds))
+        return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
     advance = tried.advance.after(SolverStatistics(direct=linear.takeovers - direct))
-    taken = _stands(session, observers, begun, advance, tried.stability, seconds)
+    taken = _stands(session, observers, started, advance, tried.stability, seconds)
     if taken.error is None:
-        loop.walk.onward(begun.moment.time, tried.ran)
-        _go_on(session, loop, begun, advance)
+        loop.walk.onward(started.moment.time, tried.ran)
+        _go_on(session, loop, started, advance)
     return taken
 
 
@@ -199,44 +199,44 @@ def _return(
     session: Session,
     observers: Observers,
     loop: Loop,
-    begun: _Start,
+    started: _Start,
     history: StepHistory,
     better: Better,
 ) -> _Taken:
     """Go back to an earlier step. Collective."""
     problem, system, spent = session.problem, session.system, None
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, begun.moment)
+    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
     direct = linear.takeovers
     try:
         advance = go_back(problem, system, history, better, watch)
-        advance, stability = examine(problem, system, begun.end, advance, watch)
+        advance, stability = examine(problem, system, started.end, advance, watch)
         spent = advance.outcome
         if not spent.converged:
             raise SolveError(spent.reason)
     except SolveError as error:
         require_together(session.comm, error)
-        restore(system, begun.standing.kept)
-        index = begun.moment.index
+        restore(system, started.restart.kept)
+        index = started.moment.index
         history.failed.add(index)
-        history.returns[index] = begun.standing.returns.get(index, 0)
+        history.returns[index] = started.restart.returns.get(index, 0)
         loop.better, loop.due = None, True  # another step may be better too
-        seconds = perf_counter() - begun.clock
+        seconds = perf_counter() - started.clock
         return _Taken(
-            step=not_returned(system, begun.moment, history, better, error, spent, seconds)
+            step=not_returned(system, started.moment, history, better, error, spent, seconds)
         )
-    seconds = perf_counter() - begun.clock
+    seconds = perf_counter() - started.clock
     advance = advance.after(SolverStatistics(direct=linear.takeovers - direct))
-    taken = _stands(session, observers, begun, advance, stability, seconds)
-    loop.walk.back(begun.moment.time)
+    taken = _stands(session, observers, started, advance, stability, seconds)
+    loop.walk.back(started.moment.time)
     history.failed.clear()  # the damage is another
-    _go_on(session, loop, begun, advance)
+    _go_on(session, loop, started, advance)
     return taken
 
 
 def _stands(
     session: Session,
     observers: Observers,
-    begun: _Start,
+    started: _Start,
     advance: Advance,
     stability: Stability | None,
     seconds: float,
@@ -244,25 +244,25 @@ def _stands(
     """Audit and record a step that stands, converged or not. Collective."""
     problem, system, outcome = session.problem, session.system, advance.outcome
     if not outcome.converged:
-        observers.keep(begun.standing, True)
-    audited = audit(problem, system, begun.before, advance, stability)
-    step = _accepted(session, begun.moment, observers, advance, audited, stability, seconds)
+        observers.keep(started.restart, True)
+    audited = audit(problem, system, started.before, advance, stability)
+    step = _accepted(session, started.moment, observers, advance, audited, stability, seconds)
     if system.hoop:
-        step = replace(step, hoop=system.hoop.share(begun.before.alpha))
+        step = replace(step, hoop=system.hoop.share(started.before.alpha))
     if outcome.converged:
         return _Taken(step=step)
     when = f"step {step.index} (time {step.time:.6g})"
     return _Taken(step=step, error=SolveError(f"{when} {outcome.reason}; its state is saved"))
 
 
-def _go_on(session: Session, loop: Loop, begun: _Start, advance: Advance) -> None:
+def _go_on(session: Session, loop: Loop, started: _Start, advance: Advance) -> None:
     """Let the next step follow on one that stands."""
-    index, history = begun.moment.index, loop.history
+    index, history = started.moment.index, loop.history
     loop.index, loop.better = index + 1, None
     loop.total = advance.outcome.energies.total
     if history:
         history.drop(index)
-        history.keep(begun.end, advance, session.system)
+        history.keep(started.end, advance, session.system)
         loop.due = True
 
 
@@ -278,7 +278,7 @@ def _look_back(session: Session, observers: Observers, loop: Loop, history: Step
         loop.better = better_earlier(session.problem, session.system, history)
     except SolveError as error:
         require_together(session.comm, error)
-        observers.keep(loop.standing(), True)
+        observers.keep(loop.restart(), True)
         raise SolveError(
             f"step {loop.index - 1} is saved, but looking back failed: {error}"
         ) from error

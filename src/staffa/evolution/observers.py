@@ -13,7 +13,7 @@ from staffa.records.tip_release import Release
 
 @dataclass(frozen=True, kw_only=True)
 class Observers:
-    """What is done at each step by those who look on.
+    """Calls of those who follow the time loop.
 
     All but `watch`, `keep` and `pause` get the session, are collective, and hold nothing of its
     mesh.
@@ -37,5 +37,5 @@ class Observers:
     quantities: Callable[[Session], dict[str, tuple[float, ...]]] = lambda session: {}
     release: Callable[[Session], tuple[Release, ...]] = lambda session: ()
     watch: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
-    keep: Callable[[RestartState, bool], None] = lambda standing, now: None
+    keep: Callable[[RestartState, bool], None] = lambda restart, now: None
     pause: Callable[[], None] = lambda: None

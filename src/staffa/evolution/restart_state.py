@@ -171,12 +171,12 @@ class RestartState:
         return self.kept.frozen[0] if self.kept.frozen else None
 
     def past_fields(self, number: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
-        """Those of one of the `states`, ghosts included, and the memory of the coupling then."""
+        """Return the fields of one of the `states`, with ghosts, and the memory of the coupling."""
         assert self.history is not None
         alpha, thermal = self.history.state(number)
         return {"alpha": alpha, "T": thermal.T}, thermal.memory
 
-    def anew(self) -> "RestartState":
+    def for_new_solvers(self) -> "RestartState":
         """Return the same state, with failed returns allowed again, for changed solvers."""
         if self.history:
             self.history.failed.clear()
@@ -206,7 +206,7 @@ def restart_state(
     past_fields: Iterable[Mapping[str, np.ndarray]] | None,
     system: System,
 ) -> RestartState:
-    """What `numbers`, `fields` and `past_fields` told, on the ranks at hand.
+    """Return the restart state that numbers and fields of a checkpoint tell.
 
     fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
     has FACES too, where faces of cracks touch, and both have MEMORY, where the coupling has one.
@@ -246,7 +246,7 @@ def restart_state(
 
 
 def _thermal(fields: Mapping[str, np.ndarray]) -> ThermalState:
-    """What a coupling goes on from; checkpoints of older versions tell of no memory."""
+    """Return the thermal state; checkpoints of older versions have no memory."""
     return ThermalState(T=fields["T"], memory=fields.get(MEMORY, np.zeros(0)))
 
 
@@ -288,7 +288,7 @@ class Loop:
         return self.session.history
 
     def meet_mesh(self) -> None:
-        """Where the mesh has changed, find equilibrium on it with frozen cracks. Collective.
+        """Find equilibrium with frozen cracks on a mesh that has changed. Collective.
 
         The energy that the step before ended with is then none to compare with.
         """
@@ -322,7 +322,7 @@ class Loop:
             return Before(alpha=damage, thermal=origin.thermal, total=None)
         return Before(alpha=kept.alpha, thermal=kept.thermal, total=self.total)
 
-    def standing(self) -> RestartState:
+    def restart(self) -> RestartState:
         """Return the restart state."""
         history, system = self.history, self.session.system
         return RestartState(

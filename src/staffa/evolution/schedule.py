@@ -66,9 +66,9 @@ class Pace:
 
     def _layers_end(self, time: float, growth: float) -> float:
         """Return the time (s) at which the first thermal boundary layer has grown by a fraction."""
-        begun = (onset for onset in self.onsets if onset[0] <= time)
+        started = (onset for onset in self.onsets if onset[0] <= time)
         return min(
-            max(start + (1 + growth) ** 2 * (time - start), time + felt) for start, felt in begun
+            max(start + (1 + growth) ** 2 * (time - start), time + felt) for start, felt in started
         )
 
 

@@ -44,7 +44,7 @@ class Session:
         ----------
         problem : problem whose mesh comes first.
         system : system of that problem, which the session frees.
-        toughness_factor : discrete toughness over Gc on these cells; None: it is measured.
+        toughness_factor : effective Gc over Gc on these cells; None: it is measured.
         """
         self.problem, self.system = problem, system
         self.history: StepHistory | None = None
@@ -69,7 +69,7 @@ class Session:
 
     @property
     def toughness_factor(self) -> float:
-        """Discrete toughness over Gc on the current cells. Collective."""
+        """Effective Gc over Gc on the current cells. Collective."""
         if self._toughness_factor is None:
             self._toughness_factor = effective_gc_ratio(self.problem)
         return self._toughness_factor

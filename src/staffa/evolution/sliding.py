@@ -116,7 +116,7 @@ class Series:
         bound = faces.bound
         free = np.isfinite(bound)
         change = np.where(free & faces.faced, pressed - np.where(free, bound, 0.0), 0.0)
-        begun = not any_over_ranks(self._comm, bool(np.any(faces.faced & ~free)))
+        started = not any_over_ranks(self._comm, bool(np.any(faces.faced & ~free)))
         if self._last is not None:
             bend = (change - self._last)[self._own]
             square, along = sum_over_ranks(
@@ -124,5 +124,5 @@ class Series:
             )
             guess = -self._length * along / square if square > 0 else 1.0
             self._length = min(max(guess, SHORTEST), LONGEST) if guess > 0 else 1.0
-        self._last = change if begun else None
+        self._last = change if started else None
         return np.where(free, np.maximum(bound + self._length * change, 0.0), pressed)

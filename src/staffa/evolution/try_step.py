@@ -17,7 +17,7 @@ from staffa.records.step import Stability
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class TriedStep:
     """A step that was tried.
 
     Attributes
@@ -41,7 +41,7 @@ def try_step(
     end: Loads,
     walk: AdaptiveSteps,
     watch: Watch,
-) -> Tried:
+) -> TriedStep:
     """Take a step, and put the state back where cracks ran too far in it. Collective.
 
     Cracks are looked at again if a state was left that is not stable.
@@ -58,7 +58,7 @@ def try_step(
         advance = advance_to(problem, system, start, end, watch)
         advance, stability = examine(problem, system, end, advance, watch)
         _require_whole(problem, system, before)
-        return Tried(advance=advance, stability=stability)
+        return TriedStep(advance=advance, stability=stability)
     advance, stability = advance_to(problem, system, start, end, watch), None
     ran = _ran(problem, system, before)
     rejected = walk.goes_too_far(ran)
@@ -71,7 +71,7 @@ def try_step(
         restore(system, before)
     else:
         _require_whole(problem, system, before)
-    return Tried(advance=advance, stability=stability, ran=ran, rejected=rejected)
+    return TriedStep(advance=advance, stability=stability, ran=ran, rejected=rejected)
 
 
 def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
@@ -84,5 +84,5 @@ def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
 
 
 def _ran(problem: Problem, system: System, before: Snapshot) -> float:
-    """How far cracks ran since `snapshot` (m). Collective."""
+    """Return how far cracks ran since `snapshot` (m). Collective."""
     return crack_advance(system.state, before.alpha, threshold=problem.measuring.threshold)

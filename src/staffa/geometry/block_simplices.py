@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from staffa.errors import StaffaError
-from staffa.geometry.gmsh_model import SIMPLEX, generate, missing, opened
+from staffa.geometry.gmsh_model import SIMPLEX, generate, missing, open_gmsh
 from staffa.geometry.places import SAME
 
 BLOCK, OTHERWISE = 'domain.cells = "unstructured"', "leave domain.cells out"
@@ -30,7 +30,7 @@ def unstructured(size: tuple[float, ...], h: float) -> tuple[np.ndarray, np.ndar
         Gmsh made no mesh.
     """
     dim = len(size)
-    with opened(BLOCK, OTHERWISE) as gmsh:
+    with open_gmsh(BLOCK, OTHERWISE) as gmsh:
         try:
             # In cells: Gmsh has absolute tolerances, which do not suit a body of micrometers; and
             # rounded, so that 30 um and 0.03 mm give the same mesh.

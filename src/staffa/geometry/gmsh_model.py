@@ -38,7 +38,7 @@ def missing(what: str, way_out: str) -> str:
 
 
 @contextmanager
-def opened(what: str, way_out: str) -> Iterator[Any]:
+def open_gmsh(what: str, way_out: str) -> Iterator[Any]:
     """Open Gmsh with a separate model and separate options; a caller's open Gmsh stays open.
 
     Parameters

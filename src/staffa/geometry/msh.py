@@ -11,7 +11,7 @@ import numpy as np
 from staffa.backend.one_file import require_alone
 from staffa.errors import InputError
 from staffa.geometry.assembled import KINDS, Block, assembled, listed
-from staffa.geometry.gmsh_model import opened
+from staffa.geometry.gmsh_model import open_gmsh
 from staffa.geometry.simplices import Simplices
 from staffa.geometry.splitting import bulge
 
@@ -48,7 +48,7 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
         raise InputError(f"{where} is no .msh file; save the mesh as one, with Gmsh or meshio")
     if path.suffix.lower() == ".med":
         require_alone(path, where)
-    with opened(where, WAY_OUT) as gmsh, TemporaryDirectory() as alone:
+    with open_gmsh(where, WAY_OUT) as gmsh, TemporaryDirectory() as alone:
         # Gmsh runs an options file that lies beside the one it opens.
         link = Path(alone) / f"mesh{path.suffix}"
         link.symlink_to(path.absolute())

@@ -9,7 +9,7 @@ import numpy as np
 
 from staffa.errors import StaffaError
 from staffa.geometry.block import simplices
-from staffa.geometry.gmsh_model import generate, opened
+from staffa.geometry.gmsh_model import generate, open_gmsh
 from staffa.geometry.msh import collected
 from staffa.geometry.outline import Outline, box_edges, flat_faces, flat_sides, pairs
 from staffa.geometry.places import SAME, Bounds, BoxGrid
@@ -85,7 +85,7 @@ def meshed(shape: Shape, h: float, where: str) -> Simplices:
         Gmsh made no mesh.
     """
     lower, upper = shape.bounds()
-    with opened(where, "give domain.size for a rectangle or a box") as gmsh:
+    with open_gmsh(where, "give domain.size for a rectangle or a box") as gmsh:
         try:
             _name(gmsh, shape.scaled(1 / h))  # in cells, as `unstructured` does
             generate(gmsh, len(lower))

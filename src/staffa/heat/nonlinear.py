@@ -18,7 +18,7 @@ from dolfinx.fem import petsc as fem_petsc
 from staffa.backend import jit
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.petsc_options import HEAT_NEWTON, apply, petsc_errors
-from staffa.backend.petsc_status import ended
+from staffa.backend.petsc_status import how_it_ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import LoadError, SolveError
 from staffa.heat.operators import HeatExchange, HeatOperators
@@ -242,7 +242,7 @@ class NonlinearSteps:
         writable(self._rhs)[:] = heat * self._free
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        end = ended(self._ksp)
+        end = how_it_ended(self._ksp)
         if not end.converged:
             raise SolveError(
                 f"the heat equation was not solved by its linear solver: {end.sentence}"

@@ -1,9 +1,8 @@
 """Heat equation in space: C dT/dt = F(T, t), with every term but conduction at the vertices.
 
 Elements are linear; capacity, boundary exchange, fluxes and sources are lumped at the vertices. So
-a vertex gains heat only from warmer neighbors or its surroundings (on cells without obtuse angles
-the conduction matrix has no positive entry off its diagonal), and a sudden drop at a boundary makes
-no vertex warmer, as a consistent capacity would.
+a vertex gains heat only from warmer neighbors or its surroundings, if no angle of the cells is
+obtuse. A sudden drop at a boundary makes no vertex warmer, as a consistent capacity would.
 """
 
 from collections.abc import Callable, Iterator
@@ -274,7 +273,7 @@ class HeatOperators:
         if any_over_ranks(self.comm, not np.all(np.isfinite(found) & (found >= least))):
             rule = "finite" if least < 0 else "finite and not negative"
             raise LoadError(
-                f"heat.{name} must be {rule} everywhere, and is not at time {t:.6g}; mend its "
+                f"heat.{name} must be {rule} everywhere, and is not at time {t:.6g}; fix its "
                 f"formula"
             )
         return found

@@ -20,7 +20,7 @@ from dolfinx import fem
 
 from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import HEAT, apply, petsc_errors
-from staffa.backend.petsc_status import ended
+from staffa.backend.petsc_status import how_it_ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.heat.nonlinear import NonlinearSteps
@@ -33,7 +33,7 @@ from staffa.records.step import Heat
 
 # A substep is as long as its error allows, times the first number; its length changes by a factor
 # between the other two.
-CAUTION, LEAST, MOST = 0.9, 0.1, 4.0
+SAFETY, LEAST, MOST = 0.9, 0.1, 4.0
 # A change of a temperature by less than this part of it is round-off.
 UNCHANGED = 1e-7
 # At one temperature the flows between vertices cancel, except for round-off: over the tolerance of
@@ -131,7 +131,7 @@ class HeatEquation:
                 largest = max(largest, self._change(T))
                 for name, amount in tried.entered.items():
                     entered[name] += amount
-            change = CAUTION * max(tried.error, 1e-9) ** (-1 / 3)
+            change = SAFETY * max(tried.error, 1e-9) ** (-1 / 3)
             length = _fitting(length * min(max(change, LEAST), MOST), end - time)
             if time < end and not time + length > time:
                 raise SolveError(
@@ -229,7 +229,7 @@ class HeatEquation:
         self._rhs.scale(1 / size)
         with petsc_errors("the heat equation was not solved", self._ksp.comm):
             self._ksp.solve(self._rhs, self._solution)
-        end = ended(self._ksp)
+        end = how_it_ended(self._ksp)
         if not end.converged:
             raise SolveError(
                 f"the heat equation was not solved by its linear solver: {end.sentence}; take "

@@ -58,8 +58,8 @@ def members(path: Path) -> dict[int, Path]:
 
 def is_ensemble(path: Path) -> bool:
     """Return True for a folder that contains members and is no run itself."""
-    begun = (inside / MANIFEST for inside in members(path).values())
-    return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in begun)
+    started = (inside / MANIFEST for inside in members(path).values())
+    return not (path / MANIFEST).exists() and any(manifest.is_file() for manifest in started)
 
 
 def is_of_ensemble(inside: Path) -> bool:
@@ -80,8 +80,8 @@ def read_ensemble(path: str | Path) -> Ensemble:
         A file of one is damaged.
     """
     path = path_of(path, "path")
-    begun = {s: place for s, place in members(path).items() if (place / MANIFEST).is_file()}
-    runs = {seed: open_run(place) for seed, place in begun.items()}
+    started = {s: place for s, place in members(path).items() if (place / MANIFEST).is_file()}
+    runs = {seed: open_run(place) for seed, place in started.items()}
     found = Ensemble(path=path, runs=runs)
     for run in runs.values():
         if _fixed(run) != _fixed(found.first):

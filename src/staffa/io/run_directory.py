@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from errno import ENAMETOOLONG
 from hashlib import sha256
 from itertools import count
-from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ from staffa.errors import InputError, StaffaError, printable
 from staffa.io.own_files import make_folder, to_append, write_aside
 from staffa.io.step_columns import frame_of
 from staffa.records.json_form import json_form
-from staffa.records.manifest import Manifest
+from staffa.records.manifest import Manifest, check_numbers
 from staffa.records.status import Status
 from staffa.records.step import Step, kept, made
 
@@ -254,14 +253,14 @@ def open_run(path: str | Path) -> Run:
         )
     manifest = read_manifest(path)
     steps = _read_steps(path)
-    standing = kept(steps)
+    accepted = kept(steps)
     rejected = tuple(step for step in steps if step.status == Status.REJECTED)
-    known = {id(step) for step in (*standing, *rejected)}
+    known = {id(step) for step in (*accepted, *rejected)}
     return Run(
         path=path,
         case=read_case_text(path),
         manifest=manifest,
-        steps=standing,
+        steps=accepted,
         superseded=tuple(step for step in steps if id(step) not in known),
         rejected=rejected,
     )
@@ -283,7 +282,7 @@ def read_manifest(path: Path) -> Manifest:
         )
     try:
         found = made(Manifest, record)
-        _is_whole(found)
+        check_numbers(found)
     except ValueError as error:
         raise StaffaError(
             f"{file} is damaged: it lacks an entry, or has a wrong one ({error})"
@@ -303,20 +302,6 @@ def parsed(text: str) -> Any:
         return json.loads(text)
     except RecursionError:
         raise ValueError("its brackets are nested too deeply") from None
-
-
-def _is_whole(manifest: Manifest) -> None:
-    """Raise a ValueError if numbers of a manifest are impossible."""
-    m, dim = manifest, len(manifest.size)
-    positive = (m.h, m.ell, m.L, m.toughness_factor, m.cells, m.unknowns, m.ranks, *m.size)
-    if dim not in (2, 3) or len(m.corner) != dim:
-        raise ValueError("size and lower: two or three numbers each")
-    if not all(0 < number < inf for number in positive):
-        raise ValueError("h, ell, L, toughness_factor, cells, unknowns, ranks, size: positive")
-    if not m.times or not len(m.times) == len(m.taus) == len(m.requested):
-        raise ValueError("times, taus, requested: lists of one length, not empty")
-    if not all(map(isfinite, m.times)) or list(m.times) != sorted(m.times):
-        raise ValueError("times: finite, in increasing order")
 
 
 def read_case_text(path: Path) -> str:

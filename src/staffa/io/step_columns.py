@@ -49,7 +49,7 @@ def _fields(record: Any) -> Iterator[Field]:
     for name, hint in get_type_hints(record).items():
         kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
         inner: Any = next(filter(is_dataclass, kinds), None)
-        scalar = next((kind for kind in kinds if kind in SCALARS), None)
+        scalar = next((k for k in kinds if isinstance(k, type) and issubclass(k, SCALARS)), None)
         if inner is not None:
             for field in fields_of(inner):
                 yield Field(f"{name}_{field.name}", (name, *field.path), field.kind)
@@ -101,6 +101,7 @@ def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
         | {"audit_violations": len(step.audit.violations) if step.audit else nan}
         | _cracks(manifest, step)
         | _by_side(step)
+        | _quantities(manifest, step)
         for step in steps
     ]
 
@@ -136,3 +137,14 @@ def _by_side(step: Step) -> dict[str, float]:
     }
     heat = step.heat.entered if step.heat else {}
     return forces | {f"heat_from_{source}": amount for source, amount in heat.items()}
+
+
+def _quantities(manifest: Manifest, step: Step) -> dict[str, float]:
+    """Return the quantities of a script, in the units of these."""
+    return {
+        name: number
+        for quantity in manifest.quantities
+        for name, number in zip(
+            quantity.columns, step.quantities.get(quantity.name, ()), strict=False
+        )
+    }

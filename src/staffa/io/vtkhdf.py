@@ -16,7 +16,7 @@ from staffa.io.own_files import write_aside
 
 # VTK's cell types (vtkCellType.h) and their number of vertices.
 VERTICES = {5: 3, 9: 4, 10: 4, 12: 8}
-DENSEST = 1100  # so many times fewer bytes does gzip make of them at most
+DENSEST = 1100  # largest factor by which gzip makes them smaller
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ def read_vtkhdf(path: Path) -> tuple[VtkMesh, dict[str, np.ndarray]]:
 
 
 def _is_of_sense(root: h5py.Group, size: int) -> None:
-    """Its numbers take no more memory than a file of so many bytes can hold."""
+    """Refuse numbers that take more memory than a file of this size can hold."""
     sets = [root["Points"], root["Connectivity"], root["Types"]]
     sets += [*root["PointData"].values(), *root.get("CellData", {}).values()]
     if not all(isinstance(one, h5py.Dataset) and one.dtype.kind in "fiu" for one in sets):

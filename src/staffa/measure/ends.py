@@ -18,7 +18,9 @@ NEAR = 1.5
 SOFT = 0.6
 
 
-def ended(found: Network, *, tip: float, falls: tuple[float, float], ell: float) -> Network:
+def with_ends_of_cracks(
+    found: Network, *, tip: float, falls: tuple[float, float], ell: float
+) -> Network:
     """Cut ends that have never grown back to the end of the given crack.
 
     The damage ahead of such an end falls faster than ahead of an end that has grown. Between the

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
-from staffa.measure.ends import clipped, ended
+from staffa.measure.ends import clipped, with_ends_of_cracks
 from staffa.measure.junctions import joined, largest_damage, pruned
 from staffa.measure.network import Network, normals, selected
 from staffa.measure.opening import cell_pieces, openings
@@ -62,7 +62,7 @@ def network(
     if strains is None or not len(found.points):
         unknown = np.full(len(found.points), np.nan)
         found = replace(found, opening=unknown, uncertainty=unknown, axial=axial)
-        return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
+        return with_ends_of_cracks(found, tip=tip, falls=falls, ell=ell) if falls else found
     strains = strains[body.members]
     broken = alpha[body.cells].max(axis=1) >= crack
     soft = np.where(broken, 0.0, np.abs(strains[:, 0]))
@@ -72,7 +72,7 @@ def network(
         *volumes, found.points, found.elements, found.sizes, h=h, ell=ell
     )
     found = replace(found, opening=opening, uncertainty=uncertainty, axial=axial)
-    return ended(found, tip=tip, falls=falls, ell=ell) if falls else found
+    return with_ends_of_cracks(found, tip=tip, falls=falls, ell=ell) if falls else found
 
 
 def _crest(body: Body, alpha: np.ndarray, *, ell: float, tip: float) -> Network:

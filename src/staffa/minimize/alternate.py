@@ -16,11 +16,12 @@ from staffa.minimize.coupled import CoupledModel
 from staffa.minimize.elastic import ElasticSolver
 from staffa.minimize.linear import LARGEST_RESIDUAL
 from staffa.minimize.newton import CoupledNewton
+from staffa.minimize.patience import Patience
 from staffa.records.status import Status
 from staffa.records.step import CANCELED, Energies, Outcome, SolverStatistics, Stop
 
 # Where Newton follows, an iterative solver of the displacement stops at this fraction of the
-# unbalanced force that it was given.
+# force that it was given.
 REDUCTION = 0.05
 # Corrections of a displacement whose forces are not those of its supports.
 CORRECTIONS = 3
@@ -203,7 +204,7 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
                 elastic.linear.take_over()
             forces.scale(-1.0)
             way.set(0.0)
-            elastic.respond(forces, way)
+            elastic.solve_forces(forces, way)
             problem.u.axpy(1.0, way)
             problem.keep_u(problem.u)
     finally:
@@ -277,28 +278,6 @@ class Tally:
         )
 
 
-@dataclass
-class Patience:
-    """Pauses of Newton: twice as many sweeps after each refusal in a row.
-
-    Attributes
-    ----------
-    pause, wait : sweeps of the next pause, and sweeps left of the current one.
-    """
-
-    pause: int = 1
-    wait: int = 0
-
-    def allows(self) -> bool:
-        """Return True if Newton may try now; else count down."""
-        self.wait -= 1
-        return self.wait < 0
-
-    def learn(self, taken: bool) -> None:
-        """Record that a proposal was taken or refused."""
-        self.pause, self.wait = (1, 0) if taken else (2 * self.pause, self.pause)
-
-
 def _move(
     problem: Alternation, newton: CoupledNewton, lower: PETSc.Vec, upper: PETSc.Vec, tally: Tally
 ) -> bool:
@@ -343,7 +322,7 @@ def _minimize_damage(
 
 
 def _reason(status: Status, sweeps: int, change: float, residual: float, stop: Stop) -> str:
-    figures = f"damage changed by {change:.1e} in the last sweep, unbalanced force {residual:.1e}"
+    figures = f"damage changed by {change:.1e} in the last sweep, residual {residual:.1e}"
     said = f"{status} in {sweeps} sweeps: {figures}"
     if status is Status.CONVERGED:
         return said

@@ -9,7 +9,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import apply, petsc_errors
-from staffa.backend.petsc_status import Ended, ended
+from staffa.backend.petsc_status import Ended, how_it_ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 
@@ -200,7 +200,7 @@ class TaoSolver:
         with petsc_errors("the damage was not minimized", self.tao.comm):
             self.tao.solve(x)
         self.iterations += self.tao.getIterationNumber()
-        _require("TAO", ended(self.tao), x, self.gradient)
+        _require("TAO", how_it_ended(self.tao), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 
@@ -255,7 +255,7 @@ class SnesSolver:
         with petsc_errors("the damage was not minimized", self.snes.comm):
             self.snes.solve(None, x)
         self.iterations += self.snes.getIterationNumber()
-        _require("SNES", ended(self.snes), x, self.gradient)
+        _require("SNES", how_it_ended(self.snes), x, self.gradient)
         _into_bounds(x, lower, upper)
         self.energy.move_to(x)
 

@@ -172,7 +172,7 @@ def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> floa
     try:
         answered.scale(-1.0)
         way.set(0.0)
-        elastic.respond(answered, way)
+        elastic.solve_forces(answered, way)
         return float(forces.dot(way))
     finally:
         answered.destroy()
@@ -209,7 +209,7 @@ def _hold(elastic: ElasticSolver, held: LinearCondition, u: PETSc.Vec) -> None:
     try:
         held.widening(g)
         answer.set(0.0)
-        elastic.respond(g, answer)
+        elastic.solve_forces(g, answer)
         wider = g.dot(answer)
         if not wider > 0:
             raise SolveError("no crack is open to the fluid: give one in [[cracks]] that it fills")

@@ -106,7 +106,7 @@ class CoupledModel:
         """Overwrite `force` by the second derivative of the energy along a move."""
         (u, alpha), (force_u, force_alpha) = move.getNestSubVecs(), force.getNestSubVecs()
         C = self.coupling.matrix
-        self.elastic.resist(u, force_u)
+        self.elastic.apply_stiffness(u, force_u)
         C.multTransposeAdd(alpha, force_u, force_u)
         writable(force_u)[self.elastic.fixed] = 0.0
         self.damage.matrix.mult(alpha, force_alpha)
@@ -150,7 +150,7 @@ class CoupledModel:
             writable(self.alpha_work)[:] = b
             self.coupling.matrix.multTranspose(self.alpha_work, self.u_work)
             self.u_work.scale(-1.0)
-            self.elastic.respond(self.u_work, v)
+            self.elastic.solve_forces(self.u_work, v)
             return readable(v).copy()
         finally:
             v.destroy()

@@ -165,7 +165,7 @@ class ElasticSolver:
         if self.modes:
             self._add_responses([response.dot(force) for response in self.responses], u)
 
-    def respond(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
+    def solve_forces(self, force: PETSc.Vec, u: PETSc.Vec) -> None:
         """Solve K u = force at fixed supports, with the stiffness of the last `minimize`.
 
         `u` has the first guess, and is overwritten. Overwrites `rhs`.
@@ -192,7 +192,7 @@ class ElasticSolver:
         self.stiffness.mult(u, self.force)
         return float(u.dot(self.force))
 
-    def resist(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
+    def apply_stiffness(self, u: PETSc.Vec, force: PETSc.Vec) -> None:
         """Overwrite `force` by K u, 0 at supports, for a u that is 0 there."""
         self.stiffness.mult(u, force)
         writable(force)[self.fixed] = 0.0

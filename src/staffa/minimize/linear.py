@@ -7,7 +7,7 @@ from staffa.backend.stack import PETSc
 import numpy as np
 
 from staffa.backend.petsc_options import DIRECT, apply, petsc_errors
-from staffa.backend.petsc_status import DONE, Ended, ended
+from staffa.backend.petsc_status import DONE, Ended, how_it_ended
 from staffa.errors import SolveError
 
 # A new factorization gives 1e-12 or so; what is worse than this has not been solved.
@@ -146,7 +146,7 @@ class LinearSolver:
             guess.destroy()
         if failure:
             raise SolveError(
-                f"the displacement was not solved for: {failure}; try shorter time steps, or a "
+                f"displacement solve failed: {failure}; try shorter time steps, or a "
                 f"larger damage.residual_stiffness"
             )
 
@@ -174,7 +174,7 @@ class LinearSolver:
             return "its forces are not finite"
         self.ksp.pc.setReusePreconditioner(not fresh)
         if fresh:  # a solve that has nothing to do would keep the old one
-            with petsc_errors("the displacement was not solved for", self.ksp.comm):
+            with petsc_errors("displacement solve failed", self.ksp.comm):
                 self.ksp.setUp()
                 self.ksp.pc.setUp()
         goal = max(self.rtol * scale, reduction * before)
@@ -199,7 +199,7 @@ class LinearSolver:
     def _correct(
         self, rhs: PETSc.Vec, u: PETSc.Vec, before: float, goal: float
     ) -> tuple[Ended, int]:
-        """Add to u the displacements that answer what it leaves unbalanced, until that is `goal`.
+        """Add to u the displacements that reduce its residual force to `goal`.
 
         Each correction starts from zero, and its forces are scaled to about one: neither the last
         step's displacement nor a load next to nothing is a measure of it.
@@ -217,9 +217,9 @@ class LinearSolver:
                 size = 2.0 ** np.round(np.log2(self.left))  # exact in binary
                 self.force.scale(1 / size)
                 self.ksp.setTolerances(rtol=0.0, atol=goal / size, divtol=NEVER)
-                with petsc_errors("the displacement was not solved for", self.ksp.comm):
+                with petsc_errors("displacement solve failed", self.ksp.comm):
                     self.ksp.solve(self.force, correction)
-                end, spent = ended(self.ksp), spent + self.ksp.getIterationNumber()
+                end, spent = how_it_ended(self.ksp), spent + self.ksp.getIterationNumber()
                 u.axpy(size, correction)
                 last, self.left = self.left, self._unbalanced(rhs, u)
                 if not self.left < last:

@@ -17,14 +17,14 @@ import numpy as np
 
 from staffa.backend.parallel import max_over_ranks, sum_over_ranks
 from staffa.backend.petsc_options import INERTIA, ON_THE_CONE, apply, petsc_errors
-from staffa.backend.petsc_status import ended
+from staffa.backend.petsc_status import how_it_ended
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
 from staffa.minimize.bounded import BoundedEnergy, SnesSolver
 
 # Shifts, lowered by this factor until no eigenvalue lies below; the first, and the last to try.
 LOWER, FIRST, LAST = 4.0, -1.0, -1e12
-# The value on the cone is found to this fraction of its distance to the shift, in so many solves.
+# Accuracy of the value in the cone, as a fraction of its distance to the shift; most solves.
 ACCURACY, SOLVES = 1e-7, 500
 
 
@@ -140,7 +140,7 @@ class SecondVariation:
         even = np.ones(len(self.free))
         mode = space.b[self.free]
         if not max_over_ranks(self.comm, -mode) > 0:
-            return space  # it lies on the cone already
+            return space  # it lies in the cone already
         shift = space.value - max(0.05 * abs(space.value), 1e-3)
         iteration = _OnTheCone(self, shift)
         try:
@@ -212,7 +212,7 @@ class _Factored:
         self.load.set(0.0)
         writable(self.load)[self.variation.n_v :] = self.root * readable(y)
         self.ksp.solve(self.load, self.z)
-        end = ended(self.ksp)
+        end = how_it_ended(self.ksp)
         if not end.converged:
             raise SolveError(
                 f"the second derivative of the energy was not inverted: {end.sentence}"
@@ -237,7 +237,7 @@ class _Factored:
         try:
             if eps.getConverged() < 1:
                 raise SolveError(
-                    f"the smallest eigenvalue was not found by SLEPc: {ended(eps).sentence}"
+                    f"the smallest eigenvalue was not found by SLEPc: {how_it_ended(eps).sentence}"
                 )
             value = self.shift + 1 / float(eps.getEigenpair(0, y).real)
             self._solve(y)
@@ -297,7 +297,7 @@ class _OnTheCone:
             before, value = value, self._quotient()
             if abs(before - value) <= ACCURACY * (value - self.shift):
                 return value, self.z.copy()
-        raise SolveError(f"the iteration on the cone did not converge in {SOLVES} solves")
+        raise SolveError(f"the iteration in the cone did not converge in {SOLVES} solves")
 
     def _quotient(self) -> float:
         self.variation.A.mult(self.z, self.work)

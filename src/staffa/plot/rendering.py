@@ -11,8 +11,8 @@ from matplotlib.colors import LinearSegmentedColormap
 from staffa.geometry.block import SIDES
 from staffa.io.vtkhdf import read_vtkhdf
 
-ROCK = "rock"  # the body, its near quarter cut away, the cracks in there left standing
-CRACKS = "cracks"  # the cracks alone, from the far side: their tips are nearest
+ROCK = "rock"  # the body, its near quarter cut away, the cracks in there left
+CRACKS = "cracks"  # the cracks alone, from the opposite boundary: their tips are nearest
 BEND = 40  # degrees; round faces are cut into facets that bend less
 LENS = 24  # degrees that the camera takes in; more would bend the columns
 # Rounds of smoothing that take the facets of the mesh out of the surface of a crack, and the

@@ -77,7 +77,7 @@ class Measures:
         Depth of the deepest crack (m), 0 without one.
     length_surface
         Length of the cracks (m; in 3-D their area, m^2) by their energy: the surface energy over
-        Gc and the effective toughness factor, which of a mesh that was read is that of each cell.
+        the effective Gc, which of a mesh that was read is that of each cell.
     length_geometry
         Length of the cracks (m; in 3-D their area, m^2) by their shape: half the variation of the
         damage across them.

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf, isfinite
 
 from staffa.display_units import Magnitudes, Shown, Unit, choose_display_units
 from staffa.records.step import Measures
@@ -48,9 +49,12 @@ class QuantityRecord:
 
     Attributes
     ----------
-    name : name of the quantity.
-    unit : unit of its numbers; "" for none.
-    numbers : how many numbers it gives at a step.
+    name
+        Name of the quantity.
+    unit
+        Unit of its numbers; empty for none.
+    numbers
+        How many numbers it gives at a step.
     """
 
     name: str
@@ -253,3 +257,17 @@ class Manifest:
         """Depth (m) of the sharp tip of the deepest crack, 0 without one."""
         found = (self.sharp(tip.depth, tip.room) for tip in measures.tips)
         return max(found, default=self.sharp(measures.front))
+
+
+def check_numbers(manifest: Manifest) -> None:
+    """Raise a ValueError if numbers of a manifest are impossible."""
+    m, dim = manifest, len(manifest.size)
+    positive = (m.h, m.ell, m.L, m.toughness_factor, m.cells, m.unknowns, m.ranks, *m.size)
+    if dim not in (2, 3) or len(m.corner) != dim:
+        raise ValueError("size and lower: two or three numbers each")
+    if not all(0 < number < inf for number in positive):
+        raise ValueError("h, ell, L, toughness_factor, cells, unknowns, ranks, size: positive")
+    if not m.times or not len(m.times) == len(m.taus) == len(m.requested):
+        raise ValueError("times, taus, requested: lists of one length, not empty")
+    if not all(map(isfinite, m.times)) or list(m.times) != sorted(m.times):
+        raise ValueError("times: finite, in increasing order")

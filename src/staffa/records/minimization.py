@@ -20,7 +20,7 @@ class Stop:
         Largest change of the damage in the last sweep, which starts from a displacement in
         equilibrium.
     residual
-        Largest unbalanced force on the damage over Gc/(4 c_w ell), at a displacement that is in
+        Largest residual force on the damage over Gc/(4 c_w ell), at a displacement that is in
         equilibrium again.
     sweeps
         Number of sweeps after which the minimization gives up.
@@ -88,7 +88,7 @@ class Outcome:
     change
         Largest change of the damage in the last sweep.
     residual
-        Largest unbalanced force on the damage, see `Stop`.
+        Largest residual force on the damage, see `Stop`.
     largest_rise
         Largest rise of the total energy in half a sweep, over the scale of the energy.
     energies

@@ -18,7 +18,7 @@ class WithSentence(StrEnum):
 
 
 class Status(WithSentence):
-    """How something ended. The value is what stands in `steps.jsonl`.
+    """End of a step or a solver. The value is what stands in `steps.jsonl`.
 
     A step has one of the first four. The others say of a solver why it failed.
 

@@ -38,7 +38,7 @@ Write = Callable[[Path], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn:
-    """What is on disk now, and a sentence on each picture, or part of one, that is not."""
+    """Files that were written, and a sentence on each picture, or part of one, that was not."""
 
     page: Path
     tables: tuple[Path, ...]
@@ -92,7 +92,7 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
 
 
 def draw_pair(pair: Pair, folder: Path) -> Drawn:
-    """The same for two runs side by side, into a folder of its own.
+    """Draw two runs side by side, into a folder.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _written(
 def _ensemble_figures(
     ensemble: Ensemble,
 ) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """How to draw what the finished members have in common, and the reasons for what is not."""
+    """Return how to draw what finished members have in common, and reasons for what is left out."""
     measured = [
         [step for step in run.steps if step.measures is not None]
         for run in ensemble.finished.values()
@@ -161,7 +161,7 @@ def _ensemble_figures(
 def _figures(
     run: Run, found: Sequence[Drawing]
 ) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """How to draw each picture, by name, and the reasons for those that cannot be drawn."""
+    """Return how to draw each picture, by name, and reasons for those that cannot be drawn."""
     manifest, steps = run.manifest, run.steps
     if not steps:
         return {}, ["no pictures: no step is finished yet"]
@@ -197,7 +197,7 @@ def _figures(
 
 
 def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
-    """How to draw the sizes of the cells by depth, of all runs together, if they found any."""
+    """Return how to draw the sizes of the cells by depth, of all runs together, if any."""
     known = by_depth(runs).items()
     found = {depth: seen for depth, seen in known if seen.spacing.value is not None}
     if not found:

@@ -18,7 +18,7 @@ MEANS = (
     "mean over n - 1, of the n members that have the number. A member that is not finished has "
     "none, and one without a k-th generation has no ak and tauk."
 )
-BY_ENERGY = "from the surface energy over Gc and the discrete toughness"
+BY_ENERGY = "from the surface energy over Gc and the effective Gc"
 Numbers = Mapping[Column, float | None]
 
 

@@ -173,7 +173,7 @@ def _far_side(run: Run) -> Iterator[Fact]:
         text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
         text += f"{length.of(front):.4g} of {length.text(manifest.L)}; what comes "
         text += "after tells of this body, no more of deep rock"
-        yield Fact(name="far side", text=text, alarm=True)
+        yield Fact(name="opposite boundary", text=text, alarm=True)
         return
 
 

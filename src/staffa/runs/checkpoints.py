@@ -45,13 +45,13 @@ def versions() -> dict[str, str]:
 
 
 @contextmanager
-def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
+def on_disk(directory: Path, *, started: bool = True) -> Iterator[None]:
     """Raise an error of rank 0's writing to a run directory on all ranks.
 
     Parameters
     ----------
     directory : the run directory.
-    begun : True if it contains a run that can be resumed.
+    started : True if it contains a run that can be resumed.
 
     Raises
     ------
@@ -64,8 +64,8 @@ def on_disk(directory: Path, *, begun: bool = True) -> Iterator[None]:
         yield
     except OSError as error:
         why = f"{directory} cannot be written to ({error.strerror or error})"
-        if not begun:
-            raise StaffaError(f"{why}: nothing was begun; see to that and run again") from None
+        if not started:
+            raise StaffaError(f"{why}: nothing was started; see to that and run again") from None
         if error.errno in (ENOENT, ENOTDIR):
             raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
         raise StoppedError(why) from None

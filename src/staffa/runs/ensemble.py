@@ -105,7 +105,7 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
         A folder with a member's name cannot be one of this ensemble.
     """
     run_directory.require_free(directory, ours=is_of_ensemble)
-    begun = {}
+    started = {}
     for seed, place in members(directory).items():
         if place.is_symlink():
             raise InputError(
@@ -122,8 +122,8 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
                 f"folder, or move that run elsewhere"
             )
         if seed in seeds:
-            begun[seed] = _is_finished(place)
-    return begun
+            started[seed] = _is_finished(place)
+    return started
 
 
 def _is_of(case: Case, place: Path) -> bool:
@@ -183,17 +183,17 @@ def run_ensemble(
         A watcher asked to stop; finished members stay so, and others are resumed next time.
     """
     directory = path_of(directory, "directory")
-    begun = on_root(comm, lambda: started_members(case, seeds, directory))
+    started = on_root(comm, lambda: started_members(case, seeds, directory))
     failures: dict[int, str] = {}  # not the errors: they hold on to meshes
     refused: list[InputError] = []
     for seed in seeds:
-        if begun.get(seed):
+        if started.get(seed):
             taken(seed)
             continue
         place = member_path(directory, seed)
         try:
             with follow(seed) as watcher:
-                if seed in begun:
+                if seed in started:
                     resume(place, comm=comm, watcher=watcher)
                 else:
                     run(member(case, seed), place, comm=comm, watcher=watcher)

@@ -31,8 +31,8 @@ from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import CheckpointWriter, on_disk, versions
-from staffa.runs.observers import Watcher, probes, probing, watching
-from staffa.runs.run import hold_run_lock, march_on, opened
+from staffa.runs.run import hold_run_lock, march_on, open_session
+from staffa.runs.run_observers import Watcher, probes, probing, watching
 from staffa.runs.times_ahead import schedule_ahead, with_times
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
@@ -112,16 +112,16 @@ def resume(
         require_same(given, manifest.own, setup, str(directory))
         setup = replace(setup, schedule=schedule_ahead(case, setup, manifest, taken.steps))
         manifest = replace(with_times(manifest, setup), ranks=comm.size, probes=probes(case))
-        opening = opened(setup, manifest.toughness_factor)
+        opening = open_session(setup, manifest.toughness_factor)
         del setup  # the session alone owns what belongs to a mesh
         with opening as session:
             journal = run_directory.Journal(directory, taken.lines)
-            keeper = CheckpointWriter(directory, session, case.output.checkpoint, journal)
+            writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
             session.tool(probing, manifest.probes)
             tried_quantities(session, quantities)
-            standing = keeper.take_up(taken.page) if taken.page else None
-            if standing and settings:
-                standing = standing.anew()
+            restart = writer.take_up(taken.page) if taken.page else None
+            if restart and settings:
+                restart = restart.for_new_solvers()
             with on_disk(directory):
                 on_root(comm, lambda: _cut_back(directory, case, manifest, taken))
             watcher.started(manifest)
@@ -130,7 +130,7 @@ def resume(
                 watcher.said(sentence)
             watcher.resumed(taken.steps)
             return march_on(
-                case, session, manifest, watcher, keeper, standing, taken.steps, quantities
+                case, session, manifest, watcher, writer, restart, taken.steps, quantities
             )
 
 
@@ -236,8 +236,8 @@ def _stands(directory: Path, case: Case) -> bool:
     taken = take(directory) if case.solver.backtracking else None
     if taken is None or taken.page is None:
         return True
-    standing, lines = taken.page["standing"], run_directory.journal_lines(directory)
-    ended = standing["better"] is None and not standing.get("due")
+    restart, lines = taken.page["standing"], run_directory.journal_lines(directory)
+    ended = restart["better"] is None and not restart.get("due")
     return bool(taken.page["lines"] == len(lines) and ended)
 
 

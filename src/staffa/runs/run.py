@@ -36,9 +36,9 @@ from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest, Own, QuantityRecord
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import FLAGS, CheckpointWriter, on_disk
-from staffa.runs.observers import Watcher as Watcher
-from staffa.runs.observers import observers, probes, probing, watching
 from staffa.runs.provenance import commit, now, version
+from staffa.runs.run_observers import Watcher as Watcher
+from staffa.runs.run_observers import observers, probes, probing, watching
 from staffa.setup.build import CASE, COMM, problem
 from staffa.setup.user_objects import Given, recorded
 
@@ -81,7 +81,7 @@ def run(
         case = for_any_load(case)  # as it is written into the directory
     given = Given(damage=damage, split=split, temperature=temperature)
     setup = problem(case, comm=comm, **vars(given))
-    own, opening = recorded(given, setup), opened(setup, effective_gc_ratio(setup))
+    own, opening = recorded(given, setup), open_session(setup, effective_gc_ratio(setup))
     del setup  # the session alone owns what belongs to a mesh
     with opening as session:
         tried = tried_quantities(session, quantities)
@@ -90,18 +90,18 @@ def run(
         session.tool(probing, manifest.probes)  # refuses a point outside before all is written
         with hold_run_lock(comm, directory, new=True) as said_by_lock:
             text = to_toml(case)
-            with on_disk(directory, begun=False):
+            with on_disk(directory, started=False):
                 on_root(comm, lambda: run_directory.create(directory, text, manifest, files))
             watcher.started(manifest)
             if said_by_lock:
                 watcher.said(said_by_lock)
             journal = run_directory.Journal(directory)
-            keeper = CheckpointWriter(directory, session, case.output.checkpoint, journal)
-            return march_on(case, session, manifest, watcher, keeper, quantities=quantities)
+            writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
+            return march_on(case, session, manifest, watcher, writer, quantities=quantities)
 
 
 @contextmanager
-def opened(setup: Problem, toughness_factor: float) -> Iterator[Session]:
+def open_session(setup: Problem, toughness_factor: float) -> Iterator[Session]:
     """The session of a problem, destroyed in the end. Collective.
 
     To destroy it ranks wait for one another: not after an error that one of them may meet alone.
@@ -109,7 +109,7 @@ def opened(setup: Problem, toughness_factor: float) -> Iterator[Session]:
     Parameters
     ----------
     setup : problem on the first mesh.
-    toughness_factor : discrete toughness over Gc on its cells.
+    toughness_factor : effective Gc over Gc on its cells.
     """
     asked = "the solvers could not be made; see what PETSC_OPTIONS asks for"
     with petsc_errors(asked, PETSc.Comm(setup.domain.comm)):
@@ -160,7 +160,7 @@ def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iter
             _require_free(directory)
         return said
 
-    with on_disk(directory, begun=False):
+    with on_disk(directory, started=False):
         said = on_root(comm, take)
     try:
         yield said
@@ -174,8 +174,8 @@ def march_on(
     session: Session,
     manifest: Manifest,
     watcher: Watcher,
-    keeper: CheckpointWriter,
-    standing: RestartState | None = None,
+    writer: CheckpointWriter,
+    restart: RestartState | None = None,
     steps: tuple[Step, ...] = (),
     quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
@@ -188,21 +188,21 @@ def march_on(
     system : its system.
     manifest : description of the run.
     watcher : follows the run.
-    keeper : writes steps and checkpoints.
+    writer : writes steps and checkpoints.
     looks : the probes.
-    standing : the restart state; None for the start of the run.
+    restart : the restart state; None for the start of the run.
     steps : kept steps before it.
     """
-    looking_on = observers(case, session, manifest, watcher, keeper, steps, quantities)
+    looking_on = observers(case, session, manifest, watcher, writer, steps, quantities)
     begun_with = len(steps)
     try:
-        for step in march_session(session, looking_on, standing):
-            keeper.note(step)
+        for step in march_session(session, looking_on, restart):
+            writer.note(step)
             watcher.stepped(step)
             steps = kept([*steps, step])
     except StoppedError as stopped:
         raise StoppedError(
-            _how_to_go_on(str(stopped), keeper.directory, steps, begun_with)
+            _how_to_go_on(str(stopped), writer.directory, steps, begun_with)
         ) from None
     return steps
 

@@ -77,7 +77,7 @@ def observers(
     session: Session,
     manifest: Manifest,
     watcher: Watcher,
-    keeper: CheckpointWriter,
+    writer: CheckpointWriter,
     steps: tuple[Step, ...],
     quantities: Sequence[Recorded] = (),
 ) -> Observers:
@@ -89,17 +89,17 @@ def observers(
     session : owner of the first mesh; nothing of that is kept here.
     manifest : description of the run.
     watcher : who follows it.
-    keeper : writes its checkpoints.
+    writer : writes its checkpoints.
     steps : those that stand already.
     quantities : those of a script, which are recorded at each step.
     """
     return Observers(
         probe=lambda session: session.tool(probing, manifest.probes)(session.state),
         quantities=lambda session: evaluated_quantities(session, quantities, manifest.quantities),
-        save=_saving(case, session.problem.schedule, keeper.directory, steps),
+        save=_saving(case, session.problem.schedule, writer.directory, steps),
         release=released,
         watch=watcher.swept,
-        keep=keeper.keep,
+        keep=writer.keep,
         pause=_pausing(session.comm, watcher),
     )
 
