@@ -249,7 +249,7 @@ class Tally:
         """Record the energies in equilibrium."""
         if not self.comparable:
             self.last = energies.total
-        self.accept(energies, "the displacement was solved for")
+        self.accept(energies, "the displacement solve")
 
     def accept(self, energies: Energies, what: str) -> None:
         """Record the energies of a state, and their rise."""

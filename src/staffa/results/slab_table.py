@@ -75,7 +75,7 @@ def tip(manifest: Manifest) -> str:
         return "Depths are those of the last points above measures.threshold, as they are."
     return (
         f"Depths are those of sharp tips, {manifest.tip_reach / manifest.ell:.3g} ell beyond the "
-        f"last points above measures.threshold: so far it is on a known crack that moves."
+        f"last points above measures.threshold, as measured on a known moving crack."
     )
 
 

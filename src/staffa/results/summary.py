@@ -171,8 +171,8 @@ def _far_side(run: Run) -> Iterator[Fact]:
             continue
         length, front = manifest.shown.length, manifest.deepest(step.measures)
         text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
-        text += f"{length.of(front):.4g} of {length.text(manifest.L)}; what comes "
-        text += "after tells of this body, no more of deep rock"
+        text += f"{length.of(front):.4g} of {length.text(manifest.L)}; later "
+        text += "results are those of this body, no more of deep rock"
         yield Fact(name="opposite boundary", text=text, alarm=True)
         return
 
@@ -303,9 +303,9 @@ def _curvature(steps: Sequence[Step]) -> str:
     reasons = Counter(c.reason for _, c in found if c.verdict is Verdict.NOT_TESTED)
     parts = []
     if tested:
-        parts.append(f"no way down found from {len(minima)} of {len(tested)} states tested")
+        parts.append(f"no falling direction found at {len(minima)} of {len(tested)} states tested")
     if many:
-        parts.append(f"a bifurcation at {_steps(many)}, where only healing would lower the energy")
+        parts.append(f"a bifurcation at {_steps(many)}, where only less damage lowers the energy")
     if saddles:
         parts.append(f"a saddle was kept at {_steps(saddles)}")
     escapes = sum(c.escapes for _, c in tested)

@@ -65,9 +65,9 @@ def on_disk(directory: Path, *, started: bool = True) -> Iterator[None]:
     except OSError as error:
         why = f"{directory} cannot be written to ({error.strerror or error})"
         if not started:
-            raise StaffaError(f"{why}: nothing was started; see to that and run again") from None
+            raise StaffaError(f"{why}: no run was started; correct that and run again") from None
         if error.errno in (ENOENT, ENOTDIR):
-            raise StaffaError(f"{why}: it is gone, and with it the run; begin again") from None
+            raise StaffaError(f"{why}: it is gone, and with it the run; start it again") from None
         raise StoppedError(why) from None
 
 
