@@ -72,6 +72,9 @@ def resume(
 
     Parameters
     ----------
+    directory : the run directory.
+    comm : communicator of the ranks that go on with it.
+    watcher : follows the run; None for nobody.
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
         `setup.user_objects.identity`.
@@ -118,7 +121,7 @@ def resume(
             journal = run_directory.Journal(directory, taken.lines)
             writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
             session.tool(probing, manifest.probes)
-            tried_quantities(session, quantities)
+            tried_quantities(session, quantities, manifest.quantities)
             restart = writer.take_up(taken.page) if taken.page else None
             if restart and settings:
                 restart = restart.for_new_solvers()
