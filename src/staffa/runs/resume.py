@@ -1,6 +1,6 @@
 """Resumption of an unfinished run, and the changes of its case that are allowed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +30,7 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
-from staffa.runs.checkpoints import CheckpointWriter, on_disk, versions
+from staffa.runs.checkpoints import CheckpointWriter, listed_versions, on_disk, versions
 from staffa.runs.run import hold_run_lock, march_on, open_session
 from staffa.runs.run_observers import Watcher, probes, probing, watching
 from staffa.runs.times_ahead import schedule_ahead, with_times
@@ -313,9 +313,5 @@ def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
     if setup.domain.identity != manifest.mesh:
         raise InputError(
             f"{directory}: the mesh that is made now is not that of the run; use the versions that "
-            f"made it, {_listed(manifest.versions)}"
+            f"made it, {listed_versions(manifest.versions)}"
         )
-
-
-def _listed(found: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in found.items())
