@@ -11,6 +11,7 @@ import staffa
 from report.test_report import HEIGHTS, SLAB, TAUS, N, drawn_run, rewritten
 from staffa.errors import InputError
 from staffa.io.step_columns import fields_of
+from staffa.records.manifest import QuantityRecord
 from staffa.records.status import Status
 from staffa.records.step import Fluid, Heat, Step
 from support.paths import ROOT
@@ -68,6 +69,15 @@ def test_cracks_are_counted_and_the_deepest_ends_at_its_sharp_tip(run_folder: Pa
     assert last["cracks"] == N and last["deepest"] == pytest.approx(0.53)
     assert last["spacing"] == pytest.approx(SLAB[0] / N)
     assert [last[f"cracks_at_{depth:g}"] for depth in HEIGHTS] == [16, 8, 4]
+
+
+def test_a_quantity_takes_the_column_of_no_other_number(run_folder: Path) -> None:
+    run = staffa.open_run(run_folder)
+    manifest = replace(run.manifest, quantities=(QuantityRecord(name="deepest", unit="m"),))
+    steps = tuple(replace(step, quantities={"deepest": (7.0,)}) for step in run.steps)
+    frame = replace(run, manifest=manifest, steps=steps).to_frame()
+    assert frame["deepest"].tolist() == run.to_frame()["deepest"].tolist()
+    assert frame["quantities_deepest"].tolist() == [7.0] * len(steps)
 
 
 def test_every_number_and_text_of_a_step_has_a_column_that_the_documentation_lists(

@@ -77,7 +77,7 @@ def test_quantities_are_recorded_tabled_shown_and_drawn(tmp_path: Path) -> None:
     rows = list(csv.DictReader(io.StringIO(quantities_table(found).csv())))
     assert list(rows[0])[3:] == ["damaged_area_m2", "extremes_1_K", "extremes_2_K"]
     assert [float(row["damaged_area_m2"]) for row in rows] == areas
-    assert found.to_frame()["damaged_area"].tolist() == areas
+    assert found.to_frame()["quantities_damaged_area"].tolist() == areas
     shown = {fact.name: fact.text for fact in summary(found)}
     assert shown["damaged_area"] == f"{areas[-1]:.5g} m²"
     assert shown["extremes"] == f"{low:.5g}, {high:.5g} K"
@@ -94,6 +94,7 @@ def test_a_run_asks_for_its_quantities_again(tmp_path: Path) -> None:
         (): ("records the quantity 'damaged_area'", "go on from Python"),
         BOTH: ("does not record the quantity 'extremes'", "leave it out"),
         (other_unit,): ("in 'm²', not in 'mm²'", "the same unit"),
+        (constant([1.0, 2.0], name="damaged_area", unit="m²"),): ("gives 2 numbers, and gave 1",),
     }.items():
         with pytest.raises(InputError) as caught:
             resume(tmp_path / "r", quantities=given)
@@ -115,6 +116,10 @@ def fails(session: Session, state: State) -> float:
         ([constant(1.0, name="my area")], ("the name 'my area'", "choose another")),
         ([constant(1.0, name="elastic")], ("'elastic' is that of a number", "another name")),
         ([constant(1.0), constant(2.0)], ("two have the name 'x'", "rename one")),
+        (
+            [constant([1.0, 2.0]), constant(3.0, name="x_1")],
+            ("'x' and 'x_1' both have the column 'x_1'", "rename one"),
+        ),
         ([constant(1.0, unit="$m$")], ("the unit '$m$' of 'x'", "shorten it")),
         ([constant(1.0, unit=1)], ("its unit = 1", "give a text")),
         ([constant(np.nan)], ("the quantity 'x' gives nan", "finite numbers")),

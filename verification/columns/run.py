@@ -3,7 +3,7 @@
     python -m verification.columns.run
 
 runs the members (hours), and keeps what `make verify ONLY=columns` looks at. Those
-that are in runs/verify/columns, by hand on more ranks say, are taken as they are.
+that are in runs/verification/columns, by hand on more ranks say, are taken as they are.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Runs from the command line, as a user starts them, kept in runs/verify."""
+"""Runs from the command line, as a user starts them, kept in runs/verification."""
 
 import json
 import shlex
@@ -27,8 +27,8 @@ def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
 
 
 def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:
-    """A run in runs/verify as it is there, by hand say, or made now."""
-    where = ROOT / "runs" / "verify" / folder
+    """A run in runs/verification as it is there, by hand say, or made now."""
+    where = ROOT / "runs" / "verification" / folder
     if not where.exists():
         staffa(ROOT / case, where, settings)
     run = open_run(where)
@@ -53,13 +53,13 @@ def keep(file: Path, found: dict) -> None:
 
 
 def ready_case(name: str, folder: str, *settings: str) -> Run:
-    """A ready case run afresh, in runs/verify."""
+    """A ready case run afresh, in runs/verification."""
     return fresh_run(READY / f"{name}.toml", folder, *settings)
 
 
 def fresh_run(case: Path, folder: str, *settings: str) -> Run:
-    """A case run afresh, in runs/verify."""
-    where = ROOT / "runs" / "verify" / folder
+    """A case run afresh, in runs/verification."""
+    where = ROOT / "runs" / "verification" / folder
     shutil.rmtree(where, ignore_errors=True)
     staffa(case, where, settings)
     return open_run(where)

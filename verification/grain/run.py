@@ -3,7 +3,7 @@
     python -m verification.grain.run
 
 runs the ensembles (half an hour), and keeps what `make verify ONLY=grain` looks at. What is in
-runs/verify/grain is taken as it is.
+runs/verification/grain is taken as it is.
 """
 
 import json
@@ -44,7 +44,7 @@ def run_ensembles() -> dict:
     run = run_once(CASE, "grain/0", uniform)
     kept = {"0": origin(run, CASE, uniform) | {"members": {"-": numbers(run)}}}
     for variation in VARIATIONS:
-        where = ROOT / "runs" / "verify" / "grain" / variation
+        where = ROOT / "runs" / "verification" / "grain" / variation
         given = ["--seeds", f"{SEEDS}", "--first", "1", "--set", f"toughness.amplitude={variation}"]
         if not (where / "ensemble.csv").exists():
             command = [f"{Path(sys.executable).parent}/staffa", "ensemble", f"{ROOT / CASE}"]

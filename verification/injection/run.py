@@ -86,7 +86,7 @@ def run_member(name: str) -> dict:
     """Run a member: "plate.AT1", "block.AT1"."""
     shape, law = name.split(".")
     dim, sizes = (2, PLATE) if shape == "plate" else (3, BLOCK)
-    folder = ROOT / "runs" / "verify" / "injection"
+    folder = ROOT / "runs" / "verification" / "injection"
     folder.mkdir(parents=True, exist_ok=True)
     mesh, case, where = (folder / f"{name}{end}" for end in (".msh", ".toml", ""))
     make_mesh(mesh, dim, sizes)

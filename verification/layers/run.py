@@ -3,7 +3,7 @@
     python -m verification.layers.run
 
 runs the members (a minute each), draws the picture, and keeps what `make verify ONLY=layers` looks
-at. Those that are in runs/verify/layered are taken as they are.
+at. Those that are in runs/verification/layered are taken as they are.
 """
 
 import json

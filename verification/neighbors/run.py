@@ -3,7 +3,7 @@
     python -m verification.neighbors.run
 
 runs the members (a minute each), draws the picture, and keeps what `make verify ONLY=neighbors`
-looks at. Those that are in runs/verify/neighbors are taken as they are.
+looks at. Those that are in runs/verification/neighbors are taken as they are.
 """
 
 import json

@@ -3,7 +3,7 @@
     python -m verification.quench.run
 
 runs the strip, half an hour, draws the picture, and keeps what `make verify ONLY=quench` looks at.
-One that was run by hand, on more ranks say, into runs/verify/quench is taken as it is.
+One that was run by hand, on more ranks say, into runs/verification/quench is taken as it is.
 """
 
 import json
@@ -33,7 +33,7 @@ COUNTED = 3  # cracks, from which on a mean spacing is one
 
 def run_strip() -> dict:
     """Run the strip, or take the run that is there; keep what is looked at."""
-    where = ROOT / "runs" / "verify" / "quench"
+    where = ROOT / "runs" / "verification" / "quench"
     if not where.exists():
         staffa(ROOT / CASE, where, SETTINGS)
     run = open_run(where)

@@ -4,7 +4,7 @@
 
 runs members that are not kept yet, one after the other (minutes to hours each), like
 "stretch-0.013-quadrilateral-1": section, ell, cells, seed. One that was run by hand, on more ranks
-say, into runs/verification/slabs/kept/NAME is taken as it is. To run one again, delete its file in
+say, into runs/verification/slabs/NAME is taken as it is. To run one again, delete its file in
 verification/slabs/kept. `make verify ONLY=slabs` looks at what is kept, and runs nothing.
 """
 
@@ -69,7 +69,7 @@ def run_member(name: str) -> dict:
     """Run a member, or take the one that is kept."""
     file = KEPT / f"{name}.json"
     if not file.exists():
-        where = ROOT / "runs" / "verify" / "slabs" / name
+        where = ROOT / "runs" / "verification" / "slabs" / name
         if not where.exists():
             staffa(ROOT / CASE, where, settings(name))
         KEPT.mkdir(exist_ok=True)

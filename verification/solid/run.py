@@ -176,7 +176,7 @@ def radius(stored: float, s: float) -> float:
 
 def disc() -> dict:
     """Pull a quarter of the block until the crack runs."""
-    folder = ROOT / "runs" / "verify" / "solid"
+    folder = ROOT / "runs" / "verification" / "solid"
     folder.mkdir(parents=True, exist_ok=True)
     make_mesh(folder / "disc.msh", 3, SIZES, pulled=True)
     file = folder / "disc.toml"

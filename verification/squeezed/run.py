@@ -3,7 +3,7 @@
     python -m verification.squeezed.run
 
 runs the three members (ten minutes), draws the picture, and keeps what `make verify ONLY=squeezed`
-looks at. Those that are in runs/verify/squeezed are taken as they are.
+looks at. Those that are in runs/verification/squeezed are taken as they are.
 """
 
 import json

@@ -191,6 +191,10 @@ class Follower:
     quiet : True to print errors only.
     name : name of this run among several; empty for one.
     warnings : warnings of `staffa check` on its case.
+    manifest : description of the run; None before it starts.
+    latest : cracks of the last step and the time left, as text.
+    before : part of the run that was done when it was resumed.
+    began : time (s) at which this process began it.
     """
 
     directory: Path
@@ -200,7 +204,7 @@ class Follower:
     warnings: tuple[str, ...] = ()
     manifest: Manifest | None = None
     latest: str = ""
-    before: float = 0.0  # the part of the run that was done when it was taken up
+    before: float = 0.0
     began: float = field(default_factory=perf_counter)
 
     def __post_init__(self) -> None:

@@ -88,7 +88,13 @@ class Side:
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Two runs. mixed: one is scaled, the other has units."""
+    """Two runs.
+
+    Attributes
+    ----------
+    first, second : the runs.
+    mixed : True if one is scaled and the other has units.
+    """
 
     first: Side
     second: Side

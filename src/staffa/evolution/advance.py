@@ -31,7 +31,7 @@ CUTS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """The time (s) at which a step, or its last part, begins, and the temperature then."""
+    """Time (s) at which a step, or its last part, begins, and the `thermal` state then."""
 
     time: float
     thermal: ThermalState
@@ -41,14 +41,21 @@ class Origin:
 class Advance:
     """Step from the loads of one time to the next ones.
 
-    healing: how far the damage sank below its bound. work, released: by the loads on frozen cracks,
-    and by the minimization. renewed: by new normals and new friction of faces that touch, at the
-    state before. imbalance: error of the energy balance over the energy. began: the
-    energy before, None after backtracking; gap: largest difference between the energies that one
-    part ended and the next began with, over the energy. returned: how backtracking came here, if it
-    did. origin: where the last part of the step began. heat: the
-    account of heat of that part, where the coupling keeps one; earlier: of the parts before it.
-    curvature: the second-order test of the state, if it was made.
+    Attributes
+    ----------
+    outcome : result of the minimization.
+    healing : how far the damage sank below its bound.
+    work, released : work of the loads on frozen cracks, and energy that the minimization released.
+    imbalance : error of the energy balance over the energy.
+    origin : start of the last part of the step.
+    renewed : change of the energy by new normals and new friction of faces that touch.
+    began : energy before; None after backtracking.
+    gap : largest difference between the energies that one part ended and the next began with, over
+        the energy.
+    returned : how backtracking came here, if it did.
+    heat : account of heat of the last part; None where the coupling keeps none.
+    earlier : account of heat of the parts before it.
+    curvature : second-order test of the state, if it was made.
     """
 
     outcome: Outcome

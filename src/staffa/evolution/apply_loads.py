@@ -22,14 +22,18 @@ ACCURACY = 3e-6
 class Loading:
     """Result of a change of the loads with frozen cracks.
 
-    work: of the temperature change, of the prescribed displacements and of external loads that
-    change, along the straight path from the loads before: by the power at its ends, which is exact
-    without a split, and with one by that between them too (see `evolution.path`). Where properties
-    depend on temperature, the path has two legs: first temperature and loads change, then the
-    displacement. The work of the first is the change of energy that they make by themselves, dE/dT
-    and dGc/dT integrated; along the second the energy is as before. start, end: total energies.
-    heat: the account of heat, where the coupling keeps one. spread: the size of the terms
-    that these energies are differences of, see `ElasticSolver.spread`.
+    The work is taken along the straight path from the loads before: by the power at its ends, which
+    is exact without a split, and with one by that between them too (see `evolution.load_path`).
+    Where properties depend on temperature, the path has two legs: first temperature and loads
+    change, then the displacement. The work of the first is the change of energy that they make by
+    themselves, dE/dT and dGc/dT integrated; along the second the energy is as before.
+
+    Attributes
+    ----------
+    work : work of the temperature change, of the prescribed displacements and of external loads.
+    start, end : total energies.
+    heat : account of heat; None where the coupling keeps none.
+    spread : size of the terms that these energies are differences of, see `ElasticSolver.spread`.
     """
 
     work: float

@@ -32,8 +32,11 @@ GAP_ALLOWED = 1e-8
 class Before:
     """The state at the end of the step before, as it is on record.
 
-    alpha: damage at the vertices, ghosts included, shape (n_local,). thermal: the temperature.
-    total: its energy; None where a checkpoint of an older version does not know it.
+    Attributes
+    ----------
+    alpha : damage at the vertices, ghosts included, shape (n_local,).
+    thermal : thermal state.
+    total : its energy; None where a checkpoint of an older version does not know it.
     """
 
     alpha: np.ndarray

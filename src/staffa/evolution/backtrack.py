@@ -38,9 +38,14 @@ MOST_RETURNS = 3
 class Past:
     """Record of an earlier step besides its damage and temperature.
 
-    total, scale: its energy, see `records.Energies`. loaded, work, imbalance: the energy on frozen
-    cracks that it began with, and the account of the loads that led there. heat: the
-    account of heat, where there is one.
+    Attributes
+    ----------
+    loads : its loads.
+    total, scale : its energy and the scale of that, see `records.energies`.
+    loaded : energy on frozen cracks that it began with.
+    work : work of the loads that led there.
+    imbalance : error of the balance of that work.
+    heat : account of heat; None without one.
     """
 
     loads: Loads
@@ -82,7 +87,7 @@ class StepHistory:
         ----------
         loads : its loads.
         advance : its result.
-        state : its fields.
+        system : holds its damage and its temperature.
         """
         total = advance.outcome.energies.total
         self.steps.append(

@@ -175,16 +175,29 @@ class Measuring:
 class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
-    elements: of the displacement, see `physics.locking`. regions: the rock of the domain's regions
-    that differs from `material`; ell, the laws, the plane state and what is cracked are the body's,
-    those of `material`.
-    load: where the temperature comes from: a closed form, the heat equation, or what else
-    `coupling.coupling_of` has a line for. temperatures: from
-    which it changes, needed where a rock has laws of it. forces: what else
-    acts; those of t = 0, with the prestress, are in equilibrium before the first step.
-    face: the cooled one, from which depths are measured; tau_of: the paper's time of a time, or
-    None where nothing diffuses. backtracking, second_order: None for none; by default the second
-    order is tested.
+    Attributes
+    ----------
+    domain : mesh with its named sides.
+    elements : elements of the displacement, see `physics.locking`.
+    material : rock of the body.
+    regions : rock of the regions that differs from `material`, by name; ell, the laws, the plane
+        state and what is cracked are those of `material`.
+    load : source of the temperature: a closed form, the heat equation, or any other that
+        `evolution.coupling.coupling_of` knows.
+    temperatures : temperatures from which it changes; needed where a rock has laws of them.
+    forces : other loads; those of t = 0, with the prestress, are in equilibrium before the first
+        step.
+    schedule : times of the steps.
+    sides : supports of the sides.
+    section : right side of a slab's cell that stays plane; None without.
+    anchor : boundary on which pins are sought, see `model.supports`; None without.
+    face : cooled face, from which depths are measured; None without.
+    tau_of : dimensionless time of a time (s); None where nothing diffuses.
+    irreversibility : rule by which damage cannot heal.
+    solvers : settings of the solvers.
+    backtracking : settings of backtracking; None without.
+    second_order : settings of the second-order test; None without.
+    measuring : settings of the measures.
     """
 
     domain: Domain

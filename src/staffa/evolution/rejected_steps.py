@@ -14,7 +14,16 @@ from staffa.records.step import Moment, Outcome, Return, SolverStatistics, Step
 def rejected(
     problem: Problem, moment: Moment, advance: Advance, ran: float, seconds: float
 ) -> Step:
-    """The record of a step in which cracks ran too far."""
+    """Return the record of a step in which cracks ran too far.
+
+    Parameters
+    ----------
+    problem : the problem.
+    moment : number and time of the step.
+    advance : result of the step.
+    ran : distance by which cracks grew (m); infinite where they started.
+    seconds : computing time.
+    """
     assert problem.schedule.pace is not None
     outcome, ell, most = advance.outcome, problem.material.ell, problem.schedule.pace.advance
     how_far = f"ran {ran / ell:.3g} ell" if np.isfinite(ran) else "started"
@@ -39,9 +48,17 @@ def not_returned(
     spent: Outcome | None,
     seconds: float,
 ) -> Step:
-    """The record of a return to an earlier step that failed; the state is the last step's again.
+    """Return the record of a failed return to an earlier step; the last step's state stands again.
 
-    spent: what it did, if it came to its end.
+    Parameters
+    ----------
+    system : its state.
+    moment : number and time of the earlier step.
+    history : kept steps.
+    better : the earlier step, and its energy with the later damage.
+    error : reason of the failure.
+    spent : result of its minimization; None if that did not end.
+    seconds : computing time.
     """
     last = len(history.steps) - 1
     return Step(

@@ -206,10 +206,15 @@ def restart_state(
     past_fields: Iterable[Mapping[str, np.ndarray]] | None,
     system: System,
 ) -> RestartState:
-    """Return the restart state that numbers and fields of a checkpoint tell.
+    """Return the restart state of a checkpoint. Collective.
 
-    fields, past_fields: of this rank's vertices, ghosts included; None without backtracking. fields
-    has FACES too, where faces of cracks touch, and both have MEMORY, where the coupling has one.
+    Parameters
+    ----------
+    numbers : see `RestartState.numbers`.
+    fields : values at this rank's vertices, ghosts included; FACES where faces of cracks touch,
+        and MEMORY where the coupling has one.
+    past_fields : the same of earlier states, without FACES; None without backtracking.
+    system : system on the same mesh.
     """
     told = made(LoopNumbers, numbers)
     past = tuple(_past(one, system) for one in told.past)

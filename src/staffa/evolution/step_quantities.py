@@ -116,23 +116,46 @@ def _require_kind(quantity: Any) -> None:
 
 
 def tried_quantities(
-    session: Session, quantities: Sequence[Recorded]
+    session: Session, quantities: Sequence[Recorded], known: Sequence[QuantityRecord] = ()
 ) -> tuple[QuantityRecord, ...]:
     """Evaluate quantities at the current state, and describe them for the manifest. Collective.
+
+    Parameters
+    ----------
+    session : owner of the current mesh and its state.
+    quantities : quantities of a script.
+    known : their descriptions in the manifest of a run that goes on.
 
     Raises
     ------
     InputError
-        One of them fails, or gives what is no number.
+        One of them fails, or gives what is no number, or another count of numbers than it did, or
+        two have a column of one name.
     """
+    counts = {record.name: record.numbers for record in known}
+    columns: dict[str, str] = {}
     found = []
     for quantity in quantities:
         values, said = _evaluated(session, quantity)
+        said = said or _other_count(len(values), counts.get(quantity.name))
         if said:
             raise InputError(f"the quantity '{quantity.name}' {said}")
         record = QuantityRecord(name=quantity.name, unit=quantity.unit, numbers=len(values))
+        for column in record.columns:
+            if (other := columns.setdefault(column, record.name)) != record.name:
+                raise InputError(
+                    f"quantities: '{other}' and '{record.name}' both have the column '{column}'; "
+                    f"rename one"
+                )
         found.append(record)
     return tuple(found)
+
+
+def _other_count(count: int, before: int | None) -> str:
+    """Return a sentence if a quantity gives another count of numbers than before."""
+    if before in (None, count):
+        return ""
+    return f"gives {count} numbers, and gave {before} before; give always as many"
 
 
 def evaluated_quantities(
@@ -155,9 +178,7 @@ def evaluated_quantities(
     found = {}
     for quantity in quantities:
         values, said = _evaluated(session, quantity)
-        expected = counts[quantity.name]
-        if not said and len(values) != expected:
-            said = f"gives {len(values)} numbers, and gave {expected} before; give always as many"
+        said = said or _other_count(len(values), counts[quantity.name])
         if said:
             raise StoppedError(f"the quantity '{quantity.name}' {said}")
         found[quantity.name] = values

@@ -68,7 +68,8 @@ class System:
     bounds : bounds of the damage.
     energy : the energy.
     supports : degrees of freedom that are not free.
-    cooling : source of the temperature.
+    coupling : source of the temperature.
+    thermal : thermal state that the body has now.
     alternation : both halves of the minimization.
     coarser : system for first guesses; None without.
     hoop : share of damage that hoop tension drives; None but for a body of revolution.

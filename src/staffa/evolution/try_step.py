@@ -84,5 +84,5 @@ def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
 
 
 def _ran(problem: Problem, system: System, before: Snapshot) -> float:
-    """Return how far cracks ran since `snapshot` (m). Collective."""
+    """Return how far cracks ran since a snapshot (m). Collective."""
     return crack_advance(system.state, before.alpha, threshold=problem.measuring.threshold)

@@ -46,8 +46,9 @@ def assembled(x: np.ndarray, blocks: Sequence[Block], where: str) -> Simplices:
 
     Parameters
     ----------
-    x : points (m), shape (n, 3), in the order of their numbers. blocks : the cells, facets and what
-        else there is. where : the key and its value, with which every sentence begins.
+    x : points (m), shape (n, 3), in the order of their numbers.
+    blocks : cells, facets and other parts of the file.
+    where : the key and its value, with which every sentence begins.
 
     Raises
     ------

@@ -106,7 +106,8 @@ def cells_and_vertices(size: tuple[float, ...], h: float, cells: str) -> tuple[i
 def broken_layer_thickness(dim: int, cells: str) -> float:
     """Return the mean thickness, in h, of the layer of cells that a crack breaks.
 
-    Of unstructured cells as `evolution.toughness` finds it, from ell = 3 h to 6 h, with both laws.
+    Of unstructured cells as `evolution.effective_toughness` finds it, from ell = 3 h to 6 h, with
+    both laws.
     """
     return {2: 1.2, 3: 1.5}[dim] if cells == UNSTRUCTURED else 1.0
 

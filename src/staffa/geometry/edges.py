@@ -47,9 +47,11 @@ def edges(
 
     Parameters
     ----------
-    x : points (m), shape (n, dim). cells : their corners, shape (m, dim + 1). ends : those of each
-        edge once, shape (k, 2). faces, cracks : the corners of the facets of each. regions : the
-        numbers of the cells of each.
+    x : points (m), shape (n, dim).
+    cells : their corners, shape (m, dim + 1).
+    ends : those of each edge once, shape (k, 2).
+    faces, cracks : corners of the facets of each, by name.
+    regions : numbers of the cells of each, by name.
     """
     length = np.linalg.norm(x[ends[:, 0]] - x[ends[:, 1]], axis=1)
     at = _mean_at(ends, length, len(x))

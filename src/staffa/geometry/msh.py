@@ -26,8 +26,9 @@ def read_msh(path: Path, unit: float, where: str) -> Simplices:
 
     Parameters
     ----------
-    path : a .msh file, or one of SALOME. unit : the length that it counts in (m). where : the key
-        and its value, with which every sentence begins.
+    path : a .msh file, or one of SALOME.
+    unit : length that it counts in (m).
+    where : the key and its value, with which every sentence begins.
 
     Raises
     ------

@@ -35,7 +35,9 @@ def around_middle(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndar
 
     Parameters
     ----------
-    x : points (m), shape (n, 3). cells : corners in order, shape (k, 4). where : begins sentences.
+    x : points (m), shape (n, 3).
+    cells : corners in order, shape (k, 4).
+    where : the key and its value, with which every sentence begins.
 
     Returns
     -------
@@ -80,7 +82,9 @@ def tetrahedra(x: np.ndarray, cells: np.ndarray, where: str) -> tuple[np.ndarray
 
     Parameters
     ----------
-    x : points (m), shape (n, 3). cells : corners, shape (k, 5, 6 or 8). where : begins sentences.
+    x : points (m), shape (n, 3).
+    cells : corners, shape (k, 5, 6 or 8).
+    where : the key and its value, with which every sentence begins.
 
     Raises
     ------
@@ -127,7 +131,8 @@ def bulge(x: np.ndarray, corners: int) -> float:
 
     Parameters
     ----------
-    x : the nodes of each cell, its corners first, shape (k, n, 3). corners : how many these are.
+    x : nodes of each cell, its corners first, shape (k, n, 3).
+    corners : number of corners.
     """
     if not x.size:
         return 0.0

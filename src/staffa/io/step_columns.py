@@ -140,9 +140,9 @@ def _by_side(step: Step) -> dict[str, float]:
 
 
 def _quantities(manifest: Manifest, step: Step) -> dict[str, float]:
-    """Return the quantities of a script, in the units of these."""
+    """Return the quantities of a script, in the units of these; no name is that of another."""
     return {
-        name: number
+        f"quantities_{name}": number
         for quantity in manifest.quantities
         for name, number in zip(
             quantity.columns, step.quantities.get(quantity.name, ()), strict=False

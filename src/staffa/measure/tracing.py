@@ -49,7 +49,7 @@ def network(
     ell : regularization length (m).
     crack : damage that a crack reaches somewhere.
     tip : damage down to which a crack is followed.
-    falls : fall lengths (see `ends.ended`); None if they are not known, and ends are not cut.
+    falls : fall lengths, see `measure.tip.falls`; None if not known, and ends are not cut.
     axial : True for the meridian plane of a body of revolution.
     """
     body = Body(points, cells, dim=dim, h=h)

@@ -61,7 +61,7 @@ class CoupledModel:
         self.held = np.zeros(0, dtype=np.int32)
 
     def pair(self) -> PETSc.Vec:
-        """Return a new vector of displacement and damage; `destroy_pair` frees it."""
+        """Return a new vector of displacement and damage, which the caller frees."""
         return PETSc.Vec().createNest([self.elastic.rhs.duplicate(), self.damage.unit.duplicate()])
 
     def move_to(

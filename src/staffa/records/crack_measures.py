@@ -56,7 +56,7 @@ class Fluid:
     pressure
         Its pressure (Pa).
     volume
-        The volume on which the pressure does work (m^3; in 2-D m^2), see `external.crack_volume`.
+        The volume on which the pressure does work (m^3; in 2-D m^2), see `Energy.crack_volume`.
     """
 
     pressure: float

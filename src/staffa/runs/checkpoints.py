@@ -210,7 +210,7 @@ class CheckpointWriter:
         if not on_root(self.comm, lambda: self._is_of_this_mesh(order, page["mesh"])):
             raise InputError(
                 f"{self.directory}: the mesh that is made now is not that of the checkpoint; use "
-                f"the versions that made it, {_listed(page['versions'])}"
+                f"the versions that made it, {listed_versions(page['versions'])}"
             )
         past = (self._shared(name) for name in page["past"])
         found = restart_state(
@@ -262,5 +262,6 @@ class CheckpointWriter:
         return np.asarray(field.x.array.copy())
 
 
-def _listed(versions: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in versions.items())
+def listed_versions(found: Mapping[str, str]) -> str:
+    """Return versions by their names as text."""
+    return ", ".join(f"{name} {version}" for name, version in found.items())

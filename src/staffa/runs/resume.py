@@ -1,6 +1,6 @@
 """Resumption of an unfinished run, and the changes of its case that are allowed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +30,7 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
-from staffa.runs.checkpoints import CheckpointWriter, on_disk, versions
+from staffa.runs.checkpoints import CheckpointWriter, listed_versions, on_disk, versions
 from staffa.runs.run import hold_run_lock, march_on, open_session
 from staffa.runs.run_observers import Watcher, probes, probing, watching
 from staffa.runs.times_ahead import schedule_ahead, with_times
@@ -72,6 +72,9 @@ def resume(
 
     Parameters
     ----------
+    directory : the run directory.
+    comm : communicator of the ranks that go on with it.
+    watcher : follows the run; None for nobody.
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
         `setup.user_objects.identity`.
@@ -118,7 +121,7 @@ def resume(
             journal = run_directory.Journal(directory, taken.lines)
             writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
             session.tool(probing, manifest.probes)
-            tried_quantities(session, quantities)
+            tried_quantities(session, quantities, manifest.quantities)
             restart = writer.take_up(taken.page) if taken.page else None
             if restart and settings:
                 restart = restart.for_new_solvers()
@@ -310,9 +313,5 @@ def _is_the_same(setup: Problem, manifest: Manifest, directory: Path) -> None:
     if setup.domain.identity != manifest.mesh:
         raise InputError(
             f"{directory}: the mesh that is made now is not that of the run; use the versions that "
-            f"made it, {_listed(manifest.versions)}"
+            f"made it, {listed_versions(manifest.versions)}"
         )
-
-
-def _listed(found: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in found.items())

@@ -58,6 +58,10 @@ def run(
 
     Parameters
     ----------
+    case : the case.
+    directory : the run directory, which must be new or empty.
+    comm : communicator of the ranks that run it.
+    watcher : follows the run; None for nobody.
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
         the manifest keeps their identity, and `resume` asks for them.
     quantities : quantities of your own, see `staffa.StepQuantity`, which are recorded at each step;
@@ -184,14 +188,13 @@ def march_on(
     Parameters
     ----------
     case : the case.
-    setup : its problem.
-    system : its system.
+    session : owner of its first mesh.
     manifest : description of the run.
     watcher : follows the run.
     writer : writes steps and checkpoints.
-    looks : the probes.
     restart : the restart state; None for the start of the run.
     steps : kept steps before it.
+    quantities : quantities of a script, recorded at each step.
     """
     looking_on = observers(case, session, manifest, watcher, writer, steps, quantities)
     begun_with = len(steps)

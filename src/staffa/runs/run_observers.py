@@ -31,10 +31,17 @@ from staffa.runs.checkpoints import CheckpointWriter, on_disk
 
 @dataclass(frozen=True, kw_only=True)
 class Watcher:
-    """Who follows a run: told the manifest, what else is to be said, after which steps a run goes
-    on, each sweep, each step. Called on every rank.
+    """Functions of one who follows a run. Called on every rank.
 
-    stop: why this rank is asked to stop the run, None if it is not; looked at after each sweep.
+    Attributes
+    ----------
+    started : called with the manifest before the first step.
+    said : called with each sentence that a user should read.
+    resumed : called with the kept steps after which a run goes on.
+    swept : called after each sweep, with the moment of its step.
+    stepped : called after each step.
+    stop : returns why this rank is asked to stop the run, None if it is not; called after each
+        sweep.
     """
 
     started: Callable[[Manifest], None] = lambda manifest: None

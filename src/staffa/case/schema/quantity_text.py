@@ -53,9 +53,10 @@ def amount(case: Case, value: float, unit: str, *, digits: int = 3) -> str:
 
     Parameters
     ----------
+    case : the case, which counts in SI units or is scaled.
     value : in `unit`, or scaled.
     unit : "m", "Pa", "s", or any other, which is then written as it is.
-    digits : how many are significant.
+    digits : number of significant digits.
     """
     factor, name = _unit(case, value, unit)
     return f"{value / factor:.{digits}g}{name}"

@@ -32,7 +32,7 @@ def is_constrained(case: Case) -> bool:
 
 def default_elements(case: Case) -> str:
     """Return linear elements, but for nearly incompressible rock those that do not lock."""
-    if not is_constrained(case) or case.damage.friction:  # see `rules.contact`
+    if not is_constrained(case) or case.damage.friction:  # see `rules.contact_rules`
         return LINEAR
     largest, _ = largest_nu(case)
     return LINEAR if largest < FROM else cures(cells_of(case))

@@ -6,7 +6,7 @@ everywhere and at all times (the comparison principle of the heat equation, also
 in time). Rock of one expansion
 is then pulled where it is colder than the rest. The rest may balance that by pressure; how much is
 not known beforehand, so that each step without a split is held against a safe one
-(`evolution.pressed`).
+(`evolution.pressed_growth`).
 """
 
 from collections.abc import Iterator
