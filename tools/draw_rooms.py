@@ -82,7 +82,9 @@ class Rooms:
             there = {room(other) for other in names if other.startswith("staffa.")}
             self.below.setdefault(here, set()).update(there - {here})
             if name.endswith("__init__") or path.parent == source:
-                self.about[here] = re.split("[:;.]", ast.get_docstring(tree) or "")[0]
+                self.about[here] = re.split(
+                    "[:;.]", (ast.get_docstring(tree) or "").replace("`", "")
+                )[0]
             if any(other.startswith(("staffa.backend.stack", "staffa.stack")) for other in names):
                 self.heavy.add(here)
 

@@ -58,7 +58,8 @@ def headlines(tree: Tree) -> Found:
 def idioms(tree: Tree) -> Found:
     """Find words that are refused, in code and docs."""
     found = []
-    paths = [*tree.files(CODE, ".py"), *tree.files(DOCS, ".md")]
+    paths = [path for end in (".py", ".toml") for path in tree.files(CODE, end)]
+    paths += tree.files(DOCS, ".md")
     for path in paths:
         if path.relative_to(tree.root).as_posix() not in OLD_WORDS:
             text, markdown = path.read_text(encoding="utf-8"), path.suffix == ".md"

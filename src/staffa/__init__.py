@@ -37,3 +37,6 @@ else:
         if name not in _WHERE:
             raise AttributeError(f"staffa has no '{name}'; it has {', '.join(__all__)}")
         return getattr(import_module(_WHERE[name]), name)
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

@@ -142,7 +142,7 @@ def test_what_of_a_shape_is_smaller_than_a_cell_is_told(shape, warning):
     assert any(warning in sentence for sentence in found), found
 
 
-def test_of_a_case_in_units_cautions_have_them():
+def test_of_a_case_in_units_warnings_have_them():
     text = """
 domain = { size = ["2 m", "1 m"], h = "20 mm" }
 material = { E = "1 Pa", Gc = "1 J/m^2", expansion = "1 1/K", kappa = "1 m^2/s" }
@@ -428,7 +428,7 @@ def test_no_pressure_is_a_pressure_too():
     assert fact(known, "energy split") == "no-tension"
 
 
-def test_the_far_side_is_felt_by_given_cracks_also_where_none_start():
+def test_the_opposite_boundary_is_felt_by_given_cracks_also_where_none_start():
     mild = (
         "temperature.severity=2.4",
         'temperature.profile="half-space"',

@@ -107,7 +107,7 @@ def test_a_solver_that_heals_damage_is_named(monkeypatch) -> None:
     monkeypatch.setattr(TaoSolver, "minimize", without_bound)
     problem = reheated()
     plain = replace(problem, solvers=replace(problem.solvers, acceleration="none"))
-    assert said(ran(plain), "damage healed by") == [1]
+    assert said(ran(plain), "irreversibility is violated by") == [1]
 
 
 @pytest.mark.parametrize("crack_set_only", [False, True])
@@ -116,7 +116,7 @@ def test_bounds_that_are_not_raised_are_named(monkeypatch, crack_set_only: bool)
     rule = Irreversibility(crack_set_only=crack_set_only, threshold=0.8)
     assert all(step.audit.violations == () for step in ran(reheated(irreversibility=rule)))
     monkeypatch.setattr(equilibrate, "raise_bounds", lambda rule, system: None)
-    assert said(ran(reheated(irreversibility=rule)), "damage healed by") == [1]
+    assert said(ran(reheated(irreversibility=rule)), "irreversibility is violated by") == [1]
 
 
 @pytest.mark.parametrize("split", [NO_SPLIT, SPLIT], ids=["no split", "split"])

@@ -173,7 +173,7 @@ def half_width(system: System) -> float:
 
 @pytest.mark.parametrize("law", ["AT1", "AT2"])
 @pytest.mark.parametrize("cells", ["quadrilateral", "triangle", "hexahedron", "tetrahedron"])
-def test_discrete_toughness_is_near_its_first_guess(law: str, cells: str) -> None:
+def test_effective_gc_is_near_its_first_guess(law: str, cells: str) -> None:
     """1 + h/(4 c_w ell), from the plateau of a broken cell; the rest is the profile's error."""
     dim = 2 if cells in ("quadrilateral", "triangle") else 3
     ell = ELL
@@ -183,7 +183,7 @@ def test_discrete_toughness_is_near_its_first_guess(law: str, cells: str) -> Non
         assert abs(factor - guess) < 0.3 * (guess - 1), f"h = ell/{ell / h:.0f}: {factor}, {guess}"
 
 
-def test_discrete_toughness_agrees_between_ranks() -> None:
+def test_effective_gc_agrees_between_ranks() -> None:
     """It is measured on one rank's own strip: the same number everywhere."""
     domain = block(MPI.COMM_WORLD, size=(1.0, 1.0), h=0.5, cells="quadrilateral")
     factor = effective_gc(material("AT1"), dim=2, h=H, cells="quadrilateral")

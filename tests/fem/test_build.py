@@ -161,7 +161,7 @@ def test_a_table_is_straight_between_its_times_and_constant_beyond_them(t: float
 
 
 @pytest.mark.parametrize(("dim", "face"), FACES)
-def test_the_cooled_face_is_cold_and_the_far_side_warm(dim: int, face: str) -> None:
+def test_the_cooled_face_is_cold_and_the_opposite_boundary_warm(dim: int, face: str) -> None:
     """Through the load itself: -dT on the face at any time, nothing yet across the body."""
     found = built(*SHAPES[dim], f'temperature.face="{face}"')
     size = found.domain.size

@@ -134,7 +134,7 @@ def test_a_violated_audit_has_an_exit_code_of_its_own(tmp_path: Path, command: s
     given = [command, tmp_path / "my.toml", "--out", out, "--quiet", *more]
     done = launch("python", "-c", VIOLATED, *given)
     assert done.returncode == 5, done
-    assert "staffa: step 0, audit: damage healed by" in done.stderr
+    assert "staffa: step 0, audit: irreversibility is violated by" in done.stderr
     assert "is finished, but its audit is violated: step 0: " in done.stderr
     place = out if command == "run" else out / "seed-0"
     facts = {fact.name: fact for fact in summary(open_run(place))}

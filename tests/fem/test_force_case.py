@@ -112,4 +112,4 @@ def test_check_says_which_split_and_why(settings, split: str, why: str) -> None:
 def test_cold_alone_takes_no_split() -> None:
     """And says so."""
     value, meaning = split_fact(ready_case("slab"))
-    assert value == "none" and "cold alone acts" in meaning
+    assert value == "none" and "only cooling acts" in meaning

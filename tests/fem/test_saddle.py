@@ -222,7 +222,7 @@ def test_the_summary_tells_minima_bifurcations_saddles_and_untested_states_apart
     )
     steps = [replace(step, index=n, curvature=c) for n, c in enumerate(found)]
     assert _curvature(steps) == (
-        "no falling direction found at 2 of 4 states tested, a bifurcation at step 2, where only "
+        "no descent direction found at 2 of 4 states tested, a bifurcation at step 2, where only "
         "less damage lowers the energy, a saddle was kept at step 3, a saddle was left 1 times, "
         "smallest curvature found 0.2 of 1, 1 states not tested: it is held"
     )

@@ -437,13 +437,13 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
         run.steps[7],
         status=Status.NOT_CONVERGED,
         reason="did not converge in 5000 sweeps",
-        audit=replace(run.steps[7].audit, violations=("damage healed by 1e-3",)),
+        audit=replace(run.steps[7].audit, violations=("irreversibility is violated by 1e-3",)),
     )
     run = rewritten(run, [*run.steps[:7], bad])
     alarms = [fact.text for fact in summary(run) if fact.alarm]
     assert alarms == [
         "not converged at step 7, 8 of 25 steps: did not converge in 5000 sweeps",
-        "step 7: damage healed by 1e-3",
+        "step 7: irreversibility is violated by 1e-3",
     ]
     assert draw(run).page.read_text(encoding="utf-8").count('class="alarm"') == 2
 

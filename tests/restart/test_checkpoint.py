@@ -115,7 +115,7 @@ def test_a_damaged_run_comes_to_the_same_end(copy: Path, whole: Run, name: str) 
     assert not aside.exists() or aside.read_text() == finished
 
 
-def test_a_finished_run_without_checkpoints_is_not_begun_again(copy: Path, whole: Run) -> None:
+def test_a_finished_run_without_checkpoints_is_not_started_again(copy: Path, whole: Run) -> None:
     """They were removed to save room, or it is of a staffa that had none."""
     shutil.rmtree(copy / "checkpoint")
     assert resume(copy) == whole.steps

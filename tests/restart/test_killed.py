@@ -227,7 +227,7 @@ def test_a_network_and_a_picture_on_a_full_disk_are_errors_and_leave_nothing(dis
     assert [path.name for path in disk.iterdir()] == ["full"]
 
 
-def test_where_nothing_can_be_begun_nothing_is_left_to_go_on_with(disk: Path) -> None:
+def test_where_nothing_can_be_started_nothing_is_left_to_go_on_with(disk: Path) -> None:
     """The disk is full before the run has started: the same command does once there is room."""
     (disk / "full").write_bytes(bytes(143 * 1024))
     case = small("time.tau=[0.1]", "output.at=[]")

@@ -7,7 +7,7 @@ import pytest
 import measure_code
 from measure_code import MEASURES
 from prose import long_sentences, refused
-from source_tree import Tree
+from source_tree import Offender, Tree
 
 ONE = '''"""A module."""
 
@@ -59,6 +59,7 @@ def tree(tmp_path: Path) -> Tree:
         "src/staffa/heat/below/one.py": OTHER,
         "src/staffa/model/long.py": '"""A long file."""\n' + "x = 1\n" * 350,
         "src/staffa/model/steps.py": "def long():\n" + "    x = 1\n" * 40,
+        "src/staffa/case/ready/bar.toml": "# A bar of its own.\n",
         "README.md": "A short sentence. " + "word " * 41 + ".\n",
     }
     for name, text in files.items():
@@ -70,7 +71,7 @@ def tree(tmp_path: Path) -> Tree:
 
 EXPECTED = {
     "headlines": ["src/staffa/heat/one.py:4"],
-    "idioms": ["src/staffa/heat/below/one.py:7"],
+    "idioms": ["src/staffa/heat/below/one.py:7", "src/staffa/case/ready/bar.toml:1"],
     "sentences": ["README.md:1"],
     "parameters": ["src/staffa/heat/one.py:8"],
     "file_names": ["src/staffa/heat/below/one.py:1"],
@@ -91,6 +92,12 @@ def test_a_measure_finds_what_was_planted(measure: measure_code.Measure, tree: T
     assert found == EXPECTED[measure.find.__name__]
     assert count >= 1
     assert not measure.holds((offenders, count)) or measure.find is measure_code.file_names
+
+
+def test_six_file_names_may_occur_twice_and_seven_may_not() -> None:
+    (measure,) = (m for m in MEASURES if m.find is measure_code.file_names)
+    twice = [Offender("one.py", 1, "in heat, model")] * 7
+    assert measure.holds((twice[:6], 100)) and not measure.holds((twice, 100))
 
 
 def test_a_reason_makes_a_second_name_right(tree: Tree, monkeypatch: pytest.MonkeyPatch) -> None:

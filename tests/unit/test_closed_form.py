@@ -77,7 +77,7 @@ def test_face_is_at_the_drop(name: str, t: float) -> None:
 
 
 @pytest.mark.parametrize("t", TIMES)
-def test_far_side_of_the_slab_is_insulated(t: float) -> None:
+def test_opposite_boundary_of_the_slab_is_insulated(t: float) -> None:
     slab = LOADS["slab"]
     flux = derivative(lambda s: slab.temperature(at(np.array([L + s])), t), 0.0, 1e-4 * L)[0]
     assert abs(flux) < 1e-9 * DT / L

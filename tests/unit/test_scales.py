@@ -104,7 +104,7 @@ def test_tau_and_time_are_each_other_s_inverse():
     assert isclose(scales.diffusion_length(8.85e-6, t), 0.3 * 4.9e-3 / 2, rel_tol=EXACT)
 
 
-def test_first_guess_at_the_discrete_toughness():
+def test_first_guess_at_the_effective_gc():
     at1, at2 = (effective_gc_factor(law, h=0.01, ell=0.03) for law in (AT1(), AT2()))
     assert isclose(at1, 1 + 3 / 8 / 3) and isclose(at2, 1 + 1 / 2 / 3), f"{at1}, {at2}"
 

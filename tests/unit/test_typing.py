@@ -36,6 +36,7 @@ def _names_for_tools() -> dict[str, str]:
 def test_tools_and_python_find_the_same_names() -> None:
     assert _names_for_tools() == staffa._WHERE
     assert staffa.__all__ == sorted(TYPES)
+    assert set(staffa.__all__) <= set(dir(staffa))
 
 
 def test_the_package_says_that_it_has_types() -> None:

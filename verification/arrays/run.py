@@ -172,8 +172,9 @@ CHECKS = {
             "a: length at which the slower one arrests; tau: when it got there. Then the same with "
             "two equal cracks. Alternate minimization alone lets them grow together. "
             '`solver.stability = "follow"` finds that this is no longer stable, and leaves along '
-            "the mode; the default tests for a way down. `verification/arrays/four-cracks.toml` "
-            "goes on to the second doubling. Tolerances are fractions of the reference."
+            "the mode; the default tests for a descent direction. "
+            "`verification/arrays/four-cracks.toml` goes on to the second doubling. "
+            "Tolerances are fractions of the reference."
         ),
         measure=doubling,
     ),

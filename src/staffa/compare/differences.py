@@ -18,6 +18,7 @@ FACTS = (
     *("version", "commit", "ranks", "law", "scaled", "adaptive", "mesh", "cells", "unknowns"),
     *("toughness_factor", "tip_reach"),
 )
+LABELS = {"toughness_factor": "effective Gc over Gc", "tip_reach": "tip reach"}
 Facts = Iterable[tuple[str, Any]]
 
 
@@ -76,7 +77,7 @@ def _files(case: Case) -> Iterator[tuple[str, Any]]:
 
 
 def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
-    yield from ((name.replace("_", " "), getattr(manifest, name)) for name in FACTS)
+    yield from ((LABELS.get(name, name), getattr(manifest, name)) for name in FACTS)
     yield "planned times", len(manifest.times)
     yield from ((f"{name} of a script", own.identity) for name, own in (manifest.own or {}).items())
     yield from manifest.scales.items()

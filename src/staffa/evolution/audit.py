@@ -116,7 +116,7 @@ def _broken(
         f"the energy rose by {outcome.largest_rise:.1e} of itself in a half sweep": (
             outcome.largest_rise > RISE_ALLOWED
         ),
-        f"damage healed by {healing:.1e}": healing > HEALING_ALLOWED,
+        f"irreversibility is violated by {healing:.1e}": healing > HEALING_ALLOWED,
         f"the energy balance is off by {balance:.1e} of the energy": balance > BALANCE_ALLOWED,
         f"a state is not the one on record: their energies differ by {gap:.1e}": gap > GAP_ALLOWED,
         f"the first-order residual is {residual:.1e}": (

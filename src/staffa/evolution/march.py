@@ -87,7 +87,7 @@ def march_session(
     """
     observers = observers or Observers()
     try:
-        loop = _begun(session, observers) if restart is None else restart.taken_up(session)
+        loop = _started(session, observers) if restart is None else restart.taken_up(session)
         while (taken := _take(session, observers, loop)) is not None:
             yield taken.step
             if taken.error is not None:
@@ -97,7 +97,7 @@ def march_session(
             session.history.close()
 
 
-def _begun(session: Session, observers: Observers) -> Loop:
+def _started(session: Session, observers: Observers) -> Loop:
     """The loop before the first step, in the initial equilibrium. Collective."""
     problem, system = session.problem, session.system
     come_to_rest(problem, system, lambda sweep: observers.pause())

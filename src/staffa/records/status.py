@@ -49,6 +49,6 @@ class Verdict(WithSentence):
     """
 
     NOT_TESTED = "not tested", "the state was not tested"
-    MINIMUM = "minimum", "no way down was found"
+    MINIMUM = "minimum", "no descent direction was found"
     BIFURCATION = "bifurcation", "only damage that heals would lower the energy"
     SADDLE = "saddle", "it is a saddle"

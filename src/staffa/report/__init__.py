@@ -1,3 +1,3 @@
-"""From a run directory to a summary, a comparison, pictures, and a page; no finite elements."""
+"""From a run directory to its pictures, tables and page; no finite elements."""
 
 import staffa.plot  # noqa: F401 - it loads Matplotlib as that is safe

@@ -18,10 +18,10 @@ def caption(name: str, manifest: Manifest, steps: Steps) -> str:
 def _cracks(manifest: Manifest, steps: Steps) -> str:
     if not manifest.flat:
         return (
-            "The cracks at the last moment whose fields are kept: in the rock, its near quarter "
+            "The cracks at the last time whose fields are kept: in the rock, its near quarter "
             "cut away, and alone."
         )
-    text = "The damage, dark where the rock is cracked, at moments whose fields are kept."
+    text = "The damage, dark where the rock is cracked, at times whose fields are kept."
     if manifest.profile == "none":
         return text
     lines = f"{text} Colored lines: isotherms"
@@ -54,7 +54,7 @@ def _energies(manifest: Manifest, steps: Steps) -> str:
 
 def _reactions(manifest: Manifest, steps: Steps) -> str:
     per = ", per unit thickness" if manifest.plane else ""
-    return f"What the supports carry: the force of each held side on the body{per}."
+    return f"Reactions: the force of each constrained boundary on the body{per}."
 
 
 def _heat(manifest: Manifest, steps: Steps) -> str:
@@ -85,7 +85,7 @@ def _growing(manifest: Manifest, steps: Steps) -> str:
 
 
 def _network(manifest: Manifest, steps: Steps) -> str:
-    when = "" if manifest.flat else " at the last moment whose fields are kept"
+    when = "" if manifest.flat else " at the last time whose fields are kept"
     return f"The crack network{when}, and how far it is open; gray where that is not known."
 
 

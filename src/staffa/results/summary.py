@@ -137,7 +137,7 @@ def _state(run: Run) -> Iterator[Fact]:
     yield Fact(name="crack length" if plane else "crack area", text=text)
     if rate := release_text(run):
         yield Fact(name="energy release rate", text=rate)
-    yield from _far_side(run)
+    yield from _opposite_boundary(run)
     if measures.fluid:
         pressure = shown.stress.text(measures.fluid.pressure, 5)
         text = f"pressure {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
@@ -162,7 +162,7 @@ def _energies(unit: Unit, e: Energies) -> str:
     return f"{parts}, total {unit.text(e.total, 5)}"
 
 
-def _far_side(run: Run) -> Iterator[Fact]:
+def _opposite_boundary(run: Run) -> Iterator[Fact]:
     """Yield the first step in which a crack has reached the opposite boundary."""
     manifest = run.manifest
     near = max(manifest.ell, manifest.h)
@@ -243,7 +243,7 @@ def _audit(run: Run) -> Iterator[Fact]:
         return
     worst = (
         f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
-        f"healing {max(a.healing for a in audits):.1e}",
+        f"irreversibility violation {max(a.healing for a in audits):.1e}",
         f"balance {max(a.balance for a in audits):.1e}",
         f"gap between steps {_gap(audits)}",
         f"first-order residual {max(a.optimality for a in audits):.1e}",
@@ -303,7 +303,7 @@ def _curvature(steps: Sequence[Step]) -> str:
     reasons = Counter(c.reason for _, c in found if c.verdict is Verdict.NOT_TESTED)
     parts = []
     if tested:
-        parts.append(f"no falling direction found at {len(minima)} of {len(tested)} states tested")
+        parts.append(f"no descent direction found at {len(minima)} of {len(tested)} states tested")
     if many:
         parts.append(f"a bifurcation at {_steps(many)}, where only less damage lowers the energy")
     if saddles:

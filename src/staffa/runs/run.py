@@ -197,7 +197,7 @@ def march_on(
     quantities : quantities of a script, recorded at each step.
     """
     looking_on = observers(case, session, manifest, watcher, writer, steps, quantities)
-    begun_with = len(steps)
+    started_with = len(steps)
     try:
         for step in march_session(session, looking_on, restart):
             writer.note(step)
@@ -205,7 +205,7 @@ def march_on(
             steps = kept([*steps, step])
     except StoppedError as stopped:
         raise StoppedError(
-            _how_to_go_on(str(stopped), writer.directory, steps, begun_with)
+            _how_to_go_on(str(stopped), writer.directory, steps, started_with)
         ) from None
     return steps
 

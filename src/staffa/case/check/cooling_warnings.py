@@ -54,7 +54,7 @@ def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
         if derived.ell0 is not None and _cracks_at_face(case, share):
             yield from _of_nucleation(case, derived, derived.ell0 * toughness_at_face(case))
         yield from _of_plane_strain(case, derived, largest, squeezed)
-    yield from _of_far_side(case, derived, insulated=False)
+    yield from _of_opposite_boundary(case, derived, insulated=False)
 
 
 def _exchanges_heat(case: Case) -> bool:
@@ -71,7 +71,7 @@ def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
             yield from _of_overlap(case, derived, ell0)
         yield from _of_coarse_nucleation(case, derived, ell0)
     if share >= 1 or other_causes(case):
-        yield from _of_far_side(case, derived, insulated=True)
+        yield from _of_opposite_boundary(case, derived, insulated=True)
 
 
 def start_of_damage(derived: Numbers, largest: float, squeezed: Squeeze | None) -> float:
@@ -263,7 +263,7 @@ def _of_plane_strain(
         return
     given = case.forces.prestress.zz if case.forces and case.forces.prestress else None
     if squeezed is None and given is not None:
-        return  # what is left across the plane is not told by cold alone
+        return  # what is left across the plane is not told by cooling alone
     across = squeezed.across if squeezed else 0.0
     a_kelvin = derived.rock.E * derived.rock.expansion
     enough = (derived.sigma_c - across) / a_kelvin
@@ -289,7 +289,7 @@ def _squeezed_across(case: Case, given: object, excess: float) -> str:
     return f"forces.prestress.zz = {quoted(below(case, total, 'Pa'))} or below"
 
 
-def _of_far_side(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
+def _of_opposite_boundary(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
     """Warn if cooling reaches the opposite boundary, which the profile insulates or ignores."""
     if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return

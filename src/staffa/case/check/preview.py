@@ -59,7 +59,7 @@ def preview(case: Case) -> Preview:
     derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += element_facts(case)
-    facts.append(("held", *holding(case)))
+    facts.append(("supports", *holding(case)))
     facts += split_facts(case, derived) + _friction_facts(case)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
@@ -157,7 +157,7 @@ def split_facts(case: Case, derived: Numbers) -> list[Fact]:
     chosen = "by default, as" if is_by_default(case) else "asked for;"
     if not reasons:
         though = "asked for, though" if split != "none" else chosen
-        why = f"{though} cold alone acts, which pulls: cracks need no stiffness against pressure"
+        why = f"{though} only cooling acts: cracks need no stiffness against pressure"
         return [("energy split", split, why)]
     though = "asked for, though" if split == "none" else chosen
     why = f"{though} {' and '.join(reasons)} may press cracks shut"
@@ -218,7 +218,9 @@ def _cooling_facts(case: Case, derived: Numbers) -> list[Fact]:
             ("dT/dT_c", "none", f"{derived.law.name} has no threshold: any drop damages"),
             ("will it crack", *verdict(case, derived)),
         ]
-    relaxed = "" if laterally_held(case) else "; less strain if deep cold lets the body contract"
+    relaxed = (
+        "" if laterally_held(case) else "; less strain if the cooled depth lets the body contract"
+    )
     nothing = "cooling starts no crack" if other_causes(case) else "nothing is damaged"
     below = f"below 1 {nothing}{', but for [forces]' if case.forces else ''}"
     return [

@@ -44,7 +44,7 @@ def holding(case: Case) -> tuple[str, str]:
         return f'section "{section}"', SECTIONS[section]
     found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if is_held_at(case, name)]
     if not found:
-        return "by nothing", "it shortens and bends as it likes"
+        return "none", "it shortens and bends freely"
     shorten = case.temperature.profile != "none" and not laterally_held(case)
     return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
 

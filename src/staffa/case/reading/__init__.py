@@ -1,1 +1,1 @@
-"""From TOML text to a case, or to one sentence."""
+"""From TOML text to a case, or to one message."""

@@ -71,7 +71,7 @@ from staffa.case.rules.temperature_rules import (
 from staffa.case.rules.time_rules import (
     adaptive,
     adaptive_steps_are_possible,
-    cooling_has_begun,
+    cooling_has_started,
     outputs_are_within,
     outputs_count_as_times_do,
     times_given,
@@ -154,7 +154,7 @@ RULES = (
     rest_is_borne,
 )
 # Those of a case for which no script gives a load.
-LOADED = (cooling_is_complete, cooling_has_begun, something_happens)
+LOADED = (cooling_is_complete, cooling_has_started, something_happens)
 
 # Numbers of the rock that are 1 where nothing else is said.
 ONES = {"expansion": "1/K", "kappa": "m^2/s"}

@@ -118,7 +118,7 @@ def adaptive_steps_are_possible(case: Case) -> None:
         )
 
 
-def cooling_has_begun(case: Case) -> None:
+def cooling_has_started(case: Case) -> None:
     """Refuse a step at t = 0 if the face drops at once: its boundary layer would be as thin as a
     node."""
     jumps = case.temperature.profile in ("half-space", "slab")

@@ -46,8 +46,8 @@ class DamageKeys(CaseTable):
     split: Annotated[str, one_of(SPLITS)] | None = Field(
         default=None,
         description="how much of its stiffness a crack keeps when it is pressed shut: "
-        f"{', '.join(SPLITS)}. Default: none where cold "
-        "alone acts; no-tension (of anisotropic rock volumetric-deviatoric) where something may "
+        f"{', '.join(SPLITS)}. Default: none where only "
+        "cooling acts; no-tension (of anisotropic rock volumetric-deviatoric) where something may "
         "press the rock: [forces], moved sides, heating, rock that expands unevenly",
         examples=["no-tension"],
     )
@@ -256,9 +256,9 @@ class SolverKeys(CaseTable):
     )
     stability: Literal["test", "report", "follow", "none"] = Field(
         default="test",
-        description="second-order test of each step: a cheap search for a way down, which is "
-        "followed; report: exact values, for several factorizations; follow: these, and unstable "
-        "states are left; or none (default with damage.friction)",
+        description="second-order test of each step: a cheap search for a descent direction, "
+        "which is followed; report: exact values, for several factorizations; follow: these, "
+        "and unstable states are left; or none (default with damage.friction)",
     )
     backtracking: Flag = Field(
         default=False,

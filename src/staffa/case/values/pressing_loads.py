@@ -34,7 +34,7 @@ WARMS = "warming up again"
 
 
 def pressing(case: Case) -> tuple[str, ...]:
-    """Name the loads that may press rock, each with the reason; empty if cold alone acts."""
+    """Name the loads that may press rock, each with the reason; empty if only cooling acts."""
     found = [*_forces(case), *_moved(case)]
     if case.temperature.profile != "none":
         found += _mismatch(case)

@@ -67,7 +67,7 @@ def test_of_cracks_that_stop_before_nothing_is_told(depths: list[float]) -> None
     assert told(drawn(depths)) is None
 
 
-def test_without_a_cooled_face_there_is_no_far_side() -> None:
+def test_without_a_cooled_face_there_is_no_opposite_boundary() -> None:
     assert told(drawn([0.99], face=None)) is None
 
 

@@ -203,7 +203,7 @@ def test_a_note_on_nucleation_names_the_h_and_the_ell_that_see_it():
     assert not [n for n in said(*fine).notes if "nucleation" in n]
 
 
-def test_cold_that_has_passed_the_far_side_is_told():
+def test_cold_that_has_passed_the_opposite_boundary_is_told():
     """sqrt(kappa t) = tau/2 of the depth."""
     (note,) = (n for n in said("time.tau=[0.03, 1.2]").notes if "cooling has" in n)
     assert (
@@ -225,7 +225,7 @@ def test_rollers_that_hold_a_plate_are_told_with_the_stress_they_make():
     assert f"a mean stress of {mean:.3g}, {mean / 2.5:.2g} sigma_c" in note, mean
     assert 'take supports.section = "stretch", or "free" if it may bend too' in note
     assert not said("supports.section=stretch").notes, "what the note asks for"
-    value, meaning = fact(said("supports.section=stretch"), "held")
+    value, meaning = fact(said("supports.section=stretch"), "supports")
     assert (value, meaning) == (
         'section "stretch"',
         "left and right stay upright: free to shorten, not to bend; no force along the face",
@@ -248,7 +248,7 @@ def test_behind_a_film_the_mean_stress_is_less():
 def test_a_body_that_nothing_holds_is_told():
     (note,) = said().notes
     assert note.startswith("nothing holds the body: as a loose piece it shortens and bends")
-    assert fact(said(), "held") == ("by nothing", "it shortens and bends as it likes")
+    assert fact(said(), "supports") == ("none", "it shortens and bends freely")
     assert not said("supports.left=rollers").notes, "a plane of symmetry"
 
 
