@@ -243,7 +243,7 @@ def test_gmsh_leaves_the_signals_of_the_process_alone() -> None:
         "heard = []\n"
         "for number in (signal.SIGTERM, signal.SIGINT):\n"
         "    signal.signal(number, lambda n, frame: heard.append(n))\n"
-        "with opened('a mesh', 'do without'): os.kill(os.getpid(), signal.SIGTERM)\n"
+        "with open_gmsh('a mesh', 'do without'): os.kill(os.getpid(), signal.SIGTERM)\n"
         "os.kill(os.getpid(), signal.SIGTERM)\n"
         "os.kill(os.getpid(), signal.SIGINT)\n"
         "print(*heard)\n"

@@ -10,7 +10,7 @@ from support.ranks import printed_on
 RANKS = """
 from staffa.backend.stack import MPI
 from fem.test_contrast import *
-sides = (SideSupport(side="bottom", components={1: at_rest}),
+sides = (SideSupport(side="bottom", components={1: no_displacement}),
          SideSupport(side="top", components={1: lambda x, t: 0.1 * t}))
 material = rock(E=layered, nu=0.0, Gc=1e6, ell=0.3)
 system = build(problem := body((0.5, 1.0), 0.1, sides=sides, material=material,

@@ -36,7 +36,7 @@ import warnings
 warnings.simplefilter("error")
 from fem.test_heat import *
 conduction = Conduction(
-    k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Held(side="bottom", T=cold),)
+    k=tensor(K, K), rho_c=RHO_C, initial=hot, sides=(Dirichlet(side="bottom", T=cold),)
 )
 body = Heated((1.0, 1.0), 1.0, conduction, comm=MPI.COMM_WORLD)
 heat = body.to(1.0)

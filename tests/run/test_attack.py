@@ -338,7 +338,7 @@ def test_gmsh_starts_without_the_settings_of_the_current_folder(tmp_path: Path) 
     trap = f"-history {tmp_path}/canary"
     for name in (".petscrc", "petscrc"):
         (tmp_path / name).write_text(trap)
-    code = "from staffa.geometry.gmsh_model import open_gmsh\nwith opened('a', 'b'): pass"
+    code = "from staffa.geometry.gmsh_model import open_gmsh\nwith open_gmsh('a', 'b'): pass"
     subprocess.run(isolated_python(code), cwd=tmp_path, check=True)
     assert not (tmp_path / "canary").exists()
 
