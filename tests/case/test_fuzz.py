@@ -253,7 +253,7 @@ def test_the_command_ends_in_words_and_writes_nothing(folder: Path, content: byt
 
 
 # Of each file; `make verify` asks for 250.
-MUTATIONS = int(os.environ.get("STAFFA_FUZZ", "12"))
+MUTATIONS = int(os.environ.get("STAFFA_FUZZ", "25"))
 CHANGES = st.lists(
     st.tuples(
         st.floats(0, 1, exclude_max=True),
