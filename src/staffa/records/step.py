@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
+from staffa.records.circulation import Circulation as Circulation
 from staffa.records.crack_measures import CracksAtHeight as CracksAtHeight
 from staffa.records.crack_measures import Fluid as Fluid
 from staffa.records.crack_measures import Measures as Measures
@@ -86,6 +87,8 @@ class Heat:
         Number of staggered iterations of temperature and cracks.
     gap
         Difference to which both agree in the end, over the largest change of temperature.
+    circulation
+        Account of the water and of its wells; None where no water circulates.
     seconds
         Time that all of it took (s).
     """
@@ -96,6 +99,7 @@ class Heat:
     substeps: int = 0
     passes: int = 0
     gap: float = 0.0
+    circulation: Circulation | None = None
     seconds: float = field(default=0.0, compare=False)
 
     def then(self, other: "Heat") -> "Heat":
@@ -112,6 +116,11 @@ class Heat:
             substeps=self.substeps + other.substeps,
             passes=self.passes + other.passes,
             gap=max(self.gap, other.gap),
+            circulation=(
+                self.circulation.then(other.circulation)
+                if self.circulation and other.circulation
+                else self.circulation or other.circulation
+            ),
             seconds=self.seconds + other.seconds,
         )
 

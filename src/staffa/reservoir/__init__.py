@@ -1,0 +1,1 @@
+"""Reservoir simulators: flow of water and heat between wells, each in a separate program."""
