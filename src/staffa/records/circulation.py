@@ -1,6 +1,5 @@
 """Records of the water that circulates in a step."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 
@@ -52,7 +51,7 @@ class Circulation:
     """
 
     duration: float
-    wells: Mapping[str, WellAccount] = field(default_factory=dict)
+    wells: dict[str, WellAccount] = field(default_factory=dict)
     mass_stored: float = 0.0
     heat_stored: float = 0.0
 
