@@ -203,7 +203,7 @@ def test_a_borehole_whose_wall_bears_what_the_rock_bore_moves_nothing() -> None:
         gravity=(0.0, -weight),
         sides=sides,
         prestress=prestress,
-        pore_pressure=lambda x: pores + 0 * x[0],
+        pore_pressure=lambda x, t: pores + 0 * x[0],
         biot=0.5,
     )
     material = replace(STRONG, rho=1.0)

@@ -57,7 +57,7 @@ def test_what_it_becomes() -> None:
     assert found.crack_pressure is not None and found.crack_volume is None
     expected = np.array([[-5e6, -5e6], [-10e6, -9.985e6], [-6e6, -6e6], [0, 0], [0, 0], [0, 1e3]])
     assert found.prestress(x) == pytest.approx(expected)
-    assert found.pore_pressure(x) == pytest.approx([1e6, 0.995e6])
+    assert found.pore_pressure(x, 0.0) == pytest.approx([1e6, 0.995e6])
     assert found.biot == 0.5
     assert [found.crack_pressure(t) for t in (0.0, 1800.0, 7200.0)] == [0.0, 0.5e6, 1e6]
     (bottom,) = found.sides

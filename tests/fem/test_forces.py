@@ -156,7 +156,7 @@ def test_rock_under_its_weight_stays_where_it_is(elasticity, split: str, state: 
 @pytest.mark.parametrize("biot", [0.5, 1.0])
 def test_pore_pressure(biot: float) -> None:
     """A body without stress on the whole is in equilibrium, its rock pulled by b p on all sides."""
-    pores = Forces(pore_pressure=lambda x: np.full(x.shape[1], 0.3), biot=biot)
+    pores = Forces(pore_pressure=lambda x, t: np.full(x.shape[1], 0.3), biot=biot)
     system, step = last(body((0.5, 0.5, 0.5), 0.25, material=strong("solid"), forces=pores))
     assert largest(system) < 1e-11
     pulled = biot * 0.3
@@ -319,7 +319,7 @@ def test_a_fluid_does_not_pull() -> None:
 
 def test_a_crack_s_own_pressure_counts_in_it() -> None:
     """Not that of the pores besides: with b = 1 and both alike it is as with pores alone."""
-    pores = {"pore_pressure": lambda x: np.full(x.shape[1], 0.05), "biot": 1.0}
+    pores = {"pore_pressure": lambda x, t: np.full(x.shape[1], 0.05), "biot": 1.0}
     volumes = []
     for forces in (Forces(**pores), Forces(**pores, crack_pressure=lambda t: 0.05)):
         system, _ = last(edge_crack(forces))
@@ -386,7 +386,7 @@ def test_stress(split: str, state: str, elasticity) -> None:
         SideSupport(side=side, components=dict.fromkeys(range(dim), no_displacement))
         for side in ("left", "right", "bottom", "top", "front", "back")[: 2 * dim]
     )
-    pores = None if state == "plane stress" else (lambda x: 0.4 + 0 * x[0])
+    pores = None if state == "plane stress" else (lambda x, t: 0.4 + 0 * x[0])
     problem = body(
         (1.0, 0.5, 0.5)[:dim],
         0.25,

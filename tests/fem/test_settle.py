@@ -107,7 +107,7 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
     list(march(problem, system))
     below = system.coarser
     state = system.state
-    equilibrate._coarse_gain(below, state.alpha.x.array.copy(), state.T.x.array, 0.3)
+    equilibrate._coarse_gain(below, state, 0.3)
     alpha = below.system.state.alpha.x.array
     cells = alpha[below.system.spaces.alpha.dofmap.list].min(axis=1) > 0.99
     assert cells.sum() == pytest.approx(0.25 / 0.025, abs=1)
@@ -119,9 +119,9 @@ def test_a_crack_is_one_layer_of_broken_cells_on_the_coarser_mesh() -> None:
 def test_a_guess_heals_nothing(monkeypatch) -> None:
     real = equilibrate._coarse_gain
 
-    def healing(coarser, alpha, *loads):
-        gain, effort = real(coarser, alpha, *loads)
-        return gain - 2.0 * alpha, effort
+    def healing(coarser, fine, *loads):
+        gain, effort = real(coarser, fine, *loads)
+        return gain - 2.0 * fine.alpha.x.array, effort
 
     monkeypatch.setattr(equilibrate, "_coarse_gain", healing)
     steps = run(notched())
@@ -154,13 +154,13 @@ def test_a_step_that_fails_after_a_guess_is_done_without_one(acceleration, monke
 
 def test_a_coarser_mesh_whose_solver_failed_guesses_again() -> None:
     system = build(plate())
-    below, alpha = system.coarser, system.state.alpha.x.array.copy()
+    below = system.coarser
     thermal, _ = system.coupling.advance(system.thermal.read(), system.cracks, 0.0, 0.002)
-    T = thermal.T
-    expected, _ = equilibrate._coarse_gain(below, alpha, T, 0.002)
+    system.thermal.put(thermal)
+    expected, _ = equilibrate._coarse_gain(below, system.state, 0.002)
     for vector in (below.system.alternation.u, below.system.state.u.x.petsc_vec):
         vector.set(np.inf)
-    found, _ = equilibrate._coarse_gain(below, alpha, T, 0.002)
+    found, _ = equilibrate._coarse_gain(below, system.state, 0.002)
     assert np.abs(expected).max() > 0.1 and found == pytest.approx(expected, abs=1e-4)
     system.destroy()
 
@@ -188,7 +188,7 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
     system = build(problem)
     x = vertices(system.spaces.alpha)
 
-    def half(coarser, alpha, *loads):
+    def half(coarser, fine, *loads):
         return np.where(x[:, 1] > 0.2, 1.0, 0.0), SolverStatistics(coarse_sweeps=3)
 
     monkeypatch.setattr(equilibrate, "_coarse_gain", half)
@@ -210,10 +210,10 @@ def test_a_refused_guess_leaves_displacement_and_damage(monkeypatch) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["breaks everything", "not finite", "fails"])
 def test_a_bad_guess_is_refused_and_leaves_the_state(fault: str, monkeypatch) -> None:
-    def bad(coarser, alpha, *loads):
+    def bad(coarser, fine, *loads):
         if fault == "fails":
             raise SolveError("no")
-        gain = np.full_like(alpha, 1.0 if fault == "breaks everything" else np.nan)
+        gain = np.full_like(fine.alpha.x.array, 1.0 if fault == "breaks everything" else np.nan)
         return gain, SolverStatistics(coarse_sweeps=3)
 
     (expected,) = run(plate("none", dT=9.0))

@@ -70,7 +70,7 @@ def last_line(run: Path, change) -> None:
 
 DAMAGES = {
     "the format of the page": (
-        lambda run: page(run, 3).write_text(page(run, 3).read_text().replace(": 2,", ": 3,", 1)),
+        lambda run: page(run, 3).write_text(page(run, 3).read_text().replace(": 3,", ": 4,", 1)),
         *(2, "its page is not what was written"),
     ),
     "a bit of the fields": (lambda run: flip(part(run, 3)), 2, "is not what was written"),
@@ -125,8 +125,8 @@ def test_a_finished_run_without_checkpoints_is_not_started_again(copy: Path, who
 
 
 def test_a_checkpoint_of_the_future_is_refused_and_nothing_older_used(copy: Path) -> None:
-    page(copy, 3).write_text(json.dumps({"format": 3, "what": "nobody knows yet"}))
-    with pytest.raises(InputError, match="has format 3, this staffa reads 2; use"):
+    page(copy, 3).write_text(json.dumps({"format": 4, "what": "nobody knows yet"}))
+    with pytest.raises(InputError, match="has format 4, this staffa reads 3; use"):
         take(copy)
 
 

@@ -78,6 +78,8 @@ def put_on(
     comm = problem.domain.comm
     if any_over_ranks(comm, not np.all(np.isfinite(thermal.T))):
         raise _not_finite("temperature", end.time)
+    if any_over_ranks(comm, thermal.p is not None and not np.all(np.isfinite(thermal.p))):
+        raise _not_finite("pressure", end.time)
     start_time = energy.external.time
 
     def power() -> float:
@@ -89,6 +91,8 @@ def put_on(
         )
 
     energy.direction.x.array[:] = thermal.T - state.T.x.array
+    if thermal.p is not None:
+        energy.pressing.x.array[:] = thermal.p - state.p.x.array
     lawful = bool(energy.of_temperature)
     path = None if energy.linear or lawful else Path(energy, parts)
     at_first, first, u = energy.total(), 0.0 if lawful else power(), parts.u.copy()
@@ -99,7 +103,8 @@ def put_on(
     put = 0.0
     if lawful:  # temperature and loads first, which alone changes the energy by `put`
         put, path = energy.total() - at_first, Path(energy, parts)
-        start_time, energy.direction.x.array[:] = end.time, 0.0
+        start_time = end.time
+        energy.direction.x.array[:] = energy.pressing.x.array[:] = 0.0
     equilibrium(parts, end.values)
     at_last, last = energy.total(), power()
     if lawful and path is not None:

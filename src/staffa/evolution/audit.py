@@ -22,7 +22,6 @@ from staffa.records.step import Audit, Curvature, Stability, Stop
 
 # What round-off and the tolerances of the inner solvers can explain, and no more.
 HEALING_ALLOWED = 1e-12
-HEAT_ALLOWED = 1e-8
 # Energies of one state, computed twice: with prestress as differences of what is a million times
 # larger.
 GAP_ALLOWED = 1e-8
@@ -133,7 +132,7 @@ def _heat(system: System, before: Before, advance: Advance) -> tuple[str, ...]:
         return ()
     amiss = system.coupling.unaccounted(before.thermal, system.thermal.read(), heat)
     lost = max(heat.imbalance, amiss)
-    if lost <= HEAT_ALLOWED:
+    if lost <= heat.allowed:
         return ()
     return (f"the heat that entered is not what was stored, by {lost:.1e} of it",)
 

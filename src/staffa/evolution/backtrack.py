@@ -110,12 +110,13 @@ class StepHistory:
         self.states.append(number)
 
     def _write(self, number: int, alpha: np.ndarray, thermal: ThermalState) -> None:
-        np.savez(self._file(number), alpha=alpha, T=thermal.T, memory=thermal.memory)
+        fields = {"alpha": alpha, "memory": thermal.memory, **thermal.fields()}
+        np.savez(self._file(number), allow_pickle=False, **fields)
 
     def state(self, number: int) -> tuple[np.ndarray, ThermalState]:
         """The damage and the thermal state, by their number in `states`."""
         with np.load(self._file(number)) as kept:
-            return kept["alpha"], ThermalState(T=kept["T"], memory=kept["memory"])
+            return kept["alpha"], ThermalState(T=kept["T"], p=kept.get("p"), memory=kept["memory"])
 
     def drop(self, index: int) -> None:
         """Forget a step and all later ones."""
@@ -149,7 +150,7 @@ class StepHistory:
         """
         for number in self.states:
             alpha, thermal = self.state(number)
-            self._write(number, transfer(alpha), replace(thermal, T=transfer(thermal.T)))
+            self._write(number, transfer(alpha), thermal.moved(transfer))
         self.steps = [
             replace(past, loads=Loads(time=past.loads.time, values=prescribed(past.loads.time)))
             for past in self.steps

@@ -49,14 +49,14 @@ def energy_of(problem: Problem, spaces: Spaces, state: State) -> Energy:
             f'axial=True goes with "{AXIAL}"'
         )
     places = CellValues(problem.domain, problem.material, problem.regions)
-    external = External(
-        problem.domain, spaces, problem.forces, places.number(lambda m: m.rho, "density")
-    )
+    density = places.number(lambda m: m.rho, "density")
+    external = External(problem.domain, spaces, problem.forces, density, state.p)
+    found = rock(places, problem.forces, warmth(problem, spaces, state))
     return Energy(
         domain=problem.domain,
         spaces=spaces,
         state=state,
-        rock=rock(places, problem.forces, warmth(problem, spaces, state)),
+        rock=replace(found, pores_at_rest=external.at_rest),
         external=external,
     )
 
@@ -292,7 +292,7 @@ def _prestress(domain: Domain, forces: Forces) -> fem.Function | None:
         if forces.prestress is not None:
             found += forces.prestress(x)
         if forces.pore_pressure is not None:
-            found[:3] += forces.biot * forces.pore_pressure(x)
+            found[:3] += forces.biot * forces.pore_pressure(x, 0.0)
         return found
 
     field.interpolate(stress)

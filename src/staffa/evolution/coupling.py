@@ -1,120 +1,30 @@
-"""The coupling of heat and mechanics: the temperature of a step, and how well it fits the cracks.
+"""Sources of the temperature, coupled to mechanics, and the choice of one for a problem.
 
 The time loop asks for what stands in `ThermalCoupling`, and for nothing else. A further source of
 temperatures is a class with these members and a line in `coupling_of`.
 """
 
-from dataclasses import dataclass, field
 from functools import singledispatch
-from typing import Any, Protocol
+from typing import Any
 
 from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
-from dolfinx import fem
 
 from staffa.backend.parallel import max_over_ranks
+from staffa.evolution.circulated import Circulated
+from staffa.evolution.thermal_state import Agreement as Agreement
+from staffa.evolution.thermal_state import Cracks as Cracks
+from staffa.evolution.thermal_state import ThermalCoupling as ThermalCoupling
+from staffa.evolution.thermal_state import ThermalFields as ThermalFields
+from staffa.evolution.thermal_state import ThermalState as ThermalState
 from staffa.heat.thermal_body import Conduction
 from staffa.heat.transient import HeatEquation
-from staffa.loads.closed_form import Load
+from staffa.loads.closed_form import Load, PressureLoad
 from staffa.model.domain import Domain
 from staffa.model.fields import Spaces, vertices
 from staffa.records.step import Heat
-
-
-@dataclass(frozen=True, kw_only=True)
-class ThermalState:
-    """Temperature of the body at one time, and all else that its source goes on from.
-
-    Attributes
-    ----------
-    T : temperature change (K) at the vertices, ghosts included, shape (n_local,).
-    memory : numbers of the source itself, shape (n,), on rank 0 alone; empty elsewhere, and
-        everywhere where T is all that it goes on from. It is put back, kept in checkpoints and
-        handed on with T.
-    """
-
-    T: np.ndarray
-    memory: np.ndarray = field(default_factory=lambda: np.zeros(0))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cracks:
-    """Damage and displacement that a source of temperatures may look at, and must not change.
-
-    Attributes
-    ----------
-    alpha : damage at the vertices, ghosts included, shape (n_local,).
-    u : displacement (m) at the nodes, ghosts included, shape (n_nodes * dim,), as computed last.
-    """
-
-    alpha: np.ndarray
-    u: np.ndarray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Agreement:
-    """When temperature and cracks, each a cause of the other, agree at the end of a step.
-
-    Attributes
-    ----------
-    tolerance : largest difference between two temperatures in turn, over the span of the step.
-    passes : the most passes within one step.
-    key : key of the case file that sets the tolerance, named where they do not agree.
-    """
-
-    tolerance: float
-    passes: int
-    key: str = "heat.agreement"
-
-
-class ThermalCoupling(Protocol):
-    """Source of the temperature that mechanics sees. All of it is collective.
-
-    The loop asks for any two times in order, and may ask again: with other cracks, for half a step,
-    from an earlier state. All that an answer depends on is therefore in the arguments.
-    """
-
-    @property
-    def agreement(self) -> Agreement | None:
-        """The rule of agreement; None where the temperature does not depend on the cracks."""
-        ...
-
-    def start(self) -> ThermalState:
-        """Return the state at t = 0."""
-        ...
-
-    def advance(
-        self, before: ThermalState, cracks: Cracks, start: float, end: float
-    ) -> tuple[ThermalState, Heat | None]:
-        """Return the state at a later time, and the account of heat where there is one.
-
-        Parameters
-        ----------
-        before : the state at the start.
-        cracks : the cracks, frozen.
-        start, end : the two times (s).
-
-        Raises
-        ------
-        LoadError
-            No temperature is known at the end. It is not tried again.
-        SolveError
-            It was not found. A shorter step is tried.
-        """
-        ...
-
-    def span(self, thermal: ThermalState) -> float:
-        """Return the largest change (K) since t = 0, which a difference is held against."""
-        ...
-
-    def unaccounted(self, before: ThermalState, after: ThermalState, heat: Heat) -> float:
-        """Return the heat between two states that an account lacks, over the heat that moved."""
-        ...
-
-    def destroy(self) -> None:
-        """Free what it owns."""
-        ...
+from staffa.reservoir.reservoir_load import ReservoirLoad
 
 
 class ClosedForm:
@@ -127,13 +37,16 @@ class ClosedForm:
 
     def start(self) -> ThermalState:
         """See `ThermalCoupling`. A drop at t = 0 itself belongs to the first step."""
-        return ThermalState(T=np.zeros(self._x.shape[1]))
+        return ThermalState(T=np.zeros(self._x.shape[1]), p=self._pressure(0.0))
 
     def advance(
         self, before: ThermalState, cracks: Cracks, start: float, end: float
     ) -> tuple[ThermalState, None]:
         """See `ThermalCoupling`."""
-        return ThermalState(T=self._load.temperature(self._x, end)), None
+        return ThermalState(T=self._load.temperature(self._x, end), p=self._pressure(end)), None
+
+    def _pressure(self, t: float) -> np.ndarray | None:
+        return self._load.pressure(self._x, t) if isinstance(self._load, PressureLoad) else None
 
     def span(self, thermal: ThermalState) -> float:
         """See `ThermalCoupling`."""
@@ -198,29 +111,11 @@ def _(load: Conduction, domain: Domain, spaces: Spaces) -> ThermalCoupling:
     return Conducted(load, domain, spaces)
 
 
+@coupling_of.register
+def _(load: ReservoirLoad, domain: Domain, spaces: Spaces) -> ThermalCoupling:
+    return Circulated(load, domain, spaces)
+
+
 def in_closed_form(load: object) -> bool:
     """Return True if a load is known by its values at points and times alone."""
     return coupling_of.dispatch(type(load)) is coupling_of.dispatch(object)
-
-
-class ThermalFields:
-    """The thermal state that the body has now, changed in place.
-
-    Parameters
-    ----------
-    T : temperature change (K) of the system's state, at the vertices.
-    thermal : the state to begin with.
-    """
-
-    def __init__(self, T: fem.Function, thermal: ThermalState) -> None:
-        self._T = T
-        self.put(thermal)
-
-    def read(self) -> ThermalState:
-        """Return a copy of the current state."""
-        return ThermalState(T=self._T.x.array.copy(), memory=self._memory)
-
-    def put(self, thermal: ThermalState) -> None:
-        """Make a state the current one."""
-        self._T.x.array[:] = thermal.T
-        self._memory = thermal.memory.copy()

@@ -10,7 +10,7 @@ from staffa.evolution.problem import Irreversibility, Problem
 from staffa.evolution.system import Coarser, System
 from staffa.minimize.alternate import Watch, alternate, equilibrium
 from staffa.minimize.bounded import projected_gradient
-from staffa.model.fields import corners, owned, read_vector, write_vector
+from staffa.model.fields import State, corners, owned, read_vector, write_vector
 from staffa.records.step import Outcome, SolverStatistics
 
 # Least damage at the center of a cell of a crack. In the nucleation on the slab of 120k unknowns
@@ -141,7 +141,7 @@ def _first_guess(
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), SolverStatistics()
     try:
-        gain, effort = _coarse_gain(coarser, alpha, state.T.x.array, loads.time, watch)
+        gain, effort = _coarse_gain(coarser, state, loads.time, watch)
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)
@@ -157,8 +157,7 @@ def _first_guess(
 
 def _coarse_gain(
     coarser: Coarser,
-    alpha: np.ndarray,
-    T: np.ndarray,
+    fine: State,
     time: float,
     watch: Watch = lambda sweep: None,
 ) -> tuple[np.ndarray, SolverStatistics]:
@@ -168,13 +167,15 @@ def _coarse_gain(
     a coarser cell is broken if the damage at its center says so.
     """
     problem, system = coarser.problem, coarser.system
-    state = system.state
+    state, alpha = system.state, fine.alpha.x.array.copy()
     start = np.clip(coarser.down(alpha), 0.0, 1.0)
     own = system.spaces.cell.dofmap.index_map.size_local
     broken = np.flatnonzero(coarser.middles(alpha)[:own] >= BROKEN)
     start[corners(system.spaces.alpha, broken)] = 1.0
     state.alpha.x.array[:] = start
-    state.T.x.array[:] = coarser.down(T)
+    state.T.x.array[:] = coarser.down(fine.T.x.array)
+    if coarser.problem.forces.fluid:
+        state.p.x.array[:] = coarser.down(fine.p.x.array)
     system.energy.external.at(time)
     system.alternation.u.set(0.0)  # the rest of a failed solve is no first guess
     system.alternation.elastic.forget()  # nor is the last guess's factorization, in a resumed run

@@ -77,11 +77,13 @@ class PathPoint:
     ----------
     u : displacement (m), ghosts included.
     T : temperature change (K), ghosts included.
+    p : pressure of the fluid (Pa), ghosts included.
     loads : time and pressure of the external loads.
     """
 
     u: np.ndarray
     T: np.ndarray
+    p: np.ndarray
     loads: np.ndarray
 
 
@@ -153,9 +155,11 @@ class Path:
 
     def _at_hand(self) -> PathPoint:
         state, external = self.energy.state, self.energy.external
-        return PathPoint(u=state.u.x.array.copy(), T=state.T.x.array.copy(), loads=external.kept())
+        fields = {name: getattr(state, name).x.array.copy() for name in ("u", "T", "p")}
+        return PathPoint(**fields, loads=external.kept())
 
     def _go_to(self, place: PathPoint) -> None:
         state = self.energy.state
-        state.u.x.array[:], state.T.x.array[:] = place.u, place.T
+        for name in ("u", "T", "p"):
+            getattr(state, name).x.array[:] = getattr(place, name)
         self.energy.external.put_back(place.loads)

@@ -222,8 +222,9 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
         f"what acts on '{t.side}'" for t in forces.sides if _touches(problem, system, t.side, mine)
     ]
     names += ["its weight"] if forces.gravity is not None else []
+    pores = forces.fluid or forces.pore_pressure is not None
     names += ["the fluid in cracks"] if forces.in_cracks else []
-    names += ["the pressure in its pores"] if forces.pore_pressure is not None else []
+    names += ["the pressure in its pores"] if pores else []
     place = tuple(middle.tolist())
     return LoosePart(place=place, share=n_here / n_all, loads=tuple(names), broken=broken)
 

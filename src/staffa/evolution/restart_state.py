@@ -162,8 +162,8 @@ class RestartState:
         return {
             "u": kept.u.reshape(-1, self.components),
             "alpha": kept.alpha,
-            "T": kept.thermal.T,
             "lower": kept.lower,
+            **kept.thermal.fields(),
         }
 
     def faces(self) -> np.ndarray | None:
@@ -174,7 +174,7 @@ class RestartState:
         """Return the fields of one of the `states`, with ghosts, and the memory of the coupling."""
         assert self.history is not None
         alpha, thermal = self.history.state(number)
-        return {"alpha": alpha, "T": thermal.T}, thermal.memory
+        return {"alpha": alpha, **thermal.fields()}, thermal.memory
 
     def for_new_solvers(self) -> "RestartState":
         """Return the same state, with failed returns allowed again, for changed solvers."""
@@ -251,8 +251,9 @@ def restart_state(
 
 
 def _thermal(fields: Mapping[str, np.ndarray]) -> ThermalState:
-    """Return the thermal state; checkpoints of older versions have no memory."""
-    return ThermalState(T=fields["T"], memory=fields.get(MEMORY, np.zeros(0)))
+    """Return the thermal state; checkpoints of older versions have no memory and no pressure."""
+    memory = fields.get(MEMORY, np.zeros(0))
+    return ThermalState(T=fields["T"], p=fields.get("p"), memory=memory)
 
 
 def _numbers_of(past: Past) -> PastNumbers:

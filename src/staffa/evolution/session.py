@@ -1,7 +1,6 @@
 """Owner of all that is built for one mesh, under the time loop: other meshes can take its place."""
 
 from collections.abc import Callable, Hashable
-from dataclasses import replace
 from typing import Any
 
 from staffa.backend.stack import MPI
@@ -189,7 +188,7 @@ def interpolated(session: Session, problem: Problem) -> System:
         u=across(before.u, after.u, kept.u),
         alpha=across(before.alpha, after.alpha, kept.alpha),
         lower=across(old.bounds.lower, new.bounds.lower, kept.lower),
-        thermal=replace(kept.thermal, T=across(before.T, after.T, kept.thermal.T)),
+        thermal=kept.thermal.moved(lambda values: across(before.T, after.T, values)),
         frozen=tuple(across(*field) for field in frozen),
         spent=booked,
         loads=kept.loads,

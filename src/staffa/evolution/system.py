@@ -5,6 +5,8 @@ from functools import cached_property
 
 from staffa.backend.stack import PETSc
 
+import numpy as np
+
 from staffa.arguments import require
 from staffa.backend.petsc_options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
 from staffa.evolution.coefficients import energy_of
@@ -129,7 +131,7 @@ def build(problem: Problem) -> System:
     state, bounds = zero_state(spaces), unit_bounds(spaces)
     _start_cracked(problem, state, bounds)
     coupling = coupling_of(problem.load, domain, spaces)
-    thermal = ThermalFields(state.T, coupling.start())
+    thermal = ThermalFields(state, coupling.start())
     energy = energy_of(problem, spaces, state)
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
@@ -143,21 +145,25 @@ def build(problem: Problem) -> System:
         coupling=coupling,
         thermal=thermal,
         alternation=_alternation(problem, spaces, state, energy, supports),
-        coarser=_coarser(problem, spaces),
+        coarser=_coarser(problem, spaces, energy.external.p_at_rest.x.array),
         hoop=Hoop(domain, energy) if domain.axial else None,
     )
 
 
-def _coarser(problem: Problem, spaces: Spaces) -> Coarser | None:
+def _coarser(problem: Problem, spaces: Spaces, at_rest: np.ndarray) -> Coarser | None:
+    """Return the system for first guesses; `at_rest` is the pressure (Pa) before the first step."""
     below = coarser(problem)
     if below is None:
         return None
     system = build(below)
     fine, coarse = spaces.alpha, system.spaces.alpha
+    down = Transfer(fine, coarse, h=problem.domain.h)
+    rest = system.energy.external.p_at_rest
+    rest.x.array[:] = down(at_rest)
     return Coarser(
         problem=below,
         system=system,
-        down=Transfer(fine, coarse, h=problem.domain.h),
+        down=down,
         middles=Transfer(fine, system.spaces.cell, h=problem.domain.h),
         up=Transfer(coarse, fine, h=below.domain.h),
     )

@@ -21,7 +21,7 @@ from staffa.errors import InputError, StaffaError
 from staffa.io.own_files import HALF, keep_names, make_folder, write_aside
 from staffa.io.run_directory import parsed
 
-FORMAT = 2
+FORMAT, READ = 3, (2, 3)  # format 2 has no pressure and no memory of a coupling
 FOLDER = "checkpoint"
 KEPT = 2
 PAGE, PART = re.compile(r"\d{6,}\.json"), re.compile(r"[0-9a-f]{64}\.h5")
@@ -106,10 +106,10 @@ def read_page(folder: Path, number: int) -> dict[str, Any]:
         found, page = text.get("format"), text.get("checkpoint")
     except (OSError, ValueError, AttributeError):
         raise damaged from None
-    right = page is not None and text.get("sha256") == _sum(FORMAT, page)
-    if right and found == FORMAT:
+    if page is not None and found in READ and text.get("sha256") == _sum(found, page):
         return dict(page)
-    if right or found == FORMAT:
+    changed = page is not None and text.get("sha256") in {_sum(f, page) for f in READ}
+    if changed or found in READ:
         raise damaged
     # The checksum of another format is not known.
     raise InputError(

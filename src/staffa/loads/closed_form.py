@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.special import erfc, erfcx
@@ -17,6 +17,18 @@ class Load(Protocol):
 
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
         """Return the temperature change (K), shape (n,), at points x, shape (3, n), and time t."""
+        ...
+
+
+@runtime_checkable
+class PressureLoad(Load, Protocol):
+    """A temperature field with the pressure of a fluid in pores and cracks."""
+
+    def pressure(self, x: np.ndarray, t: float) -> np.ndarray | None:
+        """Return the pressure (Pa), shape (n,), at points x, shape (3, n), and time t.
+
+        None at all times where no pressure is known.
+        """
         ...
 
 

@@ -40,20 +40,30 @@ class Forces:
     sides : force per area on each side that has one.
     prestress : stress at u = 0, T = 0 at points (Pa), shape (6, n), in the order xx, yy, zz, yz,
         xz, xy; in 2-D zz counts in plane strain, yz and xz never.
-    pore_pressure : pressure in the pores at points (Pa), shape (n,), part of the prestress.
-    biot : Biot's coefficient of `pore_pressure`, dimensionless.
+    pore_pressure : pressure in the pores at points and a time (Pa), shape (n,); that of t = 0 is
+        part of the prestress.
+    biot : Biot's coefficient of the pressure in the pores, dimensionless.
     crack_pressure : pressure in all cracks at a time (s) (Pa).
+    crack_field : the same at points and a time (Pa), shape (n,), in place of `crack_pressure`.
     crack_volume : fluid volume in the cracks at a time (s) (m^3, in 2-D m^2), given in place of
         `crack_pressure`, which then follows.
+    fluid : True where a fluid fills pores and cracks, whose pressure comes with the temperature.
+    fluid_sides : sides that this fluid presses on.
+    balanced : True if it acts by its change since t = 0, in balance with the rock then; False if
+        all of it acts, and `prestress` is the total stress.
     """
 
     gravity: tuple[float, ...] | None = None
     sides: tuple[Traction, ...] = ()
     prestress: InSpace | None = None
-    pore_pressure: InSpace | None = None
+    pore_pressure: InSpaceAndTime | None = None
     biot: float = 1.0
     crack_pressure: InTime | None = None
+    crack_field: InSpaceAndTime | None = None
     crack_volume: InTime | None = None
+    fluid: bool = False
+    fluid_sides: tuple[str, ...] = ()
+    balanced: bool = True
 
     @property
     def at_rest(self) -> bool:
@@ -63,4 +73,5 @@ class Forces:
     @property
     def in_cracks(self) -> bool:
         """Return whether a fluid presses on the faces of cracks."""
-        return self.crack_pressure is not None or self.crack_volume is not None
+        given = (self.crack_pressure, self.crack_field, self.crack_volume)
+        return self.fluid or any(value is not None for value in given)

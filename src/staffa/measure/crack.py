@@ -106,7 +106,9 @@ def fluid(energy: Energy) -> Fluid | None:
     external = energy.external
     if not external.forces.in_cracks:
         return None
-    return Fluid(pressure=float(external.pressure.value), volume=energy.crack_volume())
+    field = external.forces.fluid or external.forces.crack_field is not None
+    pressure = energy.pressure_in_cracks() if field else float(external.pressure.value)
+    return Fluid(pressure=pressure, volume=energy.crack_volume())
 
 
 # Edges of a triangle, and of a quadrilateral: a quadrilateral's fields are linear along edges only.

@@ -33,6 +33,8 @@ class Rock:
     split : energy split.
     roughness : structural tensor A, see `evolution.problem.Material`; None for the identity.
     prestress : prestress (Pa) without the part that the pores carry; None for none.
+    pores_at_rest : part (Pa) of it that a fluid carries whose pressure comes with the temperature,
+        which is not in `prestress`; None without one.
     residual_stiffness : fraction k_res of the stiffness left in a crack.
     warming : free strain over `expansion` (K); None if it is the temperature change.
     at_rest : elasticity before the first step; None if temperature does not change it.
@@ -49,6 +51,7 @@ class Rock:
     split: EnergySplit = NO_SPLIT
     roughness: Coefficient | None = None
     prestress: fem.Function | None = None
+    pores_at_rest: ufl.core.expr.Expr | None = None
     residual_stiffness: float = 1e-6
     warming: ufl.core.expr.Expr | None = None
     at_rest: IsotropicRock | None = None
@@ -76,7 +79,11 @@ def strain(u: fem.Function, T: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     T = T if rock.warming is None else rock.warming
     thermal = T * (rock.expansion * ufl.Identity(3) if scalar else rock.expansion)
     elastic = elastic_strain(u, thermal, rock.state)
-    return elastic if rock.prestress is None else elastic + prestrain(rock.prestress, rock)
+    rest = [] if rock.prestress is None else [prestrain(rock.prestress, rock)]
+    if rock.pores_at_rest is not None:
+        size = elastic.ufl_shape[0]
+        rest.append(_strain_at_rest(rock.pores_at_rest * ufl.Identity(size), rock))
+    return sum(rest, elastic)
 
 
 def swelling(T: fem.Function, rock: Rock, dim: int) -> ufl.core.expr.Expr:
@@ -99,7 +106,12 @@ def prestrain(prestress: fem.Function, rock: Rock) -> ufl.core.expr.Expr:
     size = 2 if rock.plane_stress else 3
     place = {ij: k for k, ij in enumerate(PAIRS)}
     stress = [[prestress[place[min(i, j), max(i, j)]] for j in range(size)] for i in range(size)]
-    return (rock.at_rest or rock.elasticity).strain_of(ufl.as_tensor(stress))
+    return _strain_at_rest(ufl.as_tensor(stress), rock)
+
+
+def _strain_at_rest(stress: ufl.core.expr.Expr, rock: Rock) -> ufl.core.expr.Expr:
+    """Return the elastic strain of a stress (Pa) before the first step."""
+    return (rock.at_rest or rock.elasticity).strain_of(stress)
 
 
 def crack_density(alpha: fem.Function, rock: Rock) -> ufl.core.expr.Expr:

@@ -15,8 +15,8 @@ from staffa.backend import jit
 from staffa.loads.forces import Forces
 from staffa.model import axis
 from staffa.model.contact import CrackFaces
+from staffa.model.crack_fluid import CrackFluid
 from staffa.model.densities import Rock, crack_density, crack_measure, strain, swelling
-from staffa.model.derivatives import EnergyDerivatives
 from staffa.model.domain import Domain
 from staffa.model.external_loads import External, crack_volume_density
 from staffa.model.fields import Spaces, State
@@ -40,7 +40,7 @@ def _is_continuous(field: fem.Function) -> bool:
     return bool(field.function_space.ufl_element().embedded_superdegree > 0)
 
 
-class Energy(EnergyDerivatives):
+class Energy(CrackFluid):
     """Energy int psi(e, a(alpha) + k_res) + Gc crack_density(alpha) - work of the loads.
 
     If temperature changes Gc, the second term is the energy spent at the last `book`, and
@@ -149,6 +149,7 @@ class Energy(EnergyDerivatives):
         self._on_body = (loads, spaces.u)
         v, beta = ufl.TestFunction(spaces.u), ufl.TestFunction(spaces.alpha)
         self.direction = fem.Function(spaces.alpha, name="temperature change")
+        self.pressing = fem.Function(spaces.alpha, name="pressure change")
         residual = ufl.derivative(potential(u), u, v)
         gradient = ufl.derivative(total, alpha, beta)
         # The variation of alpha^4 measures cracks of any shape: diffuse damage hardly counts.
@@ -179,7 +180,10 @@ class Energy(EnergyDerivatives):
             self.faces.measure(e, felt(e), self._stress_density, stiffness_left, dx)
         self._cracks = form(self.area)
         self._variation = form(variation * length_dx)
-        self._power = form(ufl.derivative(total, T, self.direction))
+        power = ufl.derivative(total, T, self.direction)
+        if self.external.forces.fluid:
+            power += ufl.derivative(total, state.p, self.pressing)
+        self._power = form(power)
         self._residual = form(residual)
         # Not by ufl.replace, whose cache would keep every mesh alive.
         self._load = form(-ufl.derivative(potential(at_rest), at_rest, v))
@@ -266,18 +270,6 @@ class Energy(EnergyDerivatives):
         finally:
             self._residual_stiffness.value = kept
 
-    def crack_volume(self) -> float:
-        """Return the crack volume, see `external_loads.crack_volume_density`; in 2-D an area."""
-        return self._integral(self._cracks_open["volume"])
-
-    def crack_swelling(self) -> float:
-        """Return the crack volume's derivative in u times u, less the crack volume."""
-        return self._integral(self._cracks_open["swelling"])
-
-    def widening(self, out: PETSc.Vec) -> None:
-        """Write the derivative of the crack volume in u: the force of unit pressure in cracks."""
-        self._vector(self._cracks_open["widening"], self._sums_u, out)
-
     def crack_length(self) -> float:
         """Return surface energy over Gc at its position and direction: length in 2-D, area in 3-D.
 
@@ -319,17 +311,6 @@ class Energy(EnergyDerivatives):
         return stress
 
     @cached_property
-    def _cracks_open(self) -> dict[str, fem.Form]:
-        """Forms of the crack volume, compiled at their first use."""
-        volume, cold, u, v = self._in_cracks
-        form = partial(jit.form, comm=self.comm)
-        return {
-            "volume": form(volume),
-            "swelling": form(cold),
-            "widening": form(ufl.derivative(volume, u, v)),
-        }
-
-    @cached_property
     def openings(self) -> Openings:
         """Opening strain of cracks, cell by cell. Collective at its first use."""
         state, strain = self.state, self._opening_strain
@@ -345,5 +326,5 @@ class Energy(EnergyDerivatives):
         return jit.expression(stress, cell_middle(self._mesh), self.comm)
 
     def thermal_power(self) -> float:
-        """Return the derivative of the energy along the temperature change in `direction`."""
+        """Return the derivative of the energy along the changes of temperature and of pressure."""
         return self._integral(self._power)

@@ -1,5 +1,6 @@
 """External loads as a part of the energy: minus their work."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from staffa.backend.stack import MPI  # noqa: F401
@@ -29,6 +30,20 @@ class Varying:
     field: fem.Function
     value: InSpaceAndTime
 
+    def at(self, x: np.ndarray, t: float) -> None:
+        """Set the field to the values of a time.
+
+        Parameters
+        ----------
+        x : vertices (m), shape (3, n), at which a continuous field has its values.
+        t : time (s).
+        """
+        if self.field.function_space.ufl_element().discontinuous:
+            self.field.interpolate(lambda points: self.value(points, t))
+            return
+        values = self.value(x, t)
+        self.field.x.array[:] = values.T.ravel() if values.ndim == 2 else values
+
 
 class External:
     """Loads of a body at the time of the last call of `at`. Collective.
@@ -39,11 +54,17 @@ class External:
     time : current time (s).
     pressure : pressure of the fluid in cracks (Pa). If their volume is given, the pressure is found
         with the displacement, and stored here.
-    pore_pressure : pressure of the fluid in pores (Pa); None without.
+    pore_pressure : pressure of the fluid in pores that acts (Pa), in forms; None without.
+    p_at_rest : pressure (Pa) of the fluid that comes with the temperature, before the first step.
     """
 
     def __init__(
-        self, domain: Domain, spaces: Spaces, forces: Forces, density: Coefficient
+        self,
+        domain: Domain,
+        spaces: Spaces,
+        forces: Forces,
+        density: Coefficient,
+        p: fem.Function | None = None,
     ) -> None:
         """Create the fields of the loads.
 
@@ -53,6 +74,8 @@ class External:
         spaces : the function spaces.
         forces : the loads of the problem.
         density : mass density (kg/m^3), for the weight.
+        p : pressure (Pa) of the fluid that comes with the temperature, as it is before the first
+            step; needed where `Forces.fluid` is True.
         """
         self.forces, self.time = forces, 0.0
         self.pressure = fem.Constant(domain.mesh, 0.0)
@@ -67,7 +90,10 @@ class External:
             (number, self._vary(t.force, vectors), self._vary(t.pressure, spaces.alpha))
             for number, t in enumerate(forces.sides)
         ]
-        self.pore_pressure = self._at_corners(forces)
+        self.p_at_rest = fem.Function(spaces.alpha, name="p at rest")
+        self._acting = self._pressure_of_fluid(p)
+        self.pore_pressure = self._in_pores()
+        self._in_cracks = self._acting or self._vary(forces.crack_field, spaces.alpha)
         self.at(0.0)
 
     def _vary(self, value: InSpaceAndTime | None, space: fem.FunctionSpace) -> fem.Function | None:
@@ -76,19 +102,29 @@ class External:
         self._varying.append(Varying(field=fem.Function(space), value=value))
         return self._varying[-1].field
 
-    def _at_corners(self, forces: Forces) -> fem.Function | None:
-        if forces.pore_pressure is None:
+    def _pressure_of_fluid(self, p: fem.Function | None) -> ufl.core.expr.Expr | None:
+        if not self.forces.fluid:
             return None
+        assert p is not None
+        self.p_at_rest.x.array[:] = p.x.array
+        return p - self.p_at_rest if self.forces.balanced else p
+
+    def _in_pores(self) -> ufl.core.expr.Expr | None:
+        if self._acting is not None:
+            return self._acting
         space = fem.functionspace(self._domain.mesh, ("Discontinuous Lagrange", 1))
-        field = fem.Function(space, name="pore pressure")
-        field.interpolate(forces.pore_pressure)
-        return field
+        return self._vary(self.forces.pore_pressure, space)
+
+    @property
+    def at_rest(self) -> ufl.core.expr.Expr | None:
+        """Part of the prestress that pores carry before the first step, of the fluid (Pa)."""
+        whole = self._acting is not None and not self.forces.balanced
+        return self._biot * self.p_at_rest if whole else None
 
     @property
     def fields(self) -> list[fem.Function]:
         """Loads that are functions of space, at the current time."""
-        varying = [load.field for load in self._varying]
-        return varying if self.pore_pressure is None else [*varying, self.pore_pressure]
+        return [load.field for load in self._varying]
 
     @property
     def controlled(self) -> bool:
@@ -104,8 +140,7 @@ class External:
         """Apply the loads of a time (s)."""
         self.time = t
         for load in self._varying:
-            values = load.value(self._x, t)
-            load.field.x.array[:] = values.T.ravel() if values.ndim == 2 else values
+            load.at(self._x, t)
         if self.forces.crack_pressure is not None:
             self.pressure.value = self.forces.crack_pressure(t)
 
@@ -161,8 +196,13 @@ class External:
     def in_excess(self) -> ufl.core.expr.Expr:
         """Return the pressure of the fluid in cracks, less the part that the pores carry there."""
         if self.pore_pressure is None:
-            return self.pressure
-        return self.pressure - self._biot * self.pore_pressure
+            return self.in_cracks
+        return self.in_cracks - self._biot * self.pore_pressure
+
+    @property
+    def in_cracks(self) -> ufl.core.expr.Expr:
+        """Pressure of the fluid in cracks that acts (Pa), in forms."""
+        return self.pressure if self._in_cracks is None else self._in_cracks
 
     def _terms(self, u: fem.Function, dx: axis.Measure) -> list[ufl.Form]:
         mesh, forces, terms = self._domain.mesh, self.forces, []
@@ -171,7 +211,11 @@ class External:
             terms.append(-ufl.dot(weight, u) * dx)
         if self.pore_pressure is not None:
             terms.append(-self._biot * self.pore_pressure * axis.divergence(self._domain, u) * dx)
-        ds, n = _sides(self._domain, forces), ufl.FacetNormal(mesh)
+        n = ufl.FacetNormal(mesh)
+        ds = _sides(self._domain, [t.side for t in forces.sides])
+        wet = _sides(self._domain, forces.fluid_sides)
+        for number in range(len(forces.fluid_sides)):
+            terms.append(self._acting * ufl.dot(n, u) * wet(number))
         for number, force, pressure in self._on_sides:
             if force is not None:
                 terms.append(-ufl.dot(force, u) * ds(number))
@@ -199,9 +243,9 @@ def crack_volume_density(
     return alpha * (axis.divergence(domain, u) - swelling)
 
 
-def _sides(domain: Domain, forces: Forces) -> axis.Measure:
-    """Return one measure for all loaded boundaries, in their numbering."""
-    facets = [domain.facets(t.side) for t in forces.sides]
+def _sides(domain: Domain, names: Sequence[str]) -> axis.Measure:
+    """Return one measure for some boundaries, numbered in their order."""
+    facets = [domain.facets(name) for name in names]
     if not facets:
         return axis.surface(domain)
     numbers = np.repeat(np.arange(len(facets), dtype=np.int32), [len(f) for f in facets])

@@ -101,11 +101,13 @@ class State:
     u : displacement (m).
     alpha : damage.
     T : temperature change (K).
+    p : pressure of the fluid that comes with the temperature (Pa); 0 without one.
     """
 
     u: fem.Function
     alpha: fem.Function
     T: fem.Function
+    p: fem.Function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,6 +130,7 @@ def zero_state(spaces: Spaces) -> State:
         u=fem.Function(spaces.u, name="u"),
         alpha=fem.Function(spaces.alpha, name="alpha"),
         T=fem.Function(spaces.alpha, name="T"),
+        p=fem.Function(spaces.alpha, name="p"),
     )
 
 

@@ -81,6 +81,8 @@ class Heat:
     imbalance
         Difference of the two, over the largest of what was stored, what crossed the boundary, and
         what the body has stored since the start.
+    allowed
+        Largest imbalance that round-off and the tolerances of its solver explain.
     substeps
         Number of time steps of the heat equation.
     passes
@@ -96,6 +98,7 @@ class Heat:
     stored: float = 0.0
     entered: dict[str, float] = field(default_factory=dict)
     imbalance: float = 0.0
+    allowed: float = 1e-8
     substeps: int = 0
     passes: int = 0
     gap: float = 0.0
@@ -113,6 +116,7 @@ class Heat:
             stored=self.stored + other.stored,
             entered={name: together(name) for name in sorted(names)},
             imbalance=max(self.imbalance, other.imbalance),
+            allowed=max(self.allowed, other.allowed),
             substeps=self.substeps + other.substeps,
             passes=self.passes + other.passes,
             gap=max(self.gap, other.gap),

@@ -71,7 +71,7 @@ def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float
             yield f"forces.{side.side}.pressure", lowest
     if acting.pore_pressure is not None:
         body = case.outline.places.within().x
-        yield "forces.pore_pressure", float(acting.pore_pressure(body).min())
+        yield "forces.pore_pressure", float(acting.pore_pressure(body, 0.0).min())
     if acting.crack_pressure is not None:
         yield "forces.crack_pressure", min(acting.crack_pressure(t) for t in times)
 
@@ -110,7 +110,7 @@ def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
     start = acting.prestress(x)
     if not np.any(start[3:]):
         return
-    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x)
+    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x, 0.0)
     principal = _principal(case, start) + pores
     m, ell = derived.rock, float(case.damage.ell)
     bar = strength(derived.law, E=m.E, Gc=m.Gc * least_factor(case), ell=ell)

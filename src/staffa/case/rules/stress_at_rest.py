@@ -41,7 +41,7 @@ def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.nda
     start = np.zeros((6, x.shape[1])) if acting.prestress is None else acting.prestress(x)
     if np.any(start[3:] != 0):
         return None
-    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x)
+    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x, 0.0)
     before, after = start[:3] + pores, start[:3] + pores
     loaded = []
     if case.plane_stress:

@@ -25,11 +25,18 @@ def forces(case: Case) -> Forces:
         gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
         sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
-        pore_pressure=None if keys.pore_pressure is None else in_space(keys.pore_pressure, dim),
+        pore_pressure=_in_pores(keys, dim),
         biot=1.0 if keys.biot is None else keys.biot,
         crack_pressure=_of_time(keys, "crack_pressure"),
         crack_volume=_of_time(keys, "crack_volume"),
     )
+
+
+def _in_pores(keys: ForceKeys, dim: int) -> InSpaceAndTime | None:
+    if keys.pore_pressure is None:
+        return None
+    value = in_space(keys.pore_pressure, dim)
+    return lambda x, t: value(x)
 
 
 def _prestress(keys: Prestress, dim: int) -> InSpace:
