@@ -654,7 +654,10 @@ FORCES = [
     (("forces.biot=0.5", "forces.prestress={xx=-1.0}"), "forces.biot = 0.5", "leave it out"),
     ((*PORES, "forces={biot=1.5,pore_pressure=1.0}"), "forces.biot = 1.5", "at most 1"),
     ((*CRACK, "forces={crack_pressure=1.0,crack_volume=1.0}"), "crack_volume", "one of them out"),
-    ((*CRACK, 'forces.crack_pressure={formula="x"}'), "'x' is not known there", "pi, t, "),
+    ((*CRACK, 'forces.crack_pressure={formula="x*z"}'), "'z' is not known there", "pi, t, x, y"),
+    ((*CRACK, 'forces.crack_volume={formula="x"}'), "'x' is not known there", "pi, t, "),
+    ((*PORES, 'forces.pore_pressure={formula="1/(t-0.1)"}'), "is not finite", "t = 0.1"),
+    ((*PORES, 'forces.prestress={xx={formula="t"}}'), "'t' is not known there", "x, y"),
     (("forces.crack_volume=1.0",), "no crack for the fluid", "give one in [[cracks]]"),
     ((*CRACK, "forces.crack_volume=-1.0"), "forces.crack_volume = -1.0", "must not be negative"),
     (

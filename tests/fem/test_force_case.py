@@ -66,6 +66,17 @@ def test_what_it_becomes() -> None:
     assert bottom.force(x, 1800.0) == pytest.approx(np.array([[0.0, 2e6], [0.0, 0.0]]))
 
 
+def test_pressures_of_place_and_time() -> None:
+    text = CASE.replace('{ formula = "1e6 - 1e4*y" }', '{ formula = "1e6 - 1e4*y + 10*t" }')
+    given = '{ t = ["0 s", "1 h"], value = ["0 MPa", "1 MPa"] }'
+    text = text.replace(given, '{ formula = "2e5*x*t/3600" }')
+    found = forces(parse_case(text))
+    x = np.array([[0.0, 2.0], [0.0, 0.5], [0.0, 0.0]])
+    assert found.pore_pressure(x, 100.0) == pytest.approx([1.001e6, 0.996e6])
+    assert found.crack_pressure is None
+    assert found.crack_field(x, 1800.0) == pytest.approx([0.0, 2e5])
+
+
 def test_it_reads_back() -> None:
     """As resolved, with the split that it takes."""
     case = parse_case(CASE)

@@ -71,7 +71,10 @@ def _lowest_pressures(case: Case, derived: Numbers) -> Iterator[tuple[str, float
             yield f"forces.{side.side}.pressure", lowest
     if acting.pore_pressure is not None:
         body = case.outline.places.within().x
-        yield "forces.pore_pressure", float(acting.pore_pressure(body, 0.0).min())
+        yield "forces.pore_pressure", min(acting.pore_pressure(body, t).min() for t in times)
+    if acting.crack_field is not None:
+        body = case.outline.places.within().x
+        yield "forces.crack_pressure", min(acting.crack_field(body, t).min() for t in times)
     if acting.crack_pressure is not None:
         yield "forces.crack_pressure", min(acting.crack_pressure(t) for t in times)
 

@@ -21,8 +21,8 @@ from staffa.physics.split import SPLITS
 from staffa.properties.formula import formula, formula_variables, trial
 from staffa.units import Quantity, parse
 
-# What a formula of a component may depend on, besides places in the body.
-IN_SPACE = ("prestress", "pore_pressure")
+# Values that do not change with time: the rock is in equilibrium under them.
+STILL = "prestress"
 
 
 def forces_say_something(case: Case) -> None:
@@ -173,15 +173,15 @@ def formulas_of_forces_give_numbers(case: Case) -> None:
     for where, value, side in _values(case.forces):
         if not isinstance(value, Formula):
             continue
-        still = side is None and where.split(".")[1] in IN_SPACE
-        in_cracks = side is None and where.startswith("forces.crack_")
-        known = ("t",) if in_cracks else formula_variables(case.dim, time=not still)
+        still = side is None and where.split(".")[1] == STILL
+        of_volume = where == "forces.crack_volume"
+        known = ("t",) if of_volume else formula_variables(case.dim, time=not still)
         try:
             function = formula(value.formula, known)
             there = case.outline.places.on(side)
             for t in times:
                 found = trial(function, known, there, t)
-                if where == "forces.crack_volume" and found.min() < 0:
+                if of_volume and found.min() < 0:
                     raise InputError(f"it must not be negative, and is at t = {t:.4g}")
         except InputError as error:
             raise InputError(f"{where}.formula = {as_toml(value.formula)}: {error}") from None

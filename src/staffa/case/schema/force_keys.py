@@ -122,7 +122,8 @@ class ForceKeys(SidesTable):
     back: SideForce | None = _side("side y = depth, 3-D only")
     pore_pressure: StressInSpace | None = Field(
         default=None,
-        description="pressure in the pores, in plane strain or 3-D: likewise",
+        description="pressure in the pores, in plane strain or 3-D: likewise; a formula of it may "
+        "depend on t too, and its pressure at t = 0 is part of the prestress",
         examples=["10 MPa", {"value": "10 MPa", "gradient": ["0 MPa/m", "-0.01 MPa/m"]}],
     )
     biot: Annotated[Number, Field(ge=0, le=1)] | None = Field(
@@ -131,7 +132,9 @@ class ForceKeys(SidesTable):
         examples=[0.8],
     )
     crack_pressure: StressValue | None = Field(
-        default=None, description="pressure of a fluid in all cracks", examples=IN_TIME_EXAMPLES
+        default=None,
+        description="pressure of a fluid in all cracks; its formula may depend on x, y (and z) too",
+        examples=IN_TIME_EXAMPLES,
     )
     crack_volume: VolumeValue | None = Field(
         default=None,

@@ -10,7 +10,7 @@ from staffa.case.schema.force_keys import ForceKeys, Prestress, SideForce
 from staffa.case.values.heat_equation import in_time
 from staffa.case.values.property_functions import in_space
 from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
-from staffa.properties.formula import formula
+from staffa.properties.formula import formula, formula_variables, uses
 
 # In the order of `loads.forces.Forces.prestress`.
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -27,7 +27,10 @@ def forces(case: Case) -> Forces:
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
         pore_pressure=_in_pores(keys, dim),
         biot=1.0 if keys.biot is None else keys.biot,
-        crack_pressure=_of_time(keys, "crack_pressure"),
+        crack_pressure=(
+            None if depends_on_place(keys.crack_pressure) else _of_time(keys, "crack_pressure")
+        ),
+        crack_field=_in_cracks(keys, dim),
         crack_volume=_of_time(keys, "crack_volume"),
     )
 
@@ -35,8 +38,28 @@ def forces(case: Case) -> Forces:
 def _in_pores(keys: ForceKeys, dim: int) -> InSpaceAndTime | None:
     if keys.pore_pressure is None:
         return None
+    if isinstance(keys.pore_pressure, Formula):
+        return _of_place_and_time(keys.pore_pressure, dim)
     value = in_space(keys.pore_pressure, dim)
     return lambda x, t: value(x)
+
+
+def _in_cracks(keys: ForceKeys, dim: int) -> InSpaceAndTime | None:
+    """Return the pressure in cracks where a formula makes it depend on the place."""
+    value = keys.crack_pressure
+    if not isinstance(value, Formula) or not depends_on_place(value):
+        return None
+    return _of_place_and_time(value, dim)
+
+
+def depends_on_place(value: Any) -> bool:
+    """Return True if a value of [forces] is a formula of x, y or z."""
+    return isinstance(value, Formula) and any(uses(value.formula, name) for name in "xyz")
+
+
+def _of_place_and_time(value: Formula, dim: int) -> InSpaceAndTime:
+    function = formula(value.formula, formula_variables(dim))
+    return lambda x, t: np.zeros(x.shape[1]) + function(x, t)
 
 
 def _prestress(keys: Prestress, dim: int) -> InSpace:
