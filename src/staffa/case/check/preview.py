@@ -9,6 +9,7 @@ from staffa.case.check.cracking import face_squeeze, first_and_last, forced, oth
 from staffa.case.check.element_notes import element_facts
 from staffa.case.check.mesh_warnings import cell_edge
 from staffa.case.check.support_warnings import holding, laterally_held
+from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
 from staffa.case.rules import adaptive, require_loaded, unit
 from staffa.case.scales.case_scales import Numbers, derived_numbers, least_factor
@@ -58,9 +59,8 @@ def preview(case: Case) -> Preview:
     require_loaded(case)
     derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
-    facts += element_facts(case)
-    facts.append(("supports", *holding(case)))
-    facts += split_facts(case, derived) + _friction_facts(case)
+    facts += [*element_facts(case), ("supports", *holding(case)), *split_facts(case, derived)]
+    facts += _friction_facts(case) + formula_facts(case, derived)
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
@@ -143,7 +143,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
-    if not derived.cooled:
+    if not case.temperature.acts:
         strain = derived.sigma_c / derived.rock.E
         sooner = ["the given cracks may grow sooner"] if case.cracks else []
         told = "; ".join(["sigma_c/E", *sooner, *forced(case)])

@@ -33,7 +33,7 @@ def beside(case: Case) -> list[str]:
     """Return the flat faces beside the cooled one."""
     body = case.outline
     face = case.temperature.face
-    cooled = body.axis(face) if face in body.faces else None
+    cooled = body.axis(face) if face in body.faces else None  # of none, all are beside it
     return [name for name in body.faces if body.axis(name) not in (None, cooled)]
 
 
@@ -45,7 +45,7 @@ def holding(case: Case) -> tuple[str, str]:
     found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if is_held_at(case, name)]
     if not found:
         return "none", "it shortens and bends freely"
-    shorten = case.temperature.profile != "none" and not laterally_held(case)
+    shorten = case.temperature.acts and not laterally_held(case)
     return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
 
 

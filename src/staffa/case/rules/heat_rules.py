@@ -36,10 +36,11 @@ def heat_has_its_profile(case: Case) -> None:
             for name in ("k", "c") if weighs else ("k", "rho", "c"):
                 given = getattr(table, name)
                 if given is not None:
-                    instead = ", which is k/(rho c)" if where == "material" else " in [material]"
+                    own = ", which is k/(rho c)" if where == "material" else " in [material]"
+                    instead = f" and give kappa{own}" if case.temperature.cools_a_face else ""
                     raise InputError(
                         f"{where}.{name} = {as_toml(given)} has no meaning with {profile}; leave "
-                        f"it out and give kappa{instead}"
+                        f"it out{instead}"
                     )
         return
     if case.heat is None:
