@@ -41,10 +41,15 @@ class Forces:
     prestress : stress at u = 0, T = 0 at points (Pa), shape (6, n), in the order xx, yy, zz, yz,
         xz, xy; in 2-D zz counts in plane strain, yz and xz never.
     pore_pressure : pressure in the pores at points (Pa), shape (n,), part of the prestress.
-    biot : Biot's coefficient of `pore_pressure`, dimensionless.
+    biot : Biot's coefficient of pressure in pores, dimensionless.
     crack_pressure : pressure in all cracks at a time (s) (Pa).
     crack_volume : fluid volume in the cracks at a time (s) (m^3, in 2-D m^2), given in place of
         `crack_pressure`, which then follows.
+    fluid : True if the source of the temperature also gives a fluid pressure of place and time,
+        which acts in pores, by `biot`, and in cracks.
+    fluid_sides : names of sides on which that pressure presses.
+    balanced : True if that pressure acts by its change since t = 0, as no stress before the first
+        step is given; False if it acts as a whole, beside `prestress`, a total stress.
     """
 
     gravity: tuple[float, ...] | None = None
@@ -54,6 +59,9 @@ class Forces:
     biot: float = 1.0
     crack_pressure: InTime | None = None
     crack_volume: InTime | None = None
+    fluid: bool = False
+    fluid_sides: tuple[str, ...] = ()
+    balanced: bool = False
 
     @property
     def at_rest(self) -> bool:

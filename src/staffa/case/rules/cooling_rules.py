@@ -18,10 +18,10 @@ def cooling_is_one(case: Case) -> None:
         raise InputError(
             f"temperature.face: the body has no face '{keys.face}'; {choices(keys.face, faces)}"
         )
-    if keys.profile in ("none", "heat"):
+    if keys.profile == "none" or case.conducts:
         for name in ("dT", "severity", "biot"):
             if getattr(keys, name) is not None:
-                elsewhere = ", where [heat] says what does" if keys.profile == "heat" else ""
+                elsewhere = f", where [{keys.profile}] says what does" if case.conducts else ""
                 raise InputError(
                     f"temperature.{name} = {inline(getattr(keys, name))} cools nothing with "
                     f'temperature.profile = "{keys.profile}"{elsewhere}; leave one of them out'
@@ -35,7 +35,7 @@ def cooling_is_one(case: Case) -> None:
 def cooling_is_complete(case: Case) -> None:
     """Require one of dT and severity, if they make the temperature."""
     keys = case.temperature
-    if keys.profile not in ("none", "heat") and keys.dT is None and keys.severity is None:
+    if keys.profile != "none" and not case.conducts and keys.dT is None and keys.severity is None:
         raise InputError(
             "temperature.dT and temperature.severity: neither is given; give exactly one of them"
         )
@@ -51,7 +51,7 @@ def depth_has_a_meaning(case: Case) -> None:
         f"'{keys.face}' (temperature.face) is no flat side of the body, below which there is a "
         f"depth; flat are: {flat}"
     )
-    if keys.profile != "heat":
+    if not case.conducts:
         raise InputError(
             f'temperature.profile = "{keys.profile}": {why}; take temperature.profile = "heat", '
             f"which cools any face"
@@ -70,7 +70,7 @@ def film_is_convective(case: Case) -> None:
             "temperature.biot is missing: a convective profile needs the film coefficient times L "
             "over the conductivity; write it like biot = 10.0"
         )
-    if keys.profile not in ("convective", "heat", "none") and keys.biot is not None:
+    if keys.profile not in ("convective", "none") and not case.conducts and keys.biot is not None:
         raise InputError(
             f'temperature.biot = {keys.biot:g} has no meaning for profile = "{keys.profile}"; '
             f'leave it out or take temperature.profile = "convective"'

@@ -24,6 +24,7 @@ from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import MaterialKeys, RegionKeys
 from staffa.case.schema.probe_keys import ProbeKeys
+from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.support_keys import Prescribed as Prescribed
 from staffa.case.schema.support_keys import SupportKeys as SupportKeys
 from staffa.case.schema.time_keys import TimeKeys
@@ -108,13 +109,14 @@ class ToughnessKeys(CaseTable):
 
 
 class TemperatureKeys(CaseTable):
-    """The cooling: known in closed form, or from the heat equation of the table [heat]."""
+    """The cooling: known in closed form, from the heat equation of the table [heat], or from the
+    circulating water of the table [reservoir]."""
 
-    profile: Annotated[str, one_of((*PROFILES, "heat", "none"))] = Field(
+    profile: Annotated[str, one_of((*PROFILES, "heat", "reservoir", "none"))] = Field(
         default="half-space",
         description="half-space (endlessly deep, its face cold at once); slab (opposite "
         "boundary insulated); convective (a half-space behind a film); heat (from the heat "
-        "equation, see [heat]); none",
+        "equation, see [heat]); reservoir (from a reservoir simulator, see [reservoir]); none",
     )
     face: str = Field(
         default="bottom", description="the cooled side, from which depths are measured"
@@ -297,6 +299,7 @@ class Case(CaseTable):
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()
     heat: HeatKeys | None = None
+    reservoir: ReservoirKeys | None = None
     forces: ForceKeys | None = None
     supports: SupportKeys = SupportKeys()
     cracks: tuple[Crack, ...] = Field(
@@ -319,6 +322,11 @@ class Case(CaseTable):
     def dim(self) -> int:
         """Return the dimension, 2 or 3."""
         return self.outline.dim
+
+    @property
+    def conducts(self) -> bool:
+        """Return True if the temperature follows from conductivity and heat capacity, k, rho, c."""
+        return self.temperature.profile in ("heat", "reservoir")
 
     @property
     def axial(self) -> bool:
