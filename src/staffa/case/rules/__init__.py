@@ -57,6 +57,7 @@ from staffa.case.rules.reservoir_values import (
     fields_reach_the_end,
     fractures_are_inside,
     reservoir_values_are_possible,
+    single_describes_it,
     water_is_liquid,
 )
 from staffa.case.rules.rock_rules import (
@@ -164,6 +165,7 @@ RULES = (
     reservoir_values_are_possible,
     water_is_liquid,
     fields_reach_the_end,
+    single_describes_it,
     reservoir_is_the_only_water,
     forces_say_something,
     forces_fit_the_body,

@@ -3,12 +3,11 @@
 from staffa.case.schema.case import Case
 from staffa.case.schema.heat_keys import Even
 from staffa.case.schema.quantity_text import is_scaled
-from staffa.case.schema.reservoir_keys import IAPWS, FractureSide, ReservoirKeys
+from staffa.case.schema.reservoir_keys import FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
-from staffa.case.values.property_functions import varies
-from staffa.case.values.reservoir_places import beyond, cell_count, fractured_sides
+from staffa.case.values.reservoir_places import beyond, cell_count
 from staffa.errors import InputError, choices
-from staffa.geometry.block import SIDES, opposite
+from staffa.geometry.block import SIDES
 
 # Where another table gives the pressure of the same water.
 PRESSURES = ("pore_pressure", "crack_pressure", "crack_volume")
@@ -124,8 +123,6 @@ def reservoir_is_complete(case: Case) -> None:
                 f"reservoir.{name} = {as_toml(getattr(keys, name), 40)} has no meaning with "
                 f"{simulator}, {why}; leave one of them out"
             )
-    if keys.simulator == "single":
-        _single_describes(case, keys)
 
 
 def reservoir_is_the_only_water(case: Case) -> None:
@@ -190,32 +187,4 @@ def _side_of_fracture(case: Case, where: str, fracture: FractureSide, along: set
         raise InputError(
             f"{where}: opening = {inline(fracture.opening)} does not fit into cells of height = "
             f"{inline(fracture.height)}; take higher ones"
-        )
-
-
-def _single_describes(case: Case, keys: ReservoirKeys) -> None:
-    """Require what the closed form describes: fractures at sides between two wells, even rock."""
-    single = 'reservoir.simulator = "single"'
-    wrong = ""
-    sides = list(fractured_sides(case))
-    if case.dim != 2:
-        wrong = "a 3-D body"
-    elif len(sides) != len(keys.fractures):
-        wrong = "a fracture that lies within the body"
-    elif len(sides) > 2 or (len(sides) == 2 and opposite(sides[0], 2) != sides[1]):
-        wrong = "fractures at sides that meet"
-    elif varies(keys.temperature):
-        wrong = f"temperature = {as_toml(keys.temperature)}, which is uneven"
-    elif keys.water == IAPWS:
-        wrong = f'water = "{IAPWS}", which changes with temperature'
-    elif any(varies(getattr(case.material, name)) for name in ("k", "rho", "c")) or case.regions:
-        wrong = "rock whose k, rho or c differ from place to place"
-    elif len(keys.wells) != 2 * len(sides):
-        wrong = (
-            f"{len(keys.wells)} wells with {len(sides)} fractures, an injector and a producer each"
-        )
-    if wrong:
-        raise InputError(
-            f"{single} is a closed form, which does not describe {wrong}; change that, or take "
-            f'reservoir.simulator = "darts"'
         )

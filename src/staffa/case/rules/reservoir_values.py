@@ -9,10 +9,12 @@ from staffa.case.schema.reservoir_fields import FieldsKeys
 from staffa.case.schema.reservoir_keys import IAPWS, FractureLine, FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import in_space
+from staffa.case.values.reservoir_model import reservoir_model
 from staffa.case.values.reservoir_places import extent, is_in_reservoir, sampled
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.physics.saturation import saturation_pressure
+from staffa.reservoir.single import SingleFracture
 
 RANGES = {
     "temperature": (0.0, np.inf, "finite and above absolute zero"),
@@ -184,3 +186,13 @@ def _cover_the_body(case: Case, keys: FieldsKeys) -> None:
                     f"reservoir.fields, {field.path.name}: {keys.T} is {found.min():.4g} K, below "
                     f'absolute zero; say how it counts, like T_unit = "°C"'
                 )
+
+
+def single_describes_it(case: Case) -> None:
+    """Require of a case with the closed form what it describes, as the engine itself tells."""
+    if case.reservoir is None or case.reservoir.simulator != "single":
+        return
+    try:
+        SingleFracture(reservoir_model(case))
+    except InputError as error:
+        raise InputError(f"[reservoir]: {error}") from None

@@ -18,7 +18,7 @@ from staffa.case.values.reservoir_places import (
 from staffa.case.values.subdomains import box_of, subdomains_of
 from staffa.geometry.places import in_box
 from staffa.reservoir.grid import Grid, grid_around
-from staffa.reservoir.permeability import Plane, with_planes
+from staffa.reservoir.permeability import Plane, with_planes, with_rows
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
 from staffa.units import SMALLEST
 
@@ -27,7 +27,7 @@ def reservoir_model(case: Case) -> ReservoirModel:
     """Return the model of a case with a simulator."""
     keys, grid = reservoir_keys(case), reservoir_grid(case)
     x = places(grid)
-    return ReservoirModel(
+    model = ReservoirModel(
         grid=grid,
         permeability=with_planes(grid, _with_boxes(case, grid, "permeability"), _planes(case)),
         porosity=_with_boxes(case, grid, "porosity"),
@@ -41,6 +41,7 @@ def reservoir_model(case: Case) -> ReservoirModel:
         gravity=_gravity(case),
         fractures=side_fractures(case),
     )
+    return with_rows(model)
 
 
 def reservoir_grid(case: Case) -> Grid:
