@@ -9,7 +9,7 @@ import pytest
 from staffa.reservoir.frames import FrameError, pack, unpack
 
 
-def reader(data: bytes):  # noqa: ANN201
+def reader(data: bytes):
     stream = io.BytesIO(data)
 
     def read(n: int) -> bytes:

@@ -1,7 +1,7 @@
 """Cartesian grid of a reservoir, and the way from its cells to points of the rock."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -185,19 +185,6 @@ def grid_around(
     return Grid(edges=(x, y, z), dim=dim, rows=tuple(sorted(fractures)))
 
 
-def refined(grid: Grid, axis: int, edges: np.ndarray) -> Grid:
-    """Return the grid with other faces along one axis.
-
-    Parameters
-    ----------
-    grid : the grid.
-    axis : the axis.
-    edges : coordinates of the faces along it (m).
-    """
-    x, y, z = (edges if a == axis else old for a, old in enumerate(grid.edges))
-    return replace(grid, edges=(x, y, z))
-
-
 def _edges_of_axis(
     ends: tuple[float, float], h: float, *, beyond: Sequence[float], rows: Sequence[float]
 ) -> np.ndarray:
@@ -219,7 +206,15 @@ def _edges_of_axis(
 
 
 def _steps(length: float, h: float, firsts: Sequence[float], growth: float) -> np.ndarray:
-    """Return coordinates from 0 to `length` whose distances grow from both ends, up to `h`."""
+    """Return coordinates from 0 to `length` whose distances grow from both ends, up to `h`.
+
+    Parameters
+    ----------
+    length : the last coordinate (m).
+    h : largest distance (m); infinite for none.
+    firsts : distances at both ends (m).
+    growth : ratio of neighboring distances.
+    """
     sizes: list[float] = []
     reached = 0.0
     while reached < length * (1 - 1e-9):
@@ -229,6 +224,8 @@ def _steps(length: float, h: float, firsts: Sequence[float], growth: float) -> n
         to_upper = (firsts[1] + (growth - 1) * left) / growth
         sizes.append(min(h, from_lower, max(to_upper, firsts[1])))
         reached += sizes[-1]
+    if np.isinf(h) and len(sizes) > 1 and reached - length > sizes[-1] / 2:
+        reached -= sizes.pop()
     places = np.concatenate([[0.0], np.cumsum(sizes)])
     return places * (length / reached) if sizes else places
 

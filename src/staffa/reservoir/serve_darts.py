@@ -26,7 +26,8 @@ import numpy as np  # noqa: E402
 from frames import pack, unpack  # type: ignore[import-not-found]  # noqa: E402
 
 NAMES = (
-    "lower", "upper", "flow", "conduction", "index", "volume", "porosity", "rho_c", "depth", "p", "T"
+    "lower", "upper", "flow", "conduction", "index", "volume", "porosity", "rho_c", "depth",
+    "p", "T",
 )  # fmt: skip
 FIRST = 1.0  # s, the first inner step
 SHORTEST = 1e-3  # s: a shorter inner step is of no use
