@@ -34,6 +34,11 @@ SI_UNITS = {
     "stress gradient": "Pa/m",
     "volume": "m**3",
     "volume per thickness": "m**2",
+    "pressure": "Pa",
+    "pressure gradient": "Pa/m",
+    "permeability": "m**2",
+    "viscosity": "Pa*s",
+    "mass rate": "kg/s",
 }
 EXAMPLES = {
     "length": "5 mm",
@@ -56,6 +61,11 @@ EXAMPLES = {
     "stress gradient": "0.02 MPa/m",
     "volume": "0.2 m^3",
     "volume per thickness": "0.2 m^2",
+    "pressure": "20 MPa",
+    "pressure gradient": "-0.01 MPa/m",
+    "permeability": "1e-15 m^2",
+    "viscosity": "0.3 mPa s",
+    "mass rate": "5 kg/s",
 }
 
 # A number, then a product of units: stricter than pint, which would read "10^-6/K" as ten to the

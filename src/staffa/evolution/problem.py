@@ -21,6 +21,7 @@ from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
 from staffa.physics.temperature import Law
 from staffa.records.step import Stop
+from staffa.reservoir.reservoir_load import ReservoirLoad
 
 # A mesh that resolves the regularization length less than this guesses too badly to be of use.
 RESOLVED = 3.0
@@ -204,7 +205,7 @@ class Problem:
     elements: str = LINEAR
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
-    load: Load | Conduction
+    load: Load | Conduction | ReservoirLoad
     temperatures: Temperatures | None = None
     forces: Forces = field(default_factory=Forces)
     schedule: Schedule

@@ -47,8 +47,10 @@ from staffa.physics.damage import DamageLaw
 from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
 from staffa.records.step import Stop
+from staffa.reservoir.reservoir_load import ReservoirLoad
 from staffa.setup.field_coverage import check_files
 from staffa.setup.rock import check_rock, materials, region_boxes
+from staffa.setup.simulators import reservoir_load
 from staffa.setup.user_objects import Given, tried_load, try_given
 
 CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
@@ -130,8 +132,10 @@ def problem(
 
 def _load(
     case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
-) -> Load | Conduction:
+) -> Load | Conduction | ReservoirLoad:
     """Return the source of the temperature; one of a script's own is tried. Collective."""
+    if own is None and case.reservoir is not None:
+        return reservoir_load(case)
     if own is None:
         return conduction(case) if case.heat else load(case, derived)
     if in_closed_form(own):

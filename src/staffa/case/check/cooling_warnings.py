@@ -190,7 +190,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     time, last = first_and_last(derived)
     first, h, ell = diffusion_length(derived.kappa, time), cell_edge(case), float(case.damage.ell)
     mixed = sqrt(ell * ell0)
-    at_once = case.heat is None or _cools_at_once(case)  # else depth says little
+    at_once = not case.conducts or _cools_at_once(case)  # else depth says little
     earliest = (h / 2) ** 2 / derived.kappa
     if mixed >= h and at_once and first > NUCLEATION_DEPTH * mixed:
         latest = (NUCLEATION_DEPTH * mixed) ** 2 / derived.kappa
@@ -291,6 +291,8 @@ def _squeezed_across(case: Case, given: object, excess: float) -> str:
 
 def _of_opposite_boundary(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
     """Warn if cooling reaches the opposite boundary, which the profile insulates or ignores."""
+    if case.reservoir is not None:
+        return  # see `reservoir_warnings`
     if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return
     _, last = first_and_last(derived)
@@ -314,6 +316,8 @@ def _of_opposite_boundary(case: Case, derived: Numbers, *, insulated: bool) -> I
 
 
 def _cools_at_once(case: Case) -> bool:
+    if case.heat is None:
+        return False
     coldest = strongest(surface_exchanges(case), case.temperature.face)
     return coldest is not None and coldest.at_once
 

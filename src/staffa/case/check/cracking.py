@@ -10,6 +10,7 @@ from staffa.case.scales.case_scales import Numbers, load
 from staffa.case.scales.squeeze import Squeeze, squeeze
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
+from staffa.case.values.applied_forces import forces
 from staffa.case.values.default_split import presses
 from staffa.case.values.heat_equation import start
 from staffa.case.values.subdomains import is_uneven
@@ -32,6 +33,8 @@ def peak_drop(case: Case, derived: Numbers) -> float:
     if case.heat is not None:
         coldest = strongest(surface_exchanges(case), case.temperature.face)
         return coldest.reached if coldest else 0.0
+    if case.reservoir is not None:
+        return derived.dT
     assert derived.face is not None
     on_face = np.zeros((3, 1))
     on_face[derived.face.axis] = derived.face.position
@@ -61,7 +64,13 @@ def other_causes(case: Case, *, forces: bool = True) -> tuple[str, ...]:
     given = ("the given cracks may grow",) if case.cracks else ()
     moved = ("the moved sides load it too",) if is_moved(case) else ()
     acting = forced(case) if forces else _fluid(case)
-    return (*given, *moved, *acting, *_causes_of_heat(case))
+    water = ("the pressure of the water acts too",) if presses_by_water(case) else ()
+    return (*given, *moved, *acting, *water, *_causes_of_heat(case))
+
+
+def presses_by_water(case: Case) -> bool:
+    """Return True if a reservoir presses on pores and cracks."""
+    return forces(case).fluid
 
 
 def forced(case: Case) -> tuple[str, ...]:

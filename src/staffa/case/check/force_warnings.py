@@ -10,7 +10,7 @@ from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, key
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.applied_forces import forces
+from staffa.case.values.applied_forces import forces, pore_pressure_at_rest
 from staffa.case.values.default_split import is_anisotropic, safest_split
 from staffa.case.values.pressing_loads import only_pulled, pressing
 from staffa.case.values.property_functions import in_space
@@ -113,7 +113,7 @@ def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
     start = acting.prestress(x)
     if not np.any(start[3:]):
         return
-    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x, 0.0)
+    pores = acting.biot * pore_pressure_at_rest(case)(x)
     principal = _principal(case, start) + pores
     m, ell = derived.rock, float(case.damage.ell)
     bar = strength(derived.law, E=m.E, Gc=m.Gc * least_factor(case), ell=ell)

@@ -8,6 +8,7 @@ from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
 from staffa.case.check.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.case.check.element_notes import element_facts
 from staffa.case.check.mesh_warnings import cell_edge
+from staffa.case.check.reservoir_facts import reservoir_cost, reservoir_facts
 from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
@@ -64,6 +65,8 @@ def preview(case: Case) -> Preview:
     if derived.cooled:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
+    if case.reservoir is not None:
+        facts += reservoir_facts(case, derived)
     return Preview(
         facts=tuple([*facts, *_cost_facts(case, derived)]),
         warnings=tuple(warnings(case, derived)),
@@ -178,7 +181,7 @@ def _friction_facts(case: Case) -> list[Fact]:
 
 
 def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
-    if case.heat is None:
+    if not case.conducts:
         return []
     k, face = conductivities(case), case.temperature.face
     along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
@@ -187,7 +190,7 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
         ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
         ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
     ]
-    for exchange in surface_exchanges(case):
+    for exchange in surface_exchanges(case) if case.heat is not None else ():
         if exchange.where == face and exchange.film is not None:
             biot = f"{exchange.film * derived.L:.3g}"
             facts.append(("Biot number", biot, "h L/k: well above 1, the film hardly hinders"))
@@ -196,6 +199,8 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
 
 def _what_drops(case: Case) -> str:
     """Return in words where the temperature drop dT occurs."""
+    if case.reservoir is not None:
+        return "largest drop: of the warmest rock to the coldest water, which no rock passes"
     if case.heat is None:
         return "temperature drop of the face"
     coldest = strongest(surface_exchanges(case), case.temperature.face)
@@ -305,6 +310,7 @@ def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
         *_planes(case),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
         ("time", *_time(case, planned)),
+        *reservoir_cost(case, planned),
     ]
 
 

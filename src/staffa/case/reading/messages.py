@@ -38,6 +38,7 @@ ALTERNATIVES = (
         "a formula",
         "a segment",
         "a disc",
+        "a side",
     ),
     *("one value", "one property", "a random field", "a file"),
     *("a named one", *(f"kind {kind}" for kind in KINDS)),

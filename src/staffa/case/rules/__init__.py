@@ -47,6 +47,20 @@ from staffa.case.rules.heat_rules import (
 from staffa.case.rules.name_rules import cracks_are_there, faces_are_there, files_are_called_apart
 from staffa.case.rules.output_rules import output_fields_are_possible
 from staffa.case.rules.probe_rules import probes_are_inside
+from staffa.case.rules.reservoir_rules import (
+    reservoir_fits_the_body,
+    reservoir_has_its_profile,
+    reservoir_is_complete,
+    reservoir_is_the_only_water,
+    reservoir_sides_are_there,
+)
+from staffa.case.rules.reservoir_values import (
+    fields_reach_the_end,
+    fractures_are_inside,
+    reservoir_values_are_possible,
+    single_describes_it,
+    water_is_liquid,
+)
 from staffa.case.rules.rock_rules import (
     elasticity_is_definite,
     properties_have_values,
@@ -79,6 +93,7 @@ from staffa.case.rules.time_rules import (
     times_increase,
 )
 from staffa.case.rules.unit_rules import nothing_is_one_by_default, units_are_not_mixed
+from staffa.case.rules.well_rules import wells_are_apart, wells_are_complete, wells_are_inside
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import is_scaled, unit
 from staffa.case.values.default_split import GAMMA, default_split
@@ -102,6 +117,7 @@ RULES = (
     outputs_count_as_times_do,
     units_are_not_mixed,
     heat_has_its_profile,
+    reservoir_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
     section_is_possible,
@@ -141,6 +157,18 @@ RULES = (
     formulas_give_numbers,
     formula_of_temperature_gives_numbers,
     formulas_of_temperature_give_numbers,
+    reservoir_fits_the_body,
+    reservoir_sides_are_there,
+    reservoir_is_complete,
+    wells_are_complete,
+    wells_are_apart,
+    wells_are_inside,
+    fractures_are_inside,
+    reservoir_values_are_possible,
+    water_is_liquid,
+    fields_reach_the_end,
+    single_describes_it,
+    reservoir_is_the_only_water,
     forces_say_something,
     forces_fit_the_body,
     split_fits_the_rock,
@@ -225,7 +253,7 @@ def _defaults(case: Case) -> dict[str, dict[str, Any]]:
         split = found["damage"]["split"]
         small = displacement_unknowns(case) <= FEW and split != "none"
         found["solver"]["displacement"] = "direct" if two or small else "iterative"
-    ones = ONES_OF_HEAT if case.heat else ONES
+    ones = ONES_OF_HEAT if case.conducts else ONES
     if case.forces is not None and case.forces.gravity is not None:
         ones = ones | {"rho": "kg/m^3"}
     for name, one_unit in ones.items():  # in units only those without effect can have been left out

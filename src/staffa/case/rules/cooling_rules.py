@@ -21,6 +21,7 @@ TRIED = 41  # times at which a formula is tried
 ELSEWHERE = {
     "none": "",
     "heat": ", where [heat] says what does",
+    "reservoir": ", where [reservoir] says what does",
     FORMULA: ", where temperature.T says what does",
 }
 
@@ -74,7 +75,7 @@ def depth_has_a_meaning(case: Case) -> None:
     )
     if keys.profile == FORMULA:
         raise InputError(f'temperature.face: {why}; name one of them, or take face = "{NO_FACE}"')
-    if keys.profile != "heat":
+    if not case.conducts:
         raise InputError(
             f'temperature.profile = "{keys.profile}": {why}; take temperature.profile = "heat", '
             f"which cools any face"

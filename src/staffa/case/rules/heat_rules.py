@@ -23,27 +23,18 @@ TRIED = 21  # times at which a formula is tried
 
 
 def heat_has_its_profile(case: Case) -> None:
-    """Require the table and its numbers of the rock exactly with temperature.profile = "heat"."""
+    """Require the table exactly with temperature.profile = "heat", and the rock's numbers that go
+    with the profile."""
     profile = f'temperature.profile = "{case.temperature.profile}"'
-    if case.temperature.profile != "heat":
-        if case.heat is not None:
-            raise InputError(
-                f"[heat] has no meaning with {profile}; leave it out or take temperature.profile = "
-                f'"heat"'
-            )
-        for where, table in _rocks(case):
-            weighs = case.forces is not None and case.forces.gravity is not None
-            for name in ("k", "c") if weighs else ("k", "rho", "c"):
-                given = getattr(table, name)
-                if given is not None:
-                    own = ", which is k/(rho c)" if where == "material" else " in [material]"
-                    instead = f" and give kappa{own}" if case.temperature.cools_a_face else ""
-                    raise InputError(
-                        f"{where}.{name} = {as_toml(given)} has no meaning with {profile}; leave "
-                        f"it out{instead}"
-                    )
+    if case.temperature.profile != "heat" and case.heat is not None:
+        raise InputError(
+            f"[heat] has no meaning with {profile}; leave it out or take temperature.profile = "
+            f'"heat"'
+        )
+    if not case.conducts:
+        _conducts_nothing(case, profile)
         return
-    if case.heat is None:
+    if case.temperature.profile == "heat" and case.heat is None:
         raise InputError(
             f"[heat] is missing: {profile} needs the temperature at the start and what enters or "
             f'leaves; write it like [heat] with initial = "20 °C" and bottom = {{ T = "5 °C" }} '
@@ -54,6 +45,21 @@ def heat_has_its_profile(case: Case) -> None:
             f"material.kappa = {inline(case.material.kappa)} has no meaning with {profile}, where "
             f"it is k/(rho c); leave it out and give k, rho and c"
         )
+
+
+def _conducts_nothing(case: Case, profile: str) -> None:
+    """Refuse numbers of conduction where the temperature is known without them."""
+    weighs = case.forces is not None and case.forces.gravity is not None
+    for where, table in _rocks(case):
+        for name in ("k", "c") if weighs else ("k", "rho", "c"):
+            given = getattr(table, name)
+            if given is not None:
+                own = ", which is k/(rho c)" if where == "material" else " in [material]"
+                instead = f" and give kappa{own}" if case.temperature.cools_a_face else ""
+                raise InputError(
+                    f"{where}.{name} = {as_toml(given)} has no meaning with {profile}; leave "
+                    f"it out{instead}"
+                )
 
 
 def _rocks(case: Case) -> list[tuple[str, RockKeys]]:

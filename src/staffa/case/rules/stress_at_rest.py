@@ -8,7 +8,7 @@ from staffa.case.schema.field_types import ONE
 from staffa.case.schema.quantity_text import amount, key
 from staffa.case.schema.shape_keys import Layers
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.applied_forces import forces
+from staffa.case.values.applied_forces import forces, pore_pressure_at_rest
 from staffa.case.values.default_split import energy_split, is_anisotropic, presses
 from staffa.case.values.subdomains import averages, is_uneven, subdomains_of
 from staffa.errors import InputError
@@ -41,7 +41,7 @@ def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.nda
     start = np.zeros((6, x.shape[1])) if acting.prestress is None else acting.prestress(x)
     if np.any(start[3:] != 0):
         return None
-    pores = 0.0 if acting.pore_pressure is None else acting.biot * acting.pore_pressure(x, 0.0)
+    pores = acting.biot * pore_pressure_at_rest(case)(x)
     before, after = start[:3] + pores, start[:3] + pores
     loaded = []
     if case.plane_stress:
@@ -68,6 +68,8 @@ def _acting_on(case: Case, acting: Forces, face: str, x: np.ndarray, t: float) -
     on_face = x.copy()
     on_face[plane.axis] = plane.position
     stress = np.zeros(x.shape[1])
+    if face in acting.fluid_sides and not acting.balanced:
+        stress -= pore_pressure_at_rest(case)(on_face)
     for traction in acting.sides:
         if traction.side != face:
             continue

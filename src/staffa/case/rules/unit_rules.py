@@ -34,7 +34,7 @@ def nothing_is_one_by_default(case: Case) -> None:
     needed = {"E": "stress", "Gc": "toughness"}
     if case.material.stiffness is not None:
         del needed["E"]
-    if case.temperature.profile == "heat":
+    if case.conducts:
         needed |= {"expansion": "thermal expansion"}
         needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}
     elif case.temperature.acts:

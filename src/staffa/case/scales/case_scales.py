@@ -6,6 +6,7 @@ from math import sqrt
 import numpy as np
 
 from staffa.case.rules import times_given
+from staffa.case.scales.reservoir_drop import reservoir_drop
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.cooling_keys import FORMULA
@@ -210,7 +211,8 @@ def _corners(case: Case, name: str) -> list[list[float]]:
 
 
 def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
-    """Return temperature drop dT (K) and severity; with [heat] those of its strongest cooling.
+    """Return temperature drop dT (K) and severity; with [heat] those of its strongest cooling,
+    with [reservoir] those of its coldest water.
 
     Parameters
     ----------
@@ -222,6 +224,9 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
     if not keys.cools_a_face:
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
+    if case.reservoir is not None:
+        dT = reservoir_drop(case)
+        return dT, scales.severity(dT=dT, **sizes)
     if case.heat is not None:
         coldest = strongest(surface_exchanges(case), keys.face)
         dT = coldest.drop if coldest else 0.0
@@ -235,7 +240,8 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
 def load(case: Case, derived: Numbers) -> Load:
     """Return the temperature of a case in closed form.
 
-    The heat equation counts as a half-space; without a flat cooled face nothing is cooled.
+    The heat equation and a reservoir count as a half-space; without a flat cooled face nothing is
+    cooled.
     """
     keys, face = case.temperature, derived.face
     if keys.profile == FORMULA:

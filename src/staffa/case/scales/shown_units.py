@@ -33,6 +33,9 @@ def reference(case: Case) -> float | None:
 
     None if it is not one number, or the case knows changes alone.
     """
+    if case.reservoir is not None:
+        initial = case.reservoir.temperature
+        return float(initial) if isinstance(initial, Temperature) else None
     if case.heat is None:
         return None
     start = case.heat.initial if case.heat.stress_free is None else case.heat.stress_free
@@ -91,7 +94,7 @@ def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
         change = float(np.ptp(change_range(case, derived.times[-1])))
     cold = rock.E * rock.expansion * change
     stored = STRAINED * max(cold, derived.sigma_c) ** 2 / (2 * rock.E) * volume
-    warmth = heat_capacity(case) * change * volume if case.heat is not None else 1.0
+    warmth = heat_capacity(case) * change * volume if case.conducts else 1.0
     return Magnitudes(
         extent=max(size),
         depth=L,

@@ -24,6 +24,7 @@ from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import MaterialKeys, RegionKeys
 from staffa.case.schema.probe_keys import ProbeKeys
+from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.support_keys import Prescribed as Prescribed
 from staffa.case.schema.support_keys import SupportKeys as SupportKeys
 from staffa.case.schema.time_keys import TimeKeys
@@ -267,6 +268,7 @@ class Case(CaseTable):
     toughness: ToughnessKeys = ToughnessKeys()
     temperature: TemperatureKeys = TemperatureKeys()
     heat: HeatKeys | None = None
+    reservoir: ReservoirKeys | None = None
     forces: ForceKeys | None = None
     supports: SupportKeys = SupportKeys()
     cracks: tuple[Crack, ...] = Field(
@@ -289,6 +291,11 @@ class Case(CaseTable):
     def dim(self) -> int:
         """Return the dimension, 2 or 3."""
         return self.outline.dim
+
+    @property
+    def conducts(self) -> bool:
+        """Return True if the temperature follows from conductivity and heat capacity, k, rho, c."""
+        return self.temperature.profile in ("heat", "reservoir")
 
     @property
     def axial(self) -> bool:

@@ -16,13 +16,15 @@ NO_FACE = "none"
 
 
 class TemperatureKeys(CaseTable):
-    """The cooling: known in closed form, or from the heat equation of the table [heat]."""
+    """The cooling: known in closed form, from the heat equation of the table [heat], or from the
+    circulating water of the table [reservoir]."""
 
-    profile: Annotated[str, one_of((*PROFILES, FORMULA, "heat", "none"))] = Field(
+    profile: Annotated[str, one_of((*PROFILES, FORMULA, "heat", "reservoir", "none"))] = Field(
         default="half-space",
         description="half-space (endlessly deep, its face cold at once); slab (opposite "
         "boundary insulated); convective (a half-space behind a film); formula (the one of T); "
-        "heat (from the heat equation, see [heat]); none",
+        "heat (from the heat equation, see [heat]); reservoir (from a reservoir simulator, see "
+        "[reservoir]); none",
     )
     face: str = Field(
         default="bottom",

@@ -134,6 +134,11 @@ FilmCoefficient = Annotated[InstanceOf[Quantity], _reads("film coefficient")]
 Drop = Annotated[InstanceOf[Quantity], _reads("temperature difference"), POSITIVE]
 Acceleration = Annotated[InstanceOf[Quantity], _reads("acceleration")]
 StressGradient = Annotated[InstanceOf[Quantity], _reads("stress gradient")]
+Pressure = Annotated[InstanceOf[Quantity], _reads("pressure"), POSITIVE]
+PressureGradient = Annotated[InstanceOf[Quantity], _reads("pressure gradient")]
+Permeability = Annotated[InstanceOf[Quantity], _reads("permeability"), POSITIVE]
+Viscosity = Annotated[InstanceOf[Quantity], _reads("viscosity"), POSITIVE]
+MassRate = Annotated[InstanceOf[Quantity], _reads("mass rate")]
 CrackVolume = Annotated[
     InstanceOf[Quantity], _Read(_volume, "volume", "volume per thickness"), NOT_NEGATIVE
 ]

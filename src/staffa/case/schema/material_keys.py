@@ -121,18 +121,18 @@ class RockKeys(CaseTable):
     )
     k: OneOrMore[ConductivityValue, Conductivity] | None = Field(
         default=None,
-        description="thermal conductivity, with the heat equation only; a list: along x, y (and z "
-        "in 3-D), or along the rock's axes if it has others",
+        description="thermal conductivity, with the heat equation or a reservoir; a list: along x, "
+        "y (and z in 3-D), or along the rock's axes if it has others",
         examples=[EXAMPLES["conductivity"], ["2.5 W/(m K)", "2 W/(m K)"]],
     )
     rho: DensityValue | None = Field(
         default=None,
-        description="density, with the heat equation or gravity only",
+        description="density, with the heat equation, a reservoir or gravity",
         examples=[EXAMPLES["density"]],
     )
     c: HeatCapacityValue | None = Field(
         default=None,
-        description="specific heat capacity, with the heat equation only",
+        description="specific heat capacity, with the heat equation or a reservoir",
         examples=[EXAMPLES["heat capacity"]],
     )
 
@@ -158,7 +158,8 @@ class MaterialKeys(RockKeys):
     )
     kappa: Diffusivity | None = Field(
         default=None,
-        description='thermal diffusivity; with temperature.profile = "heat" it is k/(rho c)',
+        description='thermal diffusivity; with temperature.profile = "heat" or "reservoir" it is '
+        "k/(rho c)",
         examples=[EXAMPLES["diffusivity"]],
     )
 

@@ -33,6 +33,7 @@ from staffa.case.schema.field_types import (
     Integer,
     Length,
     Modulus,
+    Permeability,
     PositiveNumber,
     Toughness,
     kind,
@@ -141,6 +142,12 @@ class RandomHeatCapacity(RandomField):
     mean: HeatCapacity = _mean("800 J/(kg K)")
 
 
+class RandomPermeability(RandomField):
+    """A random field of permeabilities."""
+
+    mean: Permeability = _mean("1e-15 m^2")
+
+
 class FieldFile(CaseTable):
     """A field in a file, on any mesh, interpolated; in SI units, or scaled as the case is, if the
     other keys give no unit.
@@ -240,6 +247,12 @@ class HeatCapacityFile(FieldFile):
     """A field of heat capacities."""
 
     dimension: ClassVar[str] = "heat capacity"
+
+
+class PermeabilityFile(FieldFile):
+    """A field of permeabilities."""
+
+    dimension: ClassVar[str] = "permeability"
 
 
 def kind_of_property_value(value: Any) -> str:

@@ -12,6 +12,7 @@ from staffa.case.schema.case import Case, Disc, Named, Segment
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import RegionKeys
+from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.units import Quantity
 
 WIDTH = 96
@@ -21,7 +22,11 @@ be given), or all have units, in quotes: "70 GPa", "5 mm", "10 J/m^2", "120 K", 
 # Keys whose default follows from the loads and the rock: a case to be edited leaves it open.
 FOLLOW = ("split", "elements")
 # Tables that a case may lack altogether.
-OPTIONAL: dict[str, type[BaseModel]] = {"heat": HeatKeys, "forces": ForceKeys}
+OPTIONAL: dict[str, type[BaseModel]] = {
+    "heat": HeatKeys,
+    "reservoir": ReservoirKeys,
+    "forces": ForceKeys,
+}
 
 
 def inline(value: Any) -> str:

@@ -9,6 +9,7 @@ from staffa.case.schema.field_types import Formula
 from staffa.case.schema.force_keys import ForceKeys, Prestress, SideForce
 from staffa.case.values.heat_equation import in_time
 from staffa.case.values.property_functions import in_space
+from staffa.case.values.reservoir_places import fractured_sides
 from staffa.loads.forces import Forces, InSpace, InSpaceAndTime, InTime, Traction
 from staffa.properties.formula import formula, formula_variables, uses
 
@@ -20,18 +21,18 @@ def forces(case: Case) -> Forces:
     """Return the forces of the table [forces]."""
     keys, dim = case.forces, case.dim
     if keys is None:
-        return Forces()
+        return Forces(**_of_water(case))
     return Forces(
         gravity=None if keys.gravity is None else tuple(float(g) for g in keys.gravity),
         sides=tuple(_traction(name, side, dim) for name, side in keys.by_side().items()),
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
         pore_pressure=_in_pores(keys, dim),
-        biot=1.0 if keys.biot is None else keys.biot,
         crack_pressure=(
             None if depends_on_place(keys.crack_pressure) else _of_time(keys, "crack_pressure")
         ),
         crack_field=_in_cracks(keys, dim),
         crack_volume=_of_time(keys, "crack_volume"),
+        **_of_water(case),
     )
 
 
@@ -60,6 +61,32 @@ def depends_on_place(value: Any) -> bool:
 def _of_place_and_time(value: Formula, dim: int) -> InSpaceAndTime:
     function = formula(value.formula, formula_variables(dim))
     return lambda x, t: np.zeros(x.shape[1]) + function(x, t)
+
+
+def _of_water(case: Case) -> dict[str, Any]:
+    """Return what Biot's coefficient acts on, and where the water of a reservoir presses."""
+    water, forces = case.reservoir, case.forces
+    if water is None:
+        given = None if forces is None else forces.biot
+        return {"biot": 1.0 if given is None else given}
+    by_default = 0.0 if case.plane_stress else 1.0  # in plane stress pores press the plate apart
+    return {
+        "biot": by_default if water.biot is None else water.biot,
+        "fluid": water.fields is None or bool(water.fields.pressures),
+        "fluid_sides": tuple(fractured_sides(case)),
+        "balanced": forces is None or forces.prestress is None,
+    }
+
+
+def pore_pressure_at_rest(case: Case) -> InSpace:
+    """Return the pressure in the pores before the first step that counts beside a prestress."""
+    acting, water = forces(case), case.reservoir
+    if not acting.fluid or acting.balanced or water is None:
+        in_pores = acting.pore_pressure
+        return lambda x: np.zeros(x.shape[1]) if in_pores is None else in_pores(x, 0.0)
+    if water.fields is not None:
+        return water.fields.pressures[0].reaching(case.outline.h)
+    return in_space(water.pressure, case.dim)
 
 
 def _prestress(keys: Prestress, dim: int) -> InSpace:

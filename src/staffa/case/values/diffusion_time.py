@@ -12,7 +12,7 @@ from staffa.physics.scales import time_of_tau
 
 
 def conductivities(case: Case) -> tuple[float, ...]:
-    """Return the conductivity along each axis, of a case with profile "heat" (W/(m K))."""
+    """Return the conductivity along each axis (W/(m K)), of a case that conducts."""
     return tuple(np.diag(subdomains.conductivity(subdomains.subdomains_of(case)[0])).tolist())
 
 
@@ -23,14 +23,14 @@ def conductivity_across(case: Case, face: str) -> float:
 
 
 def heat_capacity(case: Case) -> float:
-    """Return rho c, of a case with profile "heat" (J/(m^3 K))."""
+    """Return rho c, of a case that conducts (J/(m^3 K))."""
     body = subdomains.subdomains_of(case)[0]
     return body.average(body.keys.rho or ONE) * body.average(body.keys.c or ONE)
 
 
 def diffusivity(case: Case, side: str | None = None) -> float:
     """Return kappa (m^2/s) across a side, by default the one from which depths are measured."""
-    if case.heat is None:
+    if not case.conducts:
         return float(case.material.kappa or ONE)
     return conductivity_across(case, side or case.temperature.face) / heat_capacity(case)
 

@@ -37,6 +37,8 @@ WARMS = "warming up again"
 def pressing(case: Case) -> tuple[str, ...]:
     """Name the loads that may press rock, each with the reason; empty if only cooling acts."""
     found = [*_forces(case), *_moved(case)]
+    if case.reservoir is not None:
+        found.append("the pressure of the water (reservoir)")
     if case.temperature.profile != "none":
         found += _mismatch(case)
     if case.temperature.profile == FORMULA:

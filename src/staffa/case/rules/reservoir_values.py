@@ -1,0 +1,198 @@
+"""Rules on the numbers of [reservoir]: possible rock, liquid water, fractures within."""
+
+import numpy as np
+
+from staffa.case.rules.time_rules import increase, times_given
+from staffa.case.schema.case import Case
+from staffa.case.schema.quantity_text import amount
+from staffa.case.schema.reservoir_fields import FieldsKeys
+from staffa.case.schema.reservoir_keys import IAPWS, FractureLine, FractureSide
+from staffa.case.schema.toml_text import as_toml, inline
+from staffa.case.values.property_functions import in_space
+from staffa.case.values.reservoir_model import reservoir_model
+from staffa.case.values.reservoir_places import extent, is_in_reservoir, sampled
+from staffa.errors import InputError
+from staffa.geometry.places import SAME
+from staffa.physics.saturation import saturation_pressure
+from staffa.reservoir.single import SingleFracture
+
+RANGES = {
+    "temperature": (0.0, np.inf, "finite and above absolute zero"),
+    "pressure": (0.0, np.inf, "finite and larger than zero"),
+    "permeability": (0.0, np.inf, "finite and larger than zero"),
+    "porosity": (0.0, 1.0, "larger than 0 and less than 1"),
+}
+# The steam tables of liquid water end there (IAPWS-IF97, region 1).
+HOTTEST = 623.15  # K
+
+
+def reservoir_values_are_possible(case: Case) -> None:
+    """Require possible values of all that is given in space, at sampled places."""
+    keys = case.reservoir
+    if keys is None or keys.simulator == "fields":
+        return
+    x = sampled(case)
+    for name, (least, most, rule) in RANGES.items():
+        value = getattr(keys, name)
+        if value is None:
+            continue
+        where = f"reservoir.{name} = {as_toml(value)}"
+        try:
+            with np.errstate(all="ignore"):
+                found = np.asarray(in_space(value, case.dim)(x), dtype=float)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        bad = ~((found > least) & (found < most))
+        if bad.any():
+            at = " ".join(f"{c:.4g}" for c in x[: case.dim, np.argmax(bad)])
+            raise InputError(
+                f"{where}: it is {found[np.argmax(bad)]:.4g} at ({at}) m, and must be {rule} in "
+                f"all of the reservoir; change it, or take a file that covers it"
+            )
+    for number, box in enumerate(keys.boxes, start=1):
+        where = f"reservoir.boxes, entry {number}"
+        if box.permeability is None and box.porosity is None:
+            raise InputError(f"{where} changes nothing; give permeability or porosity")
+        for name in ("lower", "upper"):
+            _has_a_number_an_axis(case, f"{where}, {name}", getattr(box, name))
+        if any(low >= high for low, high in zip(box.lower, box.upper, strict=True)):
+            raise InputError(
+                f"{where}: lower = {inline(box.lower)} must lie below upper = {inline(box.upper)} "
+                f"along each axis; swap or move them"
+            )
+
+
+def _has_a_number_an_axis(case: Case, where: str, given: tuple[float, ...]) -> None:
+    if len(given) != case.dim:
+        raise InputError(
+            f"{where} = {inline(given)}: it needs {case.dim} numbers, as the body is {case.dim}-D"
+        )
+
+
+def fractures_are_inside(case: Case) -> None:
+    """Require lines in 2-D and discs in 3-D, within the reservoir."""
+    if case.reservoir is None or case.reservoir.simulator == "fields":
+        return
+    for number, fracture in enumerate(case.reservoir.fractures, start=1):
+        where = f"reservoir.fractures, entry {number}"
+        if isinstance(fracture, FractureSide):
+            continue
+        if isinstance(fracture, FractureLine) != (case.dim == 2):
+            needs = "start and end" if case.dim == 2 else "center, radius and normal"
+            raise InputError(
+                f"{where}: a fracture of a {case.dim}-D body has {needs}, or a side; give these"
+            )
+        if isinstance(fracture, FractureLine):
+            _point_is_inside(case, f"{where}, start", fracture.start)
+            _point_is_inside(case, f"{where}, end", fracture.end)
+            if fracture.start == fracture.end:
+                said = inline(fracture.end)
+                raise InputError(f"{where}: start and end are both {said}; move one of them")
+        else:
+            _point_is_inside(case, f"{where}, center", fracture.center)
+            _has_a_number_an_axis(case, f"{where}, normal", fracture.normal)
+            if not any(fracture.normal):
+                said = inline(fracture.normal)
+                raise InputError(f"{where}, normal = {said} has no direction; give one across it")
+
+
+def _point_is_inside(case: Case, where: str, point: tuple[float, ...]) -> None:
+    _has_a_number_an_axis(case, where, point)
+    if not is_in_reservoir(case, point):
+        raise InputError(
+            f"{where} = {inline(point)} lies outside of the reservoir, {extent(case)}; move it in"
+        )
+
+
+def water_is_liquid(case: Case) -> None:
+    """Require pressures above saturation where the water's properties are those of IAPWS."""
+    keys = case.reservoir
+    if keys is None or keys.simulator == "fields" or keys.water != IAPWS:
+        return
+    x = sampled(case)
+    T, p = (in_space(value, case.dim)(x) for value in (keys.temperature, keys.pressure))
+    hottest = float(T.max())
+    if hottest > HOTTEST:
+        raise InputError(
+            f"reservoir.temperature = {as_toml(keys.temperature)} reaches {hottest - 273.15:.4g} "
+            f'°C, and water = "{IAPWS}" is liquid up to 350 °C alone; take a lower one, or '
+            f"constant properties"
+        )
+    margin = p / saturation_pressure(T)
+    worst = int(np.argmin(margin))
+    if margin[worst] <= 1:
+        _boils(case, f"reservoir.pressure = {as_toml(keys.pressure)}", p[worst], T[worst])
+    for number, well in enumerate(keys.wells, start=1):
+        coldest = float(well.T) if well.T is not None else hottest
+        where = f"reservoir.wells, entry {number} ('{well.name}')"
+        if well.T is not None and well.T > HOTTEST:
+            raise InputError(
+                f"{where}, T = {inline(well.T)}: water is liquid up to 350 °C; take a lower one"
+            )
+        if well.pressure is not None and well.pressure <= saturation_pressure(np.array(coldest)):
+            said = f"{where}, pressure = {inline(well.pressure)}"
+            _boils(case, said, float(well.pressure), coldest)
+
+
+def _boils(case: Case, where: str, p: float, T: float) -> None:
+    bound = float(saturation_pressure(np.array(T)))
+    raise InputError(
+        f"{where}: water of {T - 273.15:.4g} °C boils below {amount(case, bound, 'Pa')}, and water "
+        f'= "{IAPWS}" here is liquid alone, at {amount(case, p, "Pa")} it is not; give a higher '
+        f"pressure, or constant properties"
+    )
+
+
+def fields_reach_the_end(case: Case) -> None:
+    """Require a file for each time, from 0 to the end of the run, over all of the body."""
+    keys = case.reservoir.fields if case.reservoir is not None else None
+    if keys is None:
+        return
+    where = "reservoir.fields"
+    if len(keys.t) != len(keys.files) or len(keys.t) < 2:
+        raise InputError(
+            f"{where}: t has {len(keys.t)} numbers and files has {len(keys.files)}; give a file "
+            f"for each time, and two of each at least"
+        )
+    increase(f"{where}.t", keys.t)
+    if float(keys.t[0]) > 0:
+        raise InputError(
+            f"{where}.t begins at {inline(keys.t[0])}, and the state before the first step is "
+            f'needed; give a file at t = "0 s" too'
+        )
+    last = float(times_given(case)[-1])
+    if keys.t[-1] < last * (1 - SAME):
+        raise InputError(
+            f"{where}.t ends at {inline(keys.t[-1])}, before the run, which goes to "
+            f"{amount(case, last, 's', digits=6)}; give a later file, or end the run earlier"
+        )
+    _cover_the_body(case, keys)
+
+
+def _cover_the_body(case: Case, keys: FieldsKeys) -> None:
+    places = case.outline.places.on()
+    for name, fields in (("T", keys.temperatures), ("p", keys.pressures)):
+        for field in fields:
+            found = field.reaching(case.outline.h)(places)
+            if not np.all(np.isfinite(found)):
+                low, high = (", ".join(f"{c:.4g}" for c in corner) for corner in field.bounds)
+                raise InputError(
+                    f"reservoir.fields, {field.path.name}: its mesh, from ({low}) to ({high}) m, "
+                    f"does not cover the body; if its coordinates count in another unit, say so, "
+                    f'like unit = "1 mm"'
+                )
+            if name == "T" and found.min() <= 0:
+                raise InputError(
+                    f"reservoir.fields, {field.path.name}: {keys.T} is {found.min():.4g} K, below "
+                    f'absolute zero; say how it counts, like T_unit = "°C"'
+                )
+
+
+def single_describes_it(case: Case) -> None:
+    """Require of a case with the closed form what it describes, as the engine itself tells."""
+    if case.reservoir is None or case.reservoir.simulator != "single":
+        return
+    try:
+        SingleFracture(reservoir_model(case))
+    except InputError as error:
+        raise InputError(f"[reservoir]: {error}") from None

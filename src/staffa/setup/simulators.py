@@ -1,0 +1,35 @@
+"""Case -> the load of a body that a reservoir simulator cools."""
+
+from functools import partial
+
+from staffa.case.schema.case import Case
+from staffa.case.values.reservoir_model import reservoir_model
+from staffa.case.values.reservoir_places import reservoir_keys
+from staffa.reservoir.darts import Darts
+from staffa.reservoir.interpreter import simulator_python
+from staffa.reservoir.reservoir_load import ReservoirLoad
+from staffa.reservoir.simulator import ReservoirModel, Simulator
+from staffa.reservoir.single import SingleFracture
+
+
+def reservoir_load(case: Case) -> ReservoirLoad:
+    """Return the load of a case with a simulator; it starts when the load is opened."""
+    keys, model = reservoir_keys(case), reservoir_model(case)
+    return ReservoirLoad(
+        model=model,
+        open=partial(_opened, keys.simulator, model, keys.interpreter),
+    )
+
+
+def _opened(simulator: str, model: ReservoirModel, python: str | None) -> Simulator:
+    """Return the simulator of a case, by its key.
+
+    Parameters
+    ----------
+    simulator : "darts" or "single".
+    model : rock, water and wells.
+    python : Python that the case names for it, None for a search.
+    """
+    if simulator == "single":
+        return SingleFracture(model)
+    return Darts(model, simulator_python(python))
