@@ -44,11 +44,14 @@ class FractureFlow:
         Length of the fracture from inlet to outlet (m).
     half_spacing
         Half the distance between parallel fractures (m); None for a single fracture.
+    stored
+        Heat capacity of half of the fracture, per area (J/(m^2 K)).
     """
 
     q: float
     length: float
     half_spacing: float | None = None
+    stored: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +81,9 @@ class ReservoirFacts:
     heat_in_place
         Heat that the body gives away as it cools to `T_injected` (J): rho c V (T - T_injected);
         None without that.
+    halved
+        True where a fracture along a side of the body is computed by halves: the water of the wells
+        is then half of what flows in it.
     wells
         The wells by their names.
     flow
@@ -96,6 +102,7 @@ class ReservoirFacts:
     water_rho: float
     water_c: float
     heat_in_place: float | None
+    halved: bool = False
     wells: dict[str, WellFacts] = field(default_factory=dict)
     flow: FractureFlow | None = None
     edges: tuple[tuple[float, ...], ...] = ()
