@@ -1,8 +1,12 @@
-"""Marks by folder: what lies in tests/mpi starts mpiexec."""
+"""Marks by folder: what lies in tests/mpi starts mpiexec. The Python of the reservoir simulator."""
 
+import os
 from pathlib import Path
 
 import pytest
+
+from staffa.errors import InputError
+from staffa.reservoir.interpreter import simulator_python
 
 TESTS = Path(__file__).parent
 MPI = TESTS / "mpi"
@@ -15,3 +19,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("mpi")
         elif item.get_closest_marker("mpi"):
             raise pytest.UsageError(f"{item.nodeid} is marked mpi: such tests lie in tests/mpi")
+
+
+@pytest.fixture(scope="session")
+def darts_python() -> Path:
+    """The Python that has open-DARTS.
+
+    A test that asks for it is skipped if there is none; with STAFFA_REQUIRE_DARTS=1 it fails.
+    """
+    try:
+        return simulator_python()
+    except InputError as error:
+        if os.environ.get("STAFFA_REQUIRE_DARTS") == "1":
+            pytest.fail(f"STAFFA_REQUIRE_DARTS is 1. {error}")
+        pytest.skip(str(error))

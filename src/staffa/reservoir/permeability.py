@@ -1,0 +1,170 @@
+"""Permeability of fractures: planes through the cells, and rows of cells along sides."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags_array
+from scipy.spatial import cKDTree
+
+from staffa.reservoir.grid import Grid
+from staffa.reservoir.simulator import Fracture, ReservoirModel
+
+CELLS = 2  # over which a plane is spread: fluxes between two cells lose an oblique fracture else
+SAMPLES = 20  # points of a plane in a length of the smallest cells near it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane:
+    """A flat fracture in the rock: a segment in 2-D, a disc in 3-D.
+
+    Attributes
+    ----------
+    opening : its opening (m).
+    start, end : ends of the segment (m), shape (2,); None for a disc.
+    center, normal : center of the disc (m) and direction across it, shape (3,); None for a segment.
+    radius : radius of the disc (m); None for a segment.
+    """
+
+    opening: float
+    start: tuple[float, float] | None = None
+    end: tuple[float, float] | None = None
+    center: tuple[float, float, float] | None = None
+    normal: tuple[float, float, float] | None = None
+    radius: float | None = None
+
+
+def of_opening(opening: np.ndarray | float, height: float) -> np.ndarray:
+    """Return the permeability (m^2) of a row of cells beside half a fracture: w^3/(24 b).
+
+    Parameters
+    ----------
+    opening : opening w of the whole fracture (m).
+    height : height of the whole fracture's cells (m); the row is half as high, b.
+    """
+    return np.asarray(opening) ** 3 / (12 * height)
+
+
+def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
+    """Return the matrix that spreads what cells hold over the cells around them, and keeps sums.
+
+    Each cell gives to those with a center within the radius, in proportion to their volumes.
+
+    Parameters
+    ----------
+    grid : the cells.
+    radius : distance (m).
+    among : indices of the cells that take part, shape (n,); the others give and get nothing.
+    """
+    tree = cKDTree(grid.centers[among, : grid.dim])
+    near = tree.query_ball_point(grid.centers[among, : grid.dim], radius)
+    getting = among[np.concatenate([np.sort(cells) for cells in near]).astype(np.int64)]
+    giving = np.repeat(among, [len(cells) for cells in near])
+    shape = (grid.size, grid.size)
+    shares = csr_matrix((grid.volumes[getting], (getting, giving)), shape=shape)
+    totals = np.asarray(shares.sum(axis=0)).ravel()
+    return csr_matrix(shares @ diags_array(1 / np.where(totals > 0, totals, 1.0)))
+
+
+def with_planes(
+    grid: Grid, permeability: np.ndarray, planes: Sequence[Plane], spread: float | None = None
+) -> np.ndarray:
+    """Return the permeability of the rock with fractures in it: k_0 + (A/|c|) w^3/12.
+
+    It is the same in all directions: permeability by direction would keep half of the flow through
+    an oblique fracture, since fluxes between two cells know no full tensor.
+
+    Parameters
+    ----------
+    grid : the cells.
+    permeability : permeability of the rock (m^2), shape (n_cells,).
+    planes : the fractures.
+    spread : radius over which they are spread (m); None for twice the largest cell that they cross.
+    """
+    rows = [grid.row(side) for side in grid.rows]
+    among = np.setdiff1d(np.arange(grid.size), np.concatenate([*rows, []]).astype(np.int64))
+    total = np.array(permeability, dtype=float)
+    for plane in planes:
+        area = _area_in_cells(grid, plane)
+        crossed = area > 0
+        largest = grid.sizes[crossed, : grid.dim].max(initial=0.0)
+        radius = CELLS * largest if spread is None else spread
+        spread_area = spreading(grid, radius, among) @ area
+        total += spread_area / grid.volumes * plane.opening**3 / 12
+    return total
+
+
+def with_rows(model: ReservoirModel) -> ReservoirModel:
+    """Return the model with the fractures along its sides put into their rows of cells.
+
+    The row stands for half of a fracture whose real height is w/2. It gets the permeability
+    w^3/(24 b) and the porosity w/(2 b), so it holds the water of the fracture. The rest of the row
+    has no heat capacity: in a thin fracture, the heat that water carries is all that counts.
+
+    Parameters
+    ----------
+    model : the reservoir, with the properties of the rock in all cells.
+    """
+    k, porosity, rho_c = (
+        np.array(a, dtype=float) for a in (model.permeability, model.porosity, model.rho_c)
+    )
+    for fracture in model.fractures:
+        row = model.grid.row(fracture.side)
+        k[row] = of_opening(fracture.opening, fracture.height)
+        porosity[row] = _water_of(fracture)
+        rho_c[row] = 0.0
+    return replace(model, permeability=k, porosity=porosity, rho_c=rho_c)
+
+
+def _water_of(fracture: Fracture) -> float:
+    """Return the share of the row that the water of the fracture fills."""
+    return min(fracture.opening / fracture.height, 1.0)
+
+
+def _area_in_cells(grid: Grid, plane: Plane) -> np.ndarray:
+    """Return the area (m^2) of a plane in each cell, shape (n_cells,)."""
+    points, areas = _segment(grid, plane) if plane.center is None else _disc(grid, plane)
+    places, inside = [], np.ones(len(points), dtype=bool)
+    for axis in range(3):
+        edges = grid.edges[axis]
+        x = points[:, axis] if axis < grid.dim else np.full(len(points), edges.mean())
+        inside &= (x >= edges[0]) & (x <= edges[-1])
+        place = np.searchsorted(edges, x, side="right") - 1
+        places.append(np.clip(place, 0, len(edges) - 2))
+    cells = np.ravel_multi_index(places, grid.shape, order="F")
+    return np.bincount(cells[inside], weights=areas[inside], minlength=grid.size)
+
+
+def _finest(grid: Grid) -> float:
+    """Return a step that samples each cell of the body more than once (m)."""
+    return float(min(np.diff(edges).min() for edges in grid.edges[: grid.dim]))
+
+
+def _segment(grid: Grid, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+    """Return points along a segment, shape (n, 2), and the area that each stands for (m^2)."""
+    start, end = np.asarray(plane.start, dtype=float), np.asarray(plane.end, dtype=float)
+    length = float(np.linalg.norm(end - start))
+    n = max(int(np.ceil(SAMPLES * length / _finest(grid))), 1)
+    parts = (np.arange(n) + 0.5) / n
+    thickness = float(grid.edges[2][-1] - grid.edges[2][0])
+    return start + parts[:, None] * (end - start), np.full(n, length * thickness / n)
+
+
+def _disc(grid: Grid, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
+    """Return points of a disc on rings, shape (n, 3), and the area that each stands for (m^2)."""
+    radius = float(plane.radius or 0.0)
+    normal = np.asarray(plane.normal, dtype=float)
+    normal = normal / np.linalg.norm(normal)
+    one = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    one /= np.linalg.norm(one)
+    other = np.cross(normal, one)
+    rings = max(int(np.ceil(SAMPLES / 4 * radius / _finest(grid))), 8)
+    points, areas = [], []
+    for ring in range(rings):
+        inner, outer = radius * ring / rings, radius * (ring + 1) / rings
+        n = 6 * ring + 3
+        angle = 2 * np.pi * (np.arange(n) + 0.5) / n
+        around = np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other
+        points.append(np.asarray(plane.center) + (inner + outer) / 2 * around)
+        areas.append(np.full(n, np.pi * (outer**2 - inner**2) / n))
+    return np.concatenate(points), np.concatenate(areas)
