@@ -48,6 +48,7 @@ LIGHT = [
     "staffa.records.tip_release",
     "staffa.records.circulation",
     "staffa.records.manifest",
+    "staffa.records.reservoir_facts",
     "staffa.geometry.block",
     "staffa.geometry.block_simplices",
     "staffa.geometry.shapes",

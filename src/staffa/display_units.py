@@ -146,10 +146,10 @@ def choose_display_units(
         opening=Unit(name="µm", size=1e-6) if sizes.depth >= 1e-4 else Unit(name="nm", size=1e-9),
         crack=length.power(dim - 1),
         volume=written.get("volume", _volume(dim, length, sizes.depth)),
-        energy=_prefixed("J/m" if dim == 2 else "J", sizes.energy),
-        heat=_prefixed("J/m" if dim == 2 else "J", sizes.heat),
-        force=_prefixed("N/m" if dim == 2 else "N", sizes.force),
-        stress=written.get("stress", _prefixed("Pa", sizes.stress)),
+        energy=prefixed("J/m" if dim == 2 else "J", sizes.energy),
+        heat=prefixed("J/m" if dim == 2 else "J", sizes.heat),
+        force=prefixed("N/m" if dim == 2 else "N", sizes.force),
+        stress=written.get("stress", prefixed("Pa", sizes.stress)),
         temperature=written.get("temperature", KELVIN),
         difference=KELVIN,
         time=written.get("time", _time(sizes.last)),
@@ -172,8 +172,14 @@ def _time(last: float) -> Unit:
     return Unit(name=name, size=size)
 
 
-def _prefixed(name: str, size: float) -> Unit:
-    """Return the unit in which a magnitude is between 1 and 1000, as far as prefixes go."""
+def prefixed(name: str, size: float) -> Unit:
+    """Return the unit in which a magnitude is between 1 and 1000, as far as prefixes go.
+
+    Parameters
+    ----------
+    name : name of the unit without a prefix.
+    size : the magnitude, in it.
+    """
     found = ((prefix, factor) for prefix, factor in PREFIXES.items() if size >= factor)
     prefix, factor = next(found, ("n", 1e-9)) if 0 < size < inf else ("", 1.0)
     return Unit(name=prefix + name, size=factor)

@@ -20,6 +20,7 @@ from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
 from staffa.results import slab_table
 from staffa.results.columns import columns
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
 from staffa.results.summary import Fact, summary, title
 from staffa.results.tables import Table
@@ -32,6 +33,9 @@ def print_summary(run: Run) -> None:
     if compared is not None:
         _print_table(compared)
     _print_table(spacing(run), titled=True)
+    water = production_numbers_table(run)
+    if water.rows:
+        _print_table(water, titled=True)
 
 
 def print_ensemble(ensemble: Ensemble) -> None:

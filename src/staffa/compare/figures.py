@@ -39,6 +39,7 @@ Figures = dict[str, Callable[[], Figure]]
 Frames = Sequence[tuple[Frame, Frame]]
 DRAWN = ("total energy", "elastic energy", "surface energy", "energy of loads")
 GROWTH = ("crack size", "deepest crack", "cracks")
+PRODUCED = ("production temperature", "produced power", "highest pressure")
 
 
 def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:
@@ -55,6 +56,8 @@ def pair_figures(pair: Pair) -> tuple[Figures, list[str]]:
         figures["growth-of-both"] = partial(curves_figure, pair, growth)
     else:
         skipped.append("growth-of-both: no step was measured")
+    if produced := [name for name in PRODUCED if pair.knows(name)]:
+        figures["production-of-both"] = partial(curves_figure, pair, produced)
     return figures, skipped
 
 
@@ -85,7 +88,7 @@ def curves_figure(pair: Pair, names: Sequence[str], *, gap: bool = False) -> Fig
         rows[-1].set_ylabel("apart (%)")
     for axes in rows:
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        if axes.dataLim.ymin >= 0:
+        if axes.dataLim.ymin >= 0 and "temperature" not in axes.get_ylabel():
             axes.set_ylim(bottom=0)
         if axes.get_ylabel() == "cracks":
             count_axis(axes, ticks=4)

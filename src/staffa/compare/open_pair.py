@@ -1,15 +1,19 @@
 """Two folders read as a pair of finished runs."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from staffa.case.reading.read import parse_case
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.compare.pair import Pair, Side
-from staffa.display_units import Shown
+from staffa.display_units import Shown, Unit
 from staffa.errors import InputError, StaffaError
 from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.own_files import GENERATOR, PAGE
+from staffa.io.production_rows import production
 from staffa.io.run_directory import CASE, Run, open_run, require_free
+from staffa.plot.production_curves import water_units
 from staffa.results.summary import summary
 
 
@@ -29,8 +33,19 @@ def read_pair(one: Path, other: Path) -> Pair:
         names = [str(one), str(other)]
     mixed = runs[0].manifest.scaled != runs[1].manifest.scaled
     units = None if mixed else runs[0].manifest.shown
-    first, second = (_side(name, run, units) for name, run in zip(names, runs, strict=True))
+    water = _water_units(runs)
+    first, second = (
+        replace(_side(name, run, units), water=water) for name, run in zip(names, runs, strict=True)
+    )
     return Pair(first=first, second=second, mixed=mixed)
+
+
+def _water_units(runs: Sequence[Run]) -> dict[str, Unit]:
+    """Return the units of the water of the first run that has any."""
+    for run in runs:
+        if found := production(run.manifest.reservoir, run.steps):
+            return water_units(run.manifest, found)
+    return {}
 
 
 def place_of(pair: Pair, asked: Path | None) -> Path:

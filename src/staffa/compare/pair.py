@@ -1,14 +1,14 @@
 """Two runs side by side: on which clock, in which units, and as far as which body allows."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import isclose, sqrt
 
 import numpy as np
 
 from staffa.case.schema.case import Case
-from staffa.display_units import Shown
+from staffa.display_units import NONE, Shown, Unit
 from staffa.io.run_directory import Run
 from staffa.io.step_columns import rows_of
 from staffa.plot.labels import has_tau
@@ -29,7 +29,12 @@ READINGS = {
     "energy of loads": ("energies_loads", "energy"),
     "work of friction": ("energies_friction", "energy"),
     "total energy": ("energies_total", "energy"),
+    "production temperature": ("production_T", "T"),
+    "produced power": ("production_power", "power"),
+    "produced energy": ("production_heat", "heat"),
+    "highest pressure": ("production_pressure", "pressure"),
 }
+WATER = ("T", "power", "heat", "pressure")  # kinds of units of runs whose water circulates
 IF_ANY = ("energy of loads", "work of friction")  # left out where they vanish
 
 
@@ -41,6 +46,7 @@ class Side:
     ----------
     name : what tells it from the other.
     run, case : the run and its case.
+    water : units of temperature, power, heat and pressure of the water, of both runs.
     length, energy, time : what its lengths (m), energies (J/m, in 3-D J) and times (s) are over:
         the units of the first run, or L and Gc L (in 3-D Gc L^2) where only one run has units.
     """
@@ -48,6 +54,7 @@ class Side:
     name: str
     run: Run
     case: Case
+    water: Mapping[str, Unit] = field(default_factory=dict)
     length: float = 1.0
     energy: float = 1.0
     time: float = 1.0
@@ -73,9 +80,10 @@ class Side:
         """Numbers of each step by their names, shape (n,); NaN where a step does not have one."""
         size = self.length ** (self.extents - 1)
         over = {"": 1.0, "length": self.length, "size": size, "energy": self.energy}
+        units = {kind: Unit(size=one) for kind, one in over.items()} | dict(self.water)
         rows = rows_of(self.run.manifest, self.run.steps)
         return {
-            name: np.array([row[column] for row in rows]) / over[kind]
+            name: units.get(kind, NONE).of(np.array([row.get(column, np.nan) for row in rows]))
             for name, (column, kind) in READINGS.items()
         }
 
@@ -183,12 +191,14 @@ class Pair:
         if self.mixed:
             energy = "Gc L" if plane else "Gc L²"
         units = {"": "", "length": length, "energy": energy}
+        units |= {kind: self.first.water.get(kind, NONE).name for kind in WATER}
         units["size"] = length if plane or not length else f"{length}²"
         return {
             name: units[kind]
             for name, (_, kind) in READINGS.items()
-            if self.dim or kind in ("", "length")
+            if self.dim or kind in ("", "length", *WATER)
             if name not in IF_ANY or any(side.readings[name].any() for side in self.sides)
+            if kind not in WATER or any(np.isfinite(s.readings[name]).any() for s in self.sides)
         }
 
     def knows(self, name: str) -> bool:

@@ -1,6 +1,7 @@
 """The results of two runs side by side, at the end and at the times of both, as tables."""
 
 from collections.abc import Iterator
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -8,11 +9,16 @@ import numpy as np
 from staffa.compare.agreement import ROUND_OFF, gaps, percent
 from staffa.compare.pair import READINGS, Pair, Side, caveats
 from staffa.results.columns import by_depth
+from staffa.results.production_table import production_numbers
 from staffa.results.slab_table import run_arrests
 from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
 
 MOST = 8  # rows of the table of common times
-TOLD = ("cracks", "spacing", "deepest crack", "crack size", "total energy")
+TOLD = (
+    *("cracks", "spacing", "deepest crack", "crack size", "total energy"),
+    "production temperature",
+)
+ANY_SIZE = ("length", "T", "pressure")  # kinds of numbers that do not grow with the body
 APART = (
     " Apart: the difference of the total energies over the larger of them, parts below zero "
     "counted by size."
@@ -20,11 +26,15 @@ APART = (
 
 
 class Number(NamedTuple):
-    """A number at the end of a run. whole: it grows with the body."""
+    """A number at the end of a run.
+
+    whole: it grows with the body. kelvin: size of its unit (K), if its zero is by convention.
+    """
 
     name: str
     value: float | None
     whole: bool = False
+    kelvin: float | None = None
 
 
 def results(pair: Pair) -> Table:
@@ -36,7 +46,7 @@ def results(pair: Pair) -> Table:
         for name, found in (longer | shorter).items() if shorter else ():
             a, b = (side[name].value if name in side else None for side in (one, other))
             if of is not _at_depths or (name in one and name in other):
-                apart = ABSENT if found.whole and not pair.alike else shown_difference(a, b)
+                apart = ABSENT if found.whole and not pair.alike else _apart(found, a, b)
                 rows.append((name, number(a), number(b), apart))
     return Table(
         title="Results",
@@ -94,7 +104,22 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
         last = float(side.readings[name][-1])
         if np.isfinite(last):
             value = int(last) if name == "cracks" else last
-            yield Number(pair.named(name), value, READINGS[name][1] != "length")
+            kind = READINGS[name][1]
+            kelvin = side.water["T"].size if kind == "T" else None
+            yield Number(pair.named(name), value, kind not in ANY_SIZE, kelvin)
+    yield from _production(pair, side)
+
+
+def _production(pair: Pair, side: Side) -> Iterator[Number]:
+    """Give when the water of a run gets colder, and its highest pressure."""
+    found = {one.name: one.value for one in production_numbers(side.run)}
+    if not found or pair.clock != "t":
+        return
+    for name in ("thermal breakthrough", "10 K less"):
+        when = found[name] / side.time
+        yield Number(f"{name}{_in_brackets(pair.time_unit)}", when if isfinite(when) else None)
+    pressure = side.water["pressure"]
+    yield Number(pressure.header("peak pressure"), pressure.of(found["peak pressure"]))
 
 
 def _at_depths(pair: Pair, side: Side) -> Iterator[Number]:
@@ -132,6 +157,13 @@ def _clock(pair: Pair) -> str:
 
 def _in_brackets(unit: str) -> str:
     return f" ({unit.strip()})" if unit else ""
+
+
+def _apart(found: Number, a: float | None, b: float | None) -> str:
+    """Return the second number against the first; of temperatures the difference in K."""
+    if found.kelvin is None or a is None or b is None:
+        return shown_difference(a, b)
+    return f"{found.kelvin * (b - a):+.3g} K" if a != b else "0"
 
 
 def shown_difference(a: float | None, b: float | None) -> str:

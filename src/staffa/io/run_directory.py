@@ -14,8 +14,14 @@ from typing import TYPE_CHECKING, Any
 from staffa.arguments import path_of
 from staffa.backend.lock import LOCK
 from staffa.errors import InputError, StaffaError, printable
+from staffa.io.field_names import FIELDS as FIELDS
+from staffa.io.field_names import SERIES as SERIES
+from staffa.io.field_names import fields_name as fields_name
+from staffa.io.field_names import reservoir_name as reservoir_name
+from staffa.io.field_names import write_series as write_series
 from staffa.io.own_files import make_folder, to_append, write_aside
-from staffa.io.step_columns import frame_of
+from staffa.io.production_rows import WellRow, well_rows
+from staffa.io.step_columns import frame_of, pandas_frame
 from staffa.records.json_form import json_form
 from staffa.records.manifest import Manifest, check_numbers
 from staffa.records.status import Status
@@ -25,16 +31,10 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 FORMAT = 1
-CASE, MANIFEST, STEPS, FIELDS, LOG = (
-    "case.toml",
-    "manifest.json",
-    "steps.jsonl",
-    "fields",
-    "run.log",
-)
-SERIES = "fields.vtkhdf.series"
+CASE, MANIFEST, STEPS = "case.toml", "manifest.json", "steps.jsonl"
+LOG = "run.log"
 LONGEST_LOCK = 400  # bytes
-FIELDS_OF_A_STEP = re.compile(r"step-\d{4,}\.vtkhdf")
+FIELDS_OF_A_STEP = re.compile(r"(step|reservoir)-\d{4,}\.vtkhdf")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +69,10 @@ class Run:
     def to_frame(self) -> "DataFrame":
         """Return the steps as a pandas frame, see `frame_of`."""
         return frame_of(self.manifest, self.steps)
+
+    def production_frame(self) -> "DataFrame":
+        """Return production.csv as a pandas frame: a row for each step and well, in SI units."""
+        return pandas_frame(well_rows(self.manifest.reservoir, self.steps), WellRow._fields)
 
     def wants(self, step: Step) -> bool:
         """Return True if the time of a step was requested as an output."""
@@ -204,7 +208,7 @@ def cut_back(path: Path, lines: Sequence[str], steps: Sequence[Step]) -> None:
     write_aside(path / STEPS, "".join(f"{line}\n" for line in lines))
     make_folder(path / FIELDS)
     written = [(step.fields, step.time) for step in steps if step.fields]
-    known = {Path(name).name for name, _ in written}
+    known = {Path(found).name for name, _ in written for found in (name, reservoir_name(name))}
     for file in (path / FIELDS).iterdir():  # users may keep their own files there
         if FIELDS_OF_A_STEP.fullmatch(file.name) and file.name not in known:
             file.unlink()
@@ -215,24 +219,6 @@ def append_log(path: Path, line: str) -> None:
     """Append one line to the log."""
     with to_append(path / LOG) as file:
         file.write(printable(line) + "\n")
-
-
-def fields_name(index: int) -> str:
-    """Return the name of a step's file of fields, relative to the run directory."""
-    return f"{FIELDS}/step-{index:04d}.vtkhdf"
-
-
-def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
-    """Write the index by which ParaView and PyVista show the files of fields as one animation.
-
-    Parameters
-    ----------
-    path : the run directory.
-    written : name relative to the run directory, and time (s), of each file.
-    """
-    files = [{"name": Path(name).name, "time": time} for name, time in written]
-    index = {"file-series-version": "1.0", "files": files}
-    write_aside(path / FIELDS / SERIES, json.dumps(index, indent=1) + "\n")
 
 
 def open_run(path: str | Path) -> Run:

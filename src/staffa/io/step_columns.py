@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union, get_args, get_origin, 
 
 from staffa.errors import InputError
 from staffa.geometry.block import face_axis
+from staffa.io.production_rows import production
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
@@ -70,16 +71,31 @@ def frame_of(manifest: Manifest, steps: Sequence[Step]) -> "DataFrame":
     InputError
         pandas is not installed.
     """
+    rows = rows_of(manifest, steps)
+    return pandas_frame(rows, [field.name for field in fields_of()])
+
+
+def pandas_frame(rows: Sequence[Any], columns: Sequence[str]) -> "DataFrame":
+    """Return a pandas frame of rows.
+
+    Parameters
+    ----------
+    rows : each as a dictionary or a tuple.
+    columns : names of its columns if there is no row.
+
+    Raises
+    ------
+    InputError
+        pandas is not installed.
+    """
     try:
         from pandas import DataFrame
     except ImportError as error:
         raise InputError(
-            f"Run.to_frame needs pandas, which does not load ({error}); `pip install "
+            f"a frame of a run needs pandas, which does not load ({error}); `pip install "
             f"'staffa[frames]'`"
         ) from None
-    if not steps:
-        return DataFrame(columns=[field.name for field in fields_of()])
-    return DataFrame(rows_of(manifest, steps))
+    return DataFrame(rows) if rows else DataFrame(columns=columns)
 
 
 def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
@@ -95,6 +111,7 @@ def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
     list of dict
         Values by the names of their columns, in SI units; what a step lacks is NaN, of texts None.
     """
+    flows = _water(manifest, steps)
     return [
         {field.name: _value(step, field) for field in fields_of()}
         | {"energies_total": step.energies.total}
@@ -102,8 +119,24 @@ def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
         | _cracks(manifest, step)
         | _by_side(step)
         | _quantities(manifest, step)
+        | flows.get(step.index, {})
         for step in steps
     ]
+
+
+def _water(manifest: Manifest, steps: Sequence[Step]) -> dict[int, dict[str, float]]:
+    """Return the production of all wells together, by step."""
+    return {
+        found.step: {
+            "production_T": found.T,
+            "production_power": found.power,
+            "production_heat": found.heat,
+            "production_pressure": found.pressure,
+            "production_drawdown": found.drawdown,
+            "production_area": found.area,
+        }
+        for found in production(manifest.reservoir, steps)
+    }
 
 
 def _value(step: Step, field: Field) -> Any:

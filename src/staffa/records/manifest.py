@@ -5,6 +5,7 @@ from functools import cached_property
 from math import inf, isfinite
 
 from staffa.display_units import Magnitudes, Shown, Unit, choose_display_units
+from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.records.step import Measures
 
 
@@ -158,6 +159,8 @@ class Manifest:
         Elements of the displacement, see `physics.locking`.
     quantities
         Quantities of a script, recorded at each step.
+    reservoir
+        The reservoir before the first step; None where no water circulates.
     format
         Number of the format of the run directory.
     """
@@ -200,6 +203,7 @@ class Manifest:
     axial: bool = False
     elements: str = "linear"
     quantities: tuple[QuantityRecord, ...] = ()
+    reservoir: ReservoirFacts | None = None
     format: int = 1
 
     @cached_property

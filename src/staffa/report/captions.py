@@ -89,6 +89,27 @@ def _network(manifest: Manifest, steps: Steps) -> str:
     return f"The crack network{when}, and how far it is open; gray where that is not known."
 
 
+def _production(manifest: Manifest, steps: Steps) -> str:
+    text = (
+        "Temperature of the produced water, power above that of the injected water, and pressure "
+        "in each well. Dotted marks: the times at which the drawdown passes 1 % and 10 %."
+    )
+    if manifest.reservoir is None or manifest.reservoir.flow is None:
+        return text
+    spacing = manifest.reservoir.flow.half_spacing
+    which = "a fracture" if spacing is None else "parallel fractures"
+    return f"{text} Dotted line: {which} in rock without cracks, in closed form."
+
+
+def _reservoir(manifest: Manifest, steps: Steps) -> str:
+    what = (
+        "The temperature of the reservoir's cells"
+        if manifest.flat
+        else ("The temperature of the reservoir's cells in a section through the wells")
+    )
+    return f"{what}, with the cracks over it. Rings: wells."
+
+
 BAND = (
     "the mean of the finished members, its standard error as a band, and each member as a thin line"
 )
@@ -102,11 +123,15 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "reactions": _reactions,
     "heat": _heat,
     "lengths": _lengths,
+    "production": _production,
+    "reservoir": _reservoir,
     "quantities": "Quantities that the script of this run has computed at each step.",
     "counts": f"How many cracks cross each depth: {BAND}.",
     "growth": f"Growth of the cracks: {BAND}.",
     "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
     "total energies are, over the larger of them, parts below zero counted by size.",
     "growth-of-both": "Growth of the cracks of both runs.",
+    "production-of-both": "Temperature of the produced water, power and highest pressure in a well "
+    "of both runs.",
     "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
 }

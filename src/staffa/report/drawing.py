@@ -12,20 +12,23 @@ from staffa.compare.pair import Pair
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.own_files import PAGE, PICTURES, make_folder, write_aside
+from staffa.io.production_rows import production
 from staffa.io.run_directory import Run
 from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.ensemble_curves import counts_figure, growth_figure
-from staffa.plot.frames import evenly_spread, read_frames, with_fields
+from staffa.plot.frames import Frame, evenly_spread, read_frames, with_fields
 from staffa.plot.heat_balance import heat_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
 from staffa.plot.network_openings import network_figure
+from staffa.plot.production_curves import production_figure
 from staffa.plot.quantity_curves import quantities_figure
+from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments
 from staffa.plot.style import write_picture
 from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
-from staffa.report.page import ensemble_page, page, pair_page
+from staffa.report.page import PRODUCTION, RESERVOIR, ensemble_page, page, pair_page
 from staffa.results.columns import by_depth
 from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
 from staffa.results.csv_files import write_pooled, write_tables, writing
@@ -177,6 +180,9 @@ def _figures(
             figures["sections"] = partial(sections_figure, manifest, frames[-1].step, found_in)
         figures |= _sizes([run])
     shown = {frame.step.index for frame in frames}
+    water, lost = _water(run, frames)
+    figures |= water
+    skipped += lost
     moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
     if moments:
         figures["network"] = partial(network_figure, manifest, moments, found[-1].outline)
@@ -193,6 +199,20 @@ def _figures(
         skipped.append("lengths: fewer than two steps were measured")
     else:
         figures["lengths"] = partial(lengths_figure, manifest, steps)
+    return figures, skipped
+
+
+def _water(run: Run, frames: Sequence[Frame]) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
+    """Return how to draw production and reservoir, and reasons; nothing where no water flows."""
+    facts, found = run.manifest.reservoir, production(run.manifest.reservoir, run.steps)
+    if facts is None or not found:
+        return {}, []
+    figures: dict[str, Callable[[], Figure]] = {
+        PRODUCTION: partial(production_figure, run.manifest, found)
+    }
+    moments, skipped = reservoir_moments(run, frames)
+    if moments:
+        figures[RESERVOIR] = partial(reservoir_figure, run.manifest, facts, moments)
     return figures, skipped
 
 

@@ -2,9 +2,11 @@
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -21,18 +23,20 @@ from staffa.results import slab_table
 from staffa.results.columns import columns
 from staffa.results.crack_network import Drawing, network_table
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
 from staffa.results.summary import summary, title
 
 # Nothing runs on a page, and nothing is loaded: what is on it may come from anyone.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 PLAIN = True  # tables of which no row stands out
+PRODUCTION, RESERVOIR = "production", "reservoir"  # pictures that stand beside their table
 
 
 def page(
     run: Run, found: Sequence[Drawing], pictures: Sequence[Path], skipped: Sequence[str]
 ) -> str:
-    """Return a run's page: summary, comparison, spacing, networks, pictures, case.
+    """Return a run's page: summary, comparison, spacing, networks, production, pictures, case.
 
     Parameters
     ----------
@@ -47,9 +51,14 @@ def page(
         tables.insert(0, (compared, not PLAIN))
     if cracked:
         tables.append((network_table(run, cracked), not PLAIN))
+    water = production_numbers_table(run)
+    if water.rows:
+        tables.append((water, PLAIN))
+    beside = [path for path in pictures if water.rows and path.stem in (PRODUCTION, RESERVOIR)]
     return _rendered(
         run,
         pictures,
+        beside={water.title: beside},
         title=title(run),
         facts=summary(run),
         tables=tables,
@@ -112,8 +121,16 @@ def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> s
     )
 
 
-def _rendered(run: Run, pictures: Sequence[Path], **parts: Any) -> str:
-    """Return the page of these parts, with the captions of a run."""
+def _rendered(
+    run: Run,
+    pictures: Sequence[Path],
+    beside: Mapping[str, Sequence[Path]] = MappingProxyType({}),
+    **parts: Any,
+) -> str:
+    """Return the page of these parts, with the captions of a run.
+
+    beside: pictures that stand below a table, by its title.
+    """
     captions = {path.stem: caption(path.stem, run.manifest, run.steps) for path in pictures}
     return (
         _templates()
@@ -121,7 +138,8 @@ def _rendered(run: Run, pictures: Sequence[Path], **parts: Any) -> str:
         .render(
             generator=GENERATOR,
             policy=POLICY,
-            pictures=pictures,
+            pictures=[path for path in pictures if path not in chain(*beside.values())],
+            beside=beside,
             captions=captions,
             **parts,
         )

@@ -10,6 +10,7 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
 from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
+from staffa.results.production_table import production_table
 from staffa.results.release_table import release_table
 from staffa.results.series import probes_table, quantities_table, reactions_table
 from staffa.results.tables import Table
@@ -23,6 +24,7 @@ TABLES = {
     "reactions.csv": reactions_table,
     "probes.csv": probes_table,
     "quantities.csv": quantities_table,
+    "production.csv": production_table,
 }
 
 

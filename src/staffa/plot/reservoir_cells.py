@@ -1,0 +1,172 @@
+"""Temperature of a reservoir's cells with the cracks of the rock over it."""
+
+from collections.abc import Sequence
+from math import ceil, prod
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from scipy.spatial import KDTree
+
+from staffa.io.reservoir_fields import ReservoirFields, read_reservoir
+from staffa.io.run_directory import Run
+from staffa.plot.cracks import layout, rim, triangulation
+from staffa.plot.frames import Frame
+from staffa.plot.labels import moment
+from staffa.plot.style import BLACK, new_figure
+from staffa.records.manifest import Manifest
+from staffa.records.reservoir_facts import ReservoirFacts
+
+COLORS = "RdYlBu_r"
+FEW = 3  # panels
+CRACK = "#14100c"
+RASTER = 400  # points along the longer side of a section of a 3-D body
+Moments = Sequence[tuple[Frame, ReservoirFields]]
+
+
+def reservoir_moments(
+    run: Run, frames: Sequence[Frame]
+) -> tuple[list[tuple[Frame, ReservoirFields]], list[str]]:
+    """Return the last frames with the reservoir's fields then, and a message on unreadable files.
+
+    Parameters
+    ----------
+    run : the run.
+    frames : fields of the rock at some steps.
+    """
+    found, reasons, facts = [], [], run.manifest.reservoir
+    for frame in frames if facts else ():
+        try:
+            read = read_reservoir(run.path, str(frame.step.fields))
+            if facts and len(read.T) != prod(len(edges) - 1 for edges in facts.edges):
+                raise ValueError("its cells are not those of manifest.json")
+            found.append((frame, read))
+        except (OSError, KeyError, ValueError, IndexError) as error:
+            reasons.append(
+                f"reservoir: the fields at step {frame.step.index} are left out: {error}"
+            )
+    return found[-FEW:], reasons
+
+
+def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments) -> Figure:
+    """Draw the temperature of the cells at each time, cracks black over it, and the wells.
+
+    Of a 3-D reservoir a section through the wells is drawn.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    facts : its reservoir.
+    moments : fields of rock and reservoir at each time.
+    """
+    edges = [np.array(e) for e in facts.edges]
+    normal = section_axis(facts) if len(manifest.size) == 3 else 2
+    across = [axis for axis in range(3) if axis != normal]
+    x, y = (manifest.shown.length.of(edges[axis]) for axis in across)
+    size = (float(np.ptp(x)), float(np.ptp(y)))
+    columns, height = layout(size, len(moments))
+    figure = new_figure(max(height, 2.2), gap=0.05)
+    panels = figure.subplots(
+        ceil(len(moments) / columns), columns, squeeze=False, sharex=True, sharey=True
+    )
+    unit = manifest.shown.temperature
+    values = [unit.of(found.T) for _, found in moments]
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    colors = Normalize(low, high if high > low else low + 1)
+    for number, axes in enumerate(panels.flat):
+        if number >= len(moments):
+            axes.set_axis_off()
+            continue
+        frame, _ = moments[number]
+        T = _section(values[number], edges, normal, facts)
+        axes.pcolormesh(x, y, T.T, cmap=COLORS, norm=colors, rasterized=True)
+        _draw_cracks(axes, manifest, frame, normal, facts)
+        _draw_wells(axes, manifest, facts, across)
+        axes.set(aspect="equal", title="", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        axes.grid(False)
+        axes.set_title(moment(manifest, frame.step), loc="left")
+    for axes in panels[-1]:
+        axes.set_xlabel(manifest.shown.length.label("xyz"[across[0]]))
+    for axes in panels[:, 0]:
+        axes.set_ylabel(manifest.shown.length.label("xyz"[across[1]]))
+    bar = ScalarMappable(colors, COLORS)
+    figure.colorbar(bar, ax=panels, location="bottom", shrink=0.5, aspect=40, label=unit.label("T"))
+    return figure
+
+
+def section_axis(facts: ReservoirFacts) -> int:
+    """Return the normal of the section through the wells: the axis along which they differ least.
+
+    That is y where several do.
+    """
+    places = np.array([well.at for well in facts.wells.values()])
+    apart = np.ptp(places, axis=0) if len(places) else np.zeros(3)
+    return min((1, 0, 2), key=lambda axis: float(apart[axis]))
+
+
+def _place(facts: ReservoirFacts, normal: int) -> float:
+    """Return the position of the section along its normal (m): that of the wells."""
+    edges = facts.edges[normal]
+    if not facts.wells:
+        return (edges[0] + edges[-1]) / 2
+    return float(np.mean([well.at[normal] for well in facts.wells.values()]))
+
+
+def _section(
+    values: np.ndarray, edges: Sequence[np.ndarray], normal: int, facts: ReservoirFacts
+) -> np.ndarray:
+    """Return the values in the cells of the section, shape (n, m)."""
+    cells = values.reshape([len(e) - 1 for e in edges], order="F")
+    layer = int(np.searchsorted(edges[normal][1:-1], _place(facts, normal)))
+    return np.asarray(cells.take(layer, axis=normal))
+
+
+def _draw_cracks(
+    axes: Axes, manifest: Manifest, frame: Frame, normal: int, facts: ReservoirFacts
+) -> None:
+    """Draw damage above the threshold in black, and in 2-D the rim of the body."""
+    only = ListedColormap([CRACK])
+    if len(manifest.size) == 3:
+        x, y, broken = _broken_in(frame, manifest, normal, _place(facts, normal))
+        axes.pcolormesh(x, y, np.ma.masked_where(~broken, broken).T, cmap=only, shading="nearest")
+        return
+    triangles = triangulation(frame.grid, manifest)
+    axes.add_collection(LineCollection(list(rim(triangles)), colors="#555555", linewidths=0.6))
+    if frame.alpha.max() > manifest.threshold:
+        axes.tricontourf(triangles, frame.alpha, levels=[manifest.threshold, np.inf], colors=CRACK)
+
+
+def _broken_in(
+    frame: Frame, manifest: Manifest, normal: int, place: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return coordinates of points of a plane, and where the nearest vertex is cracked, (n, m)."""
+    across = [axis for axis in range(3) if axis != normal]
+    size = np.array(manifest.size)[across]
+    counts = np.maximum(2, np.ceil(RASTER * size / size.max())).astype(int)
+    lines = [
+        np.linspace(manifest.corner[axis], manifest.corner[axis] + manifest.size[axis], count)
+        for axis, count in zip(across, counts, strict=True)
+    ]
+    points = np.full((*counts, 3), place)
+    points[..., across[0]], points[..., across[1]] = np.meshgrid(*lines, indexing="ij")
+    apart, nearest = KDTree(frame.grid.points).query(points)
+    broken = (frame.alpha[nearest] > manifest.threshold) & (apart < manifest.h)
+    x, y = (manifest.shown.length.of(line) for line in lines)
+    return x, y, broken
+
+
+def _draw_wells(
+    axes: Axes, manifest: Manifest, facts: ReservoirFacts, across: Sequence[int]
+) -> None:
+    """Draw a ring with its name for each well."""
+    of = manifest.shown.length.of
+    for name, well in facts.wells.items():
+        x, y = (of(well.at[axis]) for axis in across)
+        axes.plot([x], [y], "o", color=BLACK, markerfacecolor="white", markersize=5, clip_on=False)
+        axes.annotate(
+            name, (x, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
+            annotation_clip=False,
+        )  # fmt: skip

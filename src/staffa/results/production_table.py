@@ -1,0 +1,176 @@
+"""Production of a run: production.csv, and the numbers that an engineer asks for."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import isfinite, prod
+from typing import Any
+
+from staffa.display_units import NONE, Unit
+from staffa.io.production_rows import (
+    BREAKTHROUGH,
+    COOLER,
+    LATE,
+    Production,
+    WellRow,
+    first_time,
+    production,
+    well_rows,
+)
+from staffa.io.run_directory import Run
+from staffa.plot.production_curves import water_units
+from staffa.results.tables import Cell, Column, Table, columns_of, number
+
+# Units of production.csv, SI and without a prefix, by column.
+UNITS = {
+    "time": "s",
+    "rate": "kg/s",
+    "T": "K",
+    "pressure": "Pa",
+    "power": "W",
+    "heat": "J",
+    "impedance": "Pa·s/kg",
+    "injectivity": "kg/s/Pa",
+    "area": "m²",
+    "lost": "kg",
+}
+NEVER = "not by the end"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProductionNumber:
+    """Number of the whole production.
+
+    Attributes
+    ----------
+    name : its name.
+    value : the number (SI), NaN where there is none, infinite for a time that is not reached.
+    unit : unit in which it is shown.
+    meaning : a sentence on it.
+    """
+
+    name: str
+    value: float
+    unit: Unit
+    meaning: str
+
+    @property
+    def text(self) -> str:
+        """The number in words."""
+        if isfinite(self.value):
+            return self.unit.text(self.value)
+        return NEVER if self.value > 0 else number(None)
+
+
+def production_table(run: Run) -> Table:
+    """Return production.csv: a row for each step and well, in SI units; no rows without water."""
+    rows = well_rows(run.manifest.reservoir, run.steps)
+    return Table(
+        columns=tuple(Column(name=n, unit=Unit(name=UNITS.get(n, ""))) for n in WellRow._fields),
+        rows=tuple(tuple(map(_cell, row)) for row in rows),
+    )
+
+
+def _cell(value: Any) -> Cell:
+    cell: Cell = value
+    return None if isinstance(value, float) and not isfinite(value) else cell
+
+
+def production_numbers(run: Run) -> list[ProductionNumber]:
+    """Return the numbers of the whole production, none without water."""
+    found = production(run.manifest.reservoir, run.steps)
+    if not found:
+        return []
+    return [*_of_temperature(run, found), *_of_energy(run, found)]
+
+
+def _of_temperature(run: Run, found: list[Production]) -> Iterator[ProductionNumber]:
+    """Times at which the water gets cooler, and its temperature at the end."""
+    shown, drawdown = run.manifest.shown, [one.drawdown for one in found]
+    fall = [one.fall for one in found]
+    for name, values, level, meaning in (
+        (
+            "thermal breakthrough",
+            drawdown,
+            BREAKTHROUGH,
+            "First time at which the drawdown is above 1 %.",
+        ),
+        ("drawdown of 10 %", drawdown, LATE, "First time at which the drawdown is above 10 %."),
+        (
+            "10 K less",
+            fall,
+            COOLER,
+            "First time at which the water is 10 K colder than the rock was.",
+        ),
+    ):
+        yield ProductionNumber(
+            name=name,
+            value=first_time(found, values, level),
+            unit=shown.time,
+            meaning=meaning,
+        )
+    yield ProductionNumber(
+        name="production temperature",
+        value=found[-1].T,
+        unit=shown.temperature,
+        meaning="Temperature of the produced water at the end, of all producers mixed.",
+    )
+
+
+def _of_energy(run: Run, found: list[Production]) -> Iterator[ProductionNumber]:
+    """Power, energy, pressure and area."""
+    last, units = found[-1], water_units(run.manifest, found)
+    told = (
+        ("power", last.power, units["power"], "Heat per time that the surface gets at the end."),
+        ("energy", last.heat, units["heat"], "Heat that the surface got by the end."),
+        ("recovered", last.recovered, NONE, "That heat over the heat of the body."),
+        (
+            "peak pressure",
+            max(one.pressure for one in found),
+            units["pressure"],
+            "Highest pressure in a well at the end of a step.",
+        ),
+        (
+            "exchange area",
+            last.area,
+            Unit(name="m²"),
+            "Area of one wall of a fracture that would cool the water as it is at the end.",
+        ),
+        ("lost water", last.lost, Unit(name="kg"), "Water injected and not produced by the end."),
+        (
+            "balance",
+            last.balance,
+            NONE,
+            "Heat through the wells minus heat stored, over the latter.",
+        ),
+    )
+    for name, value, unit, meaning in told:
+        yield ProductionNumber(name=name, value=value, unit=unit, meaning=meaning)
+
+
+def production_numbers_table(run: Run) -> Table:
+    """Return these numbers as a table for people."""
+    return Table(
+        title="Production",
+        columns=columns_of("number", "value", "meaning"),
+        rows=tuple((one.name, one.text, one.meaning) for one in production_numbers(run)),
+        notes=(
+            "Heat counts above that of the injected water. production.csv has the numbers of each "
+            "step and well, docs/circulation.md their formulas.",
+        ),
+    )
+
+
+def production_lines(run: Run) -> list[tuple[str, str]]:
+    """Return names and texts of the lines of a summary, none without water."""
+    facts, numbers = run.manifest.reservoir, production_numbers(run)
+    if facts is None or not numbers:
+        return []
+    text = {one.name: one.text for one in numbers}
+    cells = prod(len(edges) - 1 for edges in facts.edges)
+    wells = ", ".join(f"'{name}'" for name in facts.wells)
+    ways = f"{text['production temperature']}, {text['power']}, {text['energy']} since the start"
+    times = f"thermal breakthrough {text['thermal breakthrough']}"
+    return [
+        ("reservoir", f"{facts.simulator}, {cells} cells, wells {wells}"),
+        ("production", f"{ways}; {times}; heat balance {text['balance']}"),
+    ]

@@ -1,0 +1,113 @@
+"""Runs whose circulation is made up: wells, rock and water in numbers that a hand can follow."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.special import erfc
+
+from staffa.io.reservoir_fields import cell_mesh, write_reservoir
+from staffa.io.run_directory import Run, append_step, create, fields_name, open_run
+from staffa.io.vtkhdf import write_vtkhdf
+from staffa.records.circulation import Circulation, WellAccount
+from staffa.records.manifest import Manifest
+from staffa.records.reservoir_facts import FractureFlow, ReservoirFacts, WellFacts
+from staffa.records.status import Status
+from staffa.records.step import Energies, Heat, Measures, Step
+
+DAY = 86400.0
+HOT, COLD, FAR = 473.15, 333.15, 20e6
+K, RHO_C, WATER = 2.5, 2.3e6, 4.2e6
+SIZE = (60.0, 30.0)
+EDGES = (np.linspace(0.0, 60.0, 31), np.array([-0.05, *np.linspace(0.0, 30.0, 16), 34.0, 42.0]))
+LENGTH, FLOW = 60.0, 2e-5  # of the fracture (m), and in it (m^2/s)
+
+
+def facts(**changes: object) -> ReservoirFacts:
+    """A layer of 1 m of 60 m x 30 m, an injector at its left end and a producer at its right."""
+    whole = ReservoirFacts(
+        simulator="made-up 1.0", thickness=1.0, T=HOT, T_injected=COLD, pressure=FAR,
+        conductivity=K, rho_c=RHO_C, water_rho=1000.0, water_c=4200.0, heat_in_place=1e9,
+        wells={
+            "in": WellFacts(at=(0.5, -0.025, 0.5), T_rock=HOT, p_rock=FAR, rate=0.02, T=COLD),
+            "out": WellFacts(at=(59.5, -0.025, 0.5), T_rock=HOT, p_rock=FAR, pressure=FAR),
+        },
+        flow=FractureFlow(q=FLOW, length=LENGTH),
+        edges=(*(tuple(map(float, edges)) for edges in EDGES), (0.0, 1.0)),
+    )  # fmt: skip
+    return replace(whole, **changes)  # type: ignore[arg-type]
+
+
+def manifest(times: Sequence[float], **changes: object) -> Manifest:
+    whole = Manifest(
+        version="0.2.0", commit=None, created="2026-12-01T00:00:00+00:00", ranks=1,
+        title="A wall & its <wells>", law="AT1", scaled=False, size=SIZE, face="bottom", h=1.0,
+        ell=2.0, L=SIZE[-1], cells=450, unknowns=1500, mesh="0123456789abcdef",
+        toughness_factor=1.1, times=tuple(times), taus=(None,) * len(times),
+        requested=(True,) * len(times), scales={"dT": HOT - COLD}, versions={}, petsc_options={},
+        reservoir=facts(),
+    )  # fmt: skip
+    return replace(whole, **changes)  # type: ignore[arg-type]
+
+
+def step(index: int, time: float, circulation: Circulation | None, **changes: object) -> Step:
+    heat = Heat(circulation=circulation) if circulation else None
+    whole = Step(
+        index=index, time=time, tau=None, energies=Energies(elastic=1.0, surface=0.0), sweeps=1,
+        status=Status.CONVERGED, reason="converged", heat=heat,
+        measures=Measures(sections=(), tips=(), front=0.0, length_surface=0.0, length_geometry=0.0),
+    )  # fmt: skip
+    return replace(whole, **changes)  # type: ignore[arg-type]
+
+
+def account(
+    duration: float, T_out: float, *, rate: float = 0.02, p_in: float = 20.5e6
+) -> Circulation:
+    """Water of constant heat capacity, in at COLD and out at T_out; its heat is of the rock."""
+    mass = rate * duration
+    wells = {
+        "in": WellAccount(mass=mass, heat=4200 * mass * COLD, T=COLD, pressure=p_in),
+        "out": WellAccount(mass=-mass, heat=-4200 * mass * T_out, T=T_out, pressure=FAR),
+    }
+    return Circulation(duration=duration, wells=wells, heat_stored=-4200 * mass * (T_out - COLD))
+
+
+def fracture_temperature(time: float) -> float:
+    """The temperature at the end of a single fracture in unbounded rock (Lauwerier)."""
+    theta = erfc(K * LENGTH / (WATER * FLOW * np.sqrt(K / RHO_C * time)))
+    return float(HOT - theta * (HOT - COLD))
+
+
+def fracture_run(path: Path, steps: int = 12, *, every: float = 10 * DAY, **changes: object) -> Run:
+    """A run of a fracture in 2-D: steps of equal length, fields of every fourth and of the last."""
+    times = [every * (n + 1) for n in range(steps)]
+    of = manifest(times, **changes)
+    create(path, 'title = "A wall"\n', of)
+    for n, time in enumerate(times):
+        kept = n % 4 == 3 or n == steps - 1
+        if kept:
+            write_both(path, n, time)
+        water = account(every, fracture_temperature(time), p_in=FAR + 5e5 / (n + 1))
+        append_step(path, step(n, time, water, fields=fields_name(n) if kept else None))
+    return open_run(path)
+
+
+def write_both(path: Path, index: int, time: float) -> None:
+    """Write fields of the rock, cracked every 6 m, and of the reservoir, cold at its fracture."""
+    grid = cell_mesh([np.linspace(0, length, round(length) + 1) for length in SIZE])
+    x, y = grid.points[:, 0], grid.points[:, 1]
+    depth = np.sqrt(K / RHO_C * time)
+    off = np.hypot((x + 3) % 6 - 3, np.maximum(y - 3 * depth, 0))
+    fields = {
+        "alpha": np.clip(1 - off / 2, 0, 1),
+        "T": np.zeros_like(x),
+        "u": np.zeros((len(x), 3)),
+    }
+    write_vtkhdf(path / fields_name(index), grid, fields)
+    X, Y = np.meshgrid(*((e[1:] + e[:-1]) / 2 for e in EDGES), indexing="ij")
+    T = HOT - (HOT - COLD) * erfc((np.maximum(Y, 0) + X / 20) / (2 * depth))
+    flat = T.ravel(order="F")
+    write_reservoir(
+        path, index, EDGES, T=flat, p=np.full_like(flat, FAR), k=np.full_like(flat, 1e-18)
+    )
