@@ -21,6 +21,11 @@ class Circulated:
 
     Rank 0 owns the simulator, and the state that it goes on from. That state is the memory of a
     `ThermalState`: temperatures and pressures of the cells, then the simulator's hidden numbers.
+
+    Attributes
+    ----------
+    simulator : name and version of the simulator.
+    model : the reservoir.
     """
 
     agreement = None
@@ -33,17 +38,20 @@ class Circulated:
         load : the reservoir and its simulator.
         domain, spaces : the body, and the spaces of its fields.
         """
-        self._comm, self._load, grid = domain.comm, load, load.model.grid
+        self.model, grid = load.model, load.model.grid
+        self._comm, self._balance = domain.comm, load.balance
         self._weights = grid.weights(vertices(spaces.alpha))
         self._T_at_rest = self._weights @ load.model.T
         # In 2-D the heat of the body counts for a unit of thickness.
         self._thickness = float(np.ptp(grid.edges[2])) if grid.dim == 2 else 1.0
         self._simulators: list[Simulator] = []
 
-        def begin() -> None:
+        def begin() -> str:
             self._simulators.append(load.open())
+            self._simulators[0].start()  # it tells its version
+            return self._simulators[0].name
 
-        on_root(self._comm, begin)
+        self.simulator = on_root(self._comm, begin)
 
     def start(self) -> ThermalState:
         """See `ThermalCoupling`."""
@@ -68,14 +76,14 @@ class Circulated:
         """
         began = perf_counter()
         thermal, circulation, inner = self._ask(
-            lambda simulator: simulator.advance(self._flow(before), None, end - start)
+            lambda simulator: simulator.advance(self.flow(before), None, end - start)
         )
         wells = {name: well.heat / self._thickness for name, well in circulation.wells.items()}
         heat = Heat(
             stored=circulation.heat_stored / self._thickness,
             entered=wells,
             imbalance=circulation.imbalance,
-            allowed=self._load.balance,
+            allowed=self._balance,
             substeps=inner,
             circulation=circulation,
             seconds=perf_counter() - began,
@@ -91,13 +99,9 @@ class Circulated:
 
         The heat of the simulator is in its account.
         """
-        T = on_root(self._comm, lambda: self._flow(after).T)
+        T = on_root(self._comm, lambda: self.flow(after).T)
         apart = max_over_ranks(self._comm, np.abs(self._temperature(T) - after.T))
         return apart / (self.span(after) or 1.0)
-
-    def cells(self, thermal: ThermalState) -> Flow:
-        """Return temperature and pressure of the cells at a state; on rank 0 alone."""
-        return self._flow(thermal)
 
     def destroy(self) -> None:
         """See `ThermalCoupling`: end the simulator."""
@@ -126,7 +130,8 @@ class Circulated:
         """Return the temperature change (K) at the vertices from temperatures (K) of the cells."""
         return np.asarray(self._weights @ cells - self._T_at_rest)
 
-    def _flow(self, thermal: ThermalState) -> Flow:
-        n = self._load.model.grid.size
+    def flow(self, thermal: ThermalState) -> Flow:
+        """Return the reservoir's state in a thermal state; on rank 0 alone."""
+        n = self.model.grid.size
         T, p, hidden = np.split(thermal.memory, [n, 2 * n])
         return Flow(T=T, p=p, hidden=hidden)

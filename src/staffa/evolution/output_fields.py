@@ -65,6 +65,12 @@ FIELDS = {
             values=lambda session: session.vertex_values(session.state.T),
         ),
         OutputField(
+            name="p",
+            unit="Pa",
+            at="vertices",
+            values=lambda session: session.vertex_values(session.state.p),
+        ),
+        OutputField(
             name="stress",
             unit="Pa",
             at="cells",

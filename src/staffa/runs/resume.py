@@ -16,7 +16,9 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import CHANGEABLE, attached, case_identity
 from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
+from staffa.evolution.circulated import Circulated
 from staffa.evolution.problem import Problem
+from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import (
     Recorded,
     known_quantities,
@@ -122,6 +124,7 @@ def resume(
             writer = CheckpointWriter(directory, session, case.output.checkpoint, journal)
             session.tool(probing, manifest.probes)
             tried_quantities(session, quantities, manifest.quantities)
+            _tell_of_simulator(session, manifest, watcher)
             restart = writer.take_up(taken.page) if taken.page else None
             if restart and settings:
                 restart = restart.for_new_solvers()
@@ -147,6 +150,14 @@ def _pressed(old: Case, case: Case) -> str | None:
         f"rock, which then breaks as if pulled; begin a new run of the whole time, whose default "
         f"is safe"
     )
+
+
+def _tell_of_simulator(session: Session, manifest: Manifest, watcher: Watcher) -> None:
+    """Say that the reservoir simulator has another version than before, if it has."""
+    coupling, before = session.system.coupling, manifest.reservoir
+    if before and isinstance(coupling, Circulated) and coupling.simulator != before.simulator:
+        now = coupling.simulator
+        watcher.said(f"numbers may differ a little: before {before.simulator} and now {now}")
 
 
 def _require_run(directory: Path) -> None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from staffa.backend.stack import MPI, OWN, PETSc
 
+import numpy as np
+
 from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
 from staffa.backend.lock import Lock
@@ -20,6 +22,7 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached, case_identity
 from staffa.case.values.default_split import for_any_load
 from staffa.errors import StaffaError, StoppedError
+from staffa.evolution.circulated import Circulated
 from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.march import march_session
 from staffa.evolution.problem import Problem
@@ -34,7 +37,9 @@ from staffa.model.domain import cell_count
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest, Own, QuantityRecord
+from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.records.step import Step, kept
+from staffa.reservoir.describe_model import reservoir_facts
 from staffa.runs.checkpoints import FLAGS, CheckpointWriter, on_disk
 from staffa.runs.provenance import commit, now, version
 from staffa.runs.run_observers import Watcher as Watcher
@@ -285,7 +290,16 @@ def describe(
         reference=None if own_load else reference(case),
         elements=setup.elements,
         quantities=quantities,
+        reservoir=_reservoir(session),
     )
+
+
+def _reservoir(session: Session) -> ReservoirFacts | None:
+    coupling, domain = session.system.coupling, session.domain
+    if not isinstance(coupling, Circulated):
+        return None
+    upper = tuple(np.add(domain.lower, domain.size).tolist())
+    return reservoir_facts(coupling.model, coupling.simulator, domain.lower, upper)
 
 
 def _why_split(case: Case, derived: Numbers) -> str:

@@ -13,6 +13,7 @@ from staffa.backend.parallel import any_over_ranks, best_candidate, on_root
 from staffa.case.schema.case import Case
 from staffa.case.schema.probe_keys import Line
 from staffa.errors import StoppedError
+from staffa.evolution.circulated import Circulated
 from staffa.evolution.measures import releasing
 from staffa.evolution.observers import Observers
 from staffa.evolution.output_fields import field_values
@@ -21,6 +22,7 @@ from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, evaluated_quantities
 from staffa.io import run_directory
 from staffa.io.field_output import FieldWriter
+from staffa.io.reservoir_fields import write_reservoir
 from staffa.measure.probes import Probes
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest, Probe
@@ -126,14 +128,31 @@ def _saving(
         if not (case.output.steps == "all" or asked or not converged):
             return None
         name = run_directory.fields_name(moment.index)
-        at_vertices, in_cells = field_values(session, case.output.fields)
+        of_fluid = ("p",) if session.problem.forces.fluid else ()
+        names = dict.fromkeys((*case.output.fields, *of_fluid))
+        at_vertices, in_cells = field_values(session, names)
         written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
         with on_disk(directory):
             session.tool(writer).write(directory / name, at_vertices, in_cells)
+            _save_reservoir(session, directory, moment.index)
             on_root(session.comm, lambda: run_directory.write_series(directory, written))
         return name
 
     return save
+
+
+def _save_reservoir(session: Session, directory: Path, index: int) -> None:
+    """Write the fields of the reservoir's cells beside those of a step. Collective."""
+    coupling, thermal = session.system.coupling, session.system.thermal
+    if not isinstance(coupling, Circulated):
+        return
+    model = coupling.model
+
+    def write() -> None:
+        flow, edges = coupling.flow(thermal.read()), model.grid.edges[: model.grid.dim]
+        write_reservoir(directory, index, edges, T=flow.T, p=flow.p, k=model.permeability)
+
+    on_root(session.comm, write)
 
 
 def _pausing(comm: MPI.Comm, watcher: Watcher) -> Callable[[], None]:
