@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SCALARS = (int, float, bool, str)
+# Numbers that follow from more than one entry of a record.
+DERIVED = ("energies_total", "audit_violations", "cracks", "spacing", "deepest")
 RENAMED = {"index": "step"}  # a frame has an `index` already
 
 
@@ -78,7 +80,8 @@ def frame_of(manifest: Manifest, steps: Sequence[Step]) -> "DataFrame":
             f"'staffa[frames]'`"
         ) from None
     if not steps:
-        return DataFrame(columns=[field.name for field in fields_of()])
+        own = [f"quantities_{name}" for q in manifest.quantities for name in q.columns]
+        return DataFrame(columns=[*(field.name for field in fields_of()), *DERIVED, *own])
     return DataFrame(rows_of(manifest, steps))
 
 
