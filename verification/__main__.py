@@ -24,7 +24,7 @@ PAGE = HERE.parent / "docs" / "verification.md"
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
     *("toughness_direction", "arrays", "pairs", "energies", "slabs", "squeezed", "grain"),
-    *("far_side", "columns", "layers", "neighbors"),
+    *("opposite_boundary", "columns", "layers", "neighbors"),
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS
@@ -49,7 +49,7 @@ def record(found: Found) -> dict:
     }
 
 
-def at_hand(folder: Path) -> dict:
+def current_results(folder: Path) -> dict:
     """Results of the checks of a folder, as its file has them now."""
     file = folder / "expected.json"
     return json.loads(file.read_text()) if file.exists() else {}
@@ -61,7 +61,7 @@ def committed(folder: Path) -> dict:
     try:
         done = subprocess.run(show, cwd=folder, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
-        return at_hand(folder)
+        return current_results(folder)
     return json.loads(done.stdout)
 
 
@@ -170,7 +170,7 @@ def main(names: list[str]) -> int:
     results: dict = {}
     before: dict = {}
     for folder in FOLDERS:
-        results |= at_hand(HERE / folder)
+        results |= current_results(HERE / folder)
         before |= committed(HERE / folder)
     for name in names or CHECKS:
         found = CHECKS[name].measure()

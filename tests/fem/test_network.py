@@ -16,7 +16,7 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
-from staffa.io.run_directory import append_step, create, fields_name, open_run
+from staffa.io.run_directory import Journal, create, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, polylines
@@ -314,7 +314,7 @@ def written(folder: Path, grid: VtkMesh, alpha: np.ndarray, u: np.ndarray, size)
         zip(("opening_strain", "intact_strain"), opened(grid, u, len(size)).T, strict=True)
     )
     write_vtkhdf(folder / fields_name(1), grid, fields, strains)
-    append_step(folder, drawn_step(1, size, fields_name(1)))
+    Journal(folder).append(drawn_step(1, size, fields_name(1)))
     found, reasons = networks(open_run(folder))
     assert reasons == []
     return write_networks(open_run(folder), found)

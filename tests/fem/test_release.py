@@ -17,7 +17,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.session import Session
 from staffa.evolution.system import System, build
 from staffa.io.field_output import FieldWriter
-from staffa.io.run_directory import append_step, create, open_run
+from staffa.io.run_directory import Journal, create, open_run
 from staffa.loads.forces import Forces
 from staffa.measure.fronts import Surface, fronts
 from staffa.measure.network import Network
@@ -203,7 +203,7 @@ def test_a_table_and_a_sentence_tell_it(tmp_path) -> None:
     known = Release(position=(0.5, 0.4), direction=(0.0, 1.0), G=2.0, uncertainty=0.1, radius=0.3)
     unknown = Release(position=(0.7, 0.9), direction=(0.0, 1.0), reason="a face is near")
     step = drawn_step(1, size, "fields/step-0001.vtkhdf")
-    append_step(tmp_path, replace(step, released=(known, unknown)))
+    Journal(tmp_path).append(replace(step, released=(known, unknown)))
     run = open_run(tmp_path)
     assert run.steps[0].released == (known, unknown), "kept on disk as it was"
     header, first, second = release_table(run).csv().splitlines()

@@ -10,7 +10,7 @@ from PIL import Image
 
 from report.test_report import drawn_manifest, drawn_mesh, drawn_run, drawn_step
 from staffa.errors import InputError
-from staffa.io.run_directory import Run, append_step, create, fields_name, open_run
+from staffa.io.run_directory import Journal, Run, create, fields_name, open_run
 from staffa.io.vtkhdf import write_vtkhdf
 from staffa.measure.patterns import Estimate, pattern
 from staffa.plot import movie, volume
@@ -56,7 +56,7 @@ def columns_run(path: Path, *, round_body: bool = False, steps: int = 1) -> Run:
         step = drawn_step(index, SIZE, fields_name(index))
         assert step.measures is not None
         found = tuple(one_section(depth) for depth in DEPTHS)
-        append_step(path, replace(step, measures=replace(step.measures, cells=found, front=0.5)))
+        Journal(path).append(replace(step, measures=replace(step.measures, cells=found, front=0.5)))
     return open_run(path)
 
 

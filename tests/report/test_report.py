@@ -18,7 +18,7 @@ from staffa.compare.figures import FAINT, fields_figure
 from staffa.errors import InputError, StaffaError
 from staffa.geometry.block import SIDES
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import MANIFEST, STEPS, Run, append_step, create, fields_name, open_run
+from staffa.io.run_directory import MANIFEST, STEPS, Journal, Run, create, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
@@ -133,7 +133,7 @@ def drawn_run(path: Path, size: tuple[float, ...] = SLAB, *, n: int = 16, **chan
         kept = manifest.requested[index]
         if kept:
             write_fields(path / fields_name(index), grid, size, float(TAUS[index]))
-        append_step(path, drawn_step(index, size, fields_name(index) if kept else None))
+        Journal(path).append(drawn_step(index, size, fields_name(index) if kept else None))
     return open_run(path)
 
 
@@ -141,7 +141,7 @@ def rewritten(run: Run, steps: list[Step]) -> Run:
     """The same run directory with other records."""
     write_aside(run.path / STEPS, "")
     for step in steps:
-        append_step(run.path, step)
+        Journal(run.path).append(step)
     return open_run(run.path)
 
 

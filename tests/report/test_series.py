@@ -14,7 +14,7 @@ from report.test_report import drawn_manifest, drawn_step
 from staffa.errors import InputError
 from staffa.evolution.march import Observers, march
 from staffa.evolution.system import build
-from staffa.io.run_directory import append_step, create, open_run
+from staffa.io.run_directory import Journal, create, open_run
 from staffa.measure.probes import Probes
 from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, vertices, zero_state
@@ -110,7 +110,7 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
     for index in (1, 2):
         step = drawn_step(index, (1.0, 0.6), None)
         probed = tuple((float(row), 0.1, 0.2, 0.9) for row in range(4))
-        append_step(tmp_path, replace(step, reactions={"left": (1.0, -2.0)}, probed=probed))
+        Journal(tmp_path).append(replace(step, reactions={"left": (1.0, -2.0)}, probed=probed))
     run = open_run(tmp_path)
     assert run.manifest.probes == (SPOT, LINE)
     rows = list(csv.DictReader(StringIO(probes_table(run).csv())))
@@ -127,6 +127,6 @@ def test_tables_have_a_row_for_each_step_side_and_point(tmp_path: Path) -> None:
 
 def test_without_supports_and_probes_there_are_no_tables(tmp_path: Path) -> None:
     create(tmp_path, "", drawn_manifest((1.0, 0.6)))
-    append_step(tmp_path, drawn_step(1, (1.0, 0.6), None))
+    Journal(tmp_path).append(drawn_step(1, (1.0, 0.6), None))
     run = open_run(tmp_path)
     assert reactions_table(run).rows == () and probes_table(run).rows == ()

@@ -17,7 +17,7 @@ from staffa.io.run_directory import (
     FORMAT,
     MANIFEST,
     STEPS,
-    append_step,
+    Journal,
     create,
     open_run,
     write_series,
@@ -98,7 +98,9 @@ def run(tmp_path: Path) -> Path:
     """A run directory with five steps, the last one with a file of fields."""
     create(tmp_path / "run", "title = 'drawn'\n", drawn_manifest(SLAB))
     for index in range(5):
-        append_step(tmp_path / "run", drawn_step(index, SLAB, "fields/a" if index == 4 else None))
+        Journal(tmp_path / "run").append(
+            drawn_step(index, SLAB, "fields/a" if index == 4 else None)
+        )
     return tmp_path / "run"
 
 
@@ -115,7 +117,7 @@ def test_a_run_is_finished_when_its_last_step_is_there_and_converged(run: Path) 
     for index in range(5, len(manifest.times)):
         assert not open_run(run).finished
         last = drawn_step(index, SLAB, None)
-        append_step(run, replace(last, status=Status.NOT_CONVERGED) if index == 24 else last)
+        Journal(run).append(replace(last, status=Status.NOT_CONVERGED) if index == 24 else last)
     assert not open_run(run).finished, "its last step did not converge"
     lines = (run / STEPS).read_text().splitlines()
     (run / STEPS).write_text("\n".join([*lines[:-1], json.dumps(last.to_record())]) + "\n")

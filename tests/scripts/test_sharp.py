@@ -2,10 +2,13 @@
 
 The pair of cracks lies on two planes of symmetry, half an even array of spacing p = .257, coarse
 (ell = p/10): sharp cracks go on together up to tau = .2187, a = .3217, then every other one stops.
+`make verify ONLY="doubling energies"` says on finer cells that the second order finds this, and
+that energies are lower then. These cells are too coarse for it: where growth starts from the ends
+of the initial cracks, at tau = .14, the second order is lost already. The state that a run goes on
+to has a short branch beside one crack, 1.5 ell from it, and which branch is not determined.
 """
 
 import tomllib
-from functools import cache
 from pathlib import Path
 
 from staffa.backend.stack import MPI  # noqa: F401
@@ -53,10 +56,9 @@ tau = {{ start = 0.14, stop = 0.24, steps = 21 }}
 """
 
 
-@cache
-def pair(stability: str) -> tuple[list[Step], np.ndarray]:
+def pair() -> tuple[list[Step], np.ndarray]:
     """The steps, and the lengths of both cracks at each, shape (steps, 2)."""
-    problem = staffa.problem(parse_case(PAIR, [f"solver.stability={stability}"]))
+    problem = staffa.problem(parse_case(PAIR, ["solver.stability=none"]))
     system = staffa.build(problem)
     x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
     beyond = reach("AT1", threshold=0.8, ell=ELL, h=H)
@@ -76,7 +78,7 @@ def pair(stability: str) -> tuple[list[Step], np.ndarray]:
 
 @pytest.mark.slow
 def test_an_even_array_grows_as_sharp_cracks_do() -> None:
-    steps, lengths = pair("none")
+    steps, lengths = pair()
     assert all(step.audit.violations == () for step in steps)
     for step, (left, right) in zip(steps, lengths, strict=True):
         expected = length_at("fixed", P, step.tau)
@@ -85,32 +87,6 @@ def test_an_even_array_grows_as_sharp_cracks_do() -> None:
         tolerance = max(ELL, 0.03 * expected)
         assert left == pytest.approx(right, abs=1.01 * H), "nothing tells the two apart"
         assert abs(left - expected) < tolerance, f"{left:.4f} at {step.tau:.3f}, sharp {expected}"
-
-
-@pytest.mark.long
-def test_the_even_pair_is_left_where_it_is_no_longer_stable() -> None:
-    """Early by 7 % here, with ell a tenth of the spacing; less at a smaller one (make verify)."""
-    steps, lengths = pair("follow")
-    left = [n for n, step in enumerate(steps) if step.stability.escapes]
-    assert left, "it was never left"
-    tau, a = first_doubling("fixed", P)
-    assert steps[left[0]].tau == pytest.approx(tau, rel=0.1)
-    assert lengths[-1].min() == pytest.approx(a, rel=0.1), f"stops at {lengths[-1].min():.4f}"
-    assert lengths[-1].max() > lengths[-1].min() + 2 * ELL, "one goes on"
-    before = [step.stability.bifurcation for step in steps[: left[0]]]
-    assert min(before) > 0, "stable up to there"
-
-
-@pytest.mark.long
-def test_what_it_is_left_for_is_lower_at_once_and_stays_lower() -> None:
-    alone, followed = (
-        np.array([step.energies.total for step in pair(how)[0]]) for how in ("none", "follow")
-    )
-    change = followed / alone - 1
-    apart = np.flatnonzero(np.abs(change) > 1e-5)
-    assert len(apart), "they never part"
-    assert (change[apart] < 0).all(), f"relative change {change[apart]}"
-    assert change[-1] < change[apart[0]], "and more so as time goes on"
 
 
 def test_nothing_but_the_two_cracks_breaks() -> None:

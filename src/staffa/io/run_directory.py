@@ -183,11 +183,6 @@ class Journal:
         self._sum.update(line.encode())
 
 
-def append_step(path: Path, step: Step) -> None:
-    """Append one step's record, see `Journal`."""
-    Journal(path).append(step)
-
-
 def journal_lines(path: Path) -> list[str]:
     """Return the complete lines of the file of steps, whatever their content."""
     file = path / STEPS

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SCALARS = (int, float, bool, str)
+# Numbers that follow from more than one entry of a record.
+DERIVED = ("energies_total", "audit_violations", "cracks", "spacing", "deepest")
 RENAMED = {"index": "step"}  # a frame has an `index` already
 
 
@@ -72,7 +74,8 @@ def frame_of(manifest: Manifest, steps: Sequence[Step]) -> "DataFrame":
         pandas is not installed.
     """
     rows = rows_of(manifest, steps)
-    return pandas_frame(rows, [field.name for field in fields_of()])
+    own = [f"quantities_{name}" for q in manifest.quantities for name in q.columns]
+    return pandas_frame(rows, [*(field.name for field in fields_of()), *DERIVED, *own])
 
 
 def pandas_frame(rows: Sequence[Any], columns: Sequence[str]) -> "DataFrame":

@@ -232,8 +232,12 @@ class _Factored:
         eps.setTolerances(1e-9, 500)
         eps.setFromOptions()
         y = inverse.createVecRight()
-        with petsc_errors("the smallest eigenvalue was not found", eps.comm):
-            eps.solve()  # what this breaks off in, SLEPc itself can no longer free
+        try:
+            with petsc_errors("the smallest eigenvalue was not found", eps.comm):
+                eps.solve()
+        except SolveError:
+            eps.incRef()  # SLEPc can no longer free it, so that collecting it as garbage would fail
+            raise
         try:
             if eps.getConverged() < 1:
                 raise SolveError(

@@ -1,4 +1,4 @@
-"""Spacing doubling in a cooled half-space: spacing and depth at which every other crack stops.
+"""Spacing doubling in a cooled half-space: spacing and length at which every other crack stops.
 
 An array of parallel cracks at spacing p grows into a half-space whose face was cooled at once.
 At length a every other crack stops. So a crack pattern that has reached the depth a has a spacing
@@ -20,29 +20,17 @@ cracks. Cells are cut by cracks in all directions, which also release the other 
 
 import numpy as np
 
-# Spacing, length at the doubling, and sqrt(kappa t) then; all over ell0.
+# Spacing, and length at the doubling; both over ell0.
 SPACING = (8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0)
 LENGTH = (1.92, 6.52, 17.8, 45.1, 110.0, 259.0, 598.0, 1359.0, 3049.0)
-DIFFUSION = (1.34, 3.72, 8.86, 20.2, 44.7, 97.6, 210.0, 448.0, 950.0)
 
 
 def spacing_at(length: np.ndarray | float, ell0: float) -> np.ndarray:
-    """Return the spacing (m) at which cracks of this length (m) double; NaN outside the table."""
-    return _between(np.asarray(length) / ell0, LENGTH, SPACING) * ell0
+    """Return the spacing (m) at which cracks of this length (m) double; NaN outside the table.
 
-
-def length_at(spacing: np.ndarray | float, ell0: float) -> np.ndarray:
-    """Return the length (m) at which cracks of this spacing (m) double; NaN outside the table."""
-    return _between(np.asarray(spacing) / ell0, SPACING, LENGTH) * ell0
-
-
-def diffusion_at(spacing: np.ndarray | float, ell0: float) -> np.ndarray:
-    """Return sqrt(kappa t) (m) at which cracks of a spacing (m) double; NaN outside the table."""
-    return _between(np.asarray(spacing) / ell0, SPACING, DIFFUSION) * ell0
-
-
-def _between(at: np.ndarray, known: tuple[float, ...], values: tuple[float, ...]) -> np.ndarray:
-    """Interpolate by powers: between two entries each value is a power of the other."""
+    Between two entries of the table the spacing is a power of the length.
+    """
     with np.errstate(divide="ignore"):
-        found = np.interp(np.log(at), np.log(known), np.log(values), left=np.nan, right=np.nan)
-    return np.exp(found)
+        at = np.log(np.asarray(length) / ell0)
+    known = np.interp(at, np.log(LENGTH), np.log(SPACING), left=np.nan, right=np.nan)
+    return np.asarray(np.exp(known) * ell0)

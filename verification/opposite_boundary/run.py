@@ -9,12 +9,12 @@ from verification.common.figures import Check, Figure, Found
 from verification.common.runs import fresh_run
 
 CASE = Path(__file__).parent / "case.toml"
-HELD = ("clamped", "free")
+TOPS = ("clamped", "free")
 
 
-def far_side() -> Found:
+def opposite_boundary() -> Found:
     """Spacing against depth with a clamped opposite boundary; deep cracks with a free one."""
-    runs = {held: fresh_run(CASE, f"strip-{held}", f"supports.top={held}") for held in HELD}
+    runs = {top: fresh_run(CASE, f"strip-{top}", f"supports.top={top}") for top in TOPS}
     assert not any(step.audit.violations for run in runs.values() for step in run.steps)
     figures = [*spaced(runs["clamped"]), *unloaded(runs["free"])]
     return Found(figures=figures, text=table(runs))
@@ -70,27 +70,27 @@ def unloaded(run: Run) -> Iterator[Figure]:
 
 def table(runs: dict[str, Run]) -> str:
     """Cracks by depth."""
-    found = {held: cracks(run) for held, run in runs.items()}
+    found = {top: cracks(run) for top, run in runs.items()}
     depths = list(found["clamped"])
     rows = [
         ["opposite boundary", *(f"depth {depth:g}" for depth in depths)],
         ["---"] * (1 + len(depths)),
     ]
-    rows += [[held, *(f"{found[held][depth]}" for depth in depths)] for held in HELD]
+    rows += [[top, *(f"{found[top][depth]}" for depth in depths)] for top in TOPS]
     lines = "\n".join("| " + " | ".join(row) + " |" for row in rows)
     return f"Cracks across the strip at the last step:\n\n{lines}"
 
 
 CHECKS = {
-    "far-side": Check(
+    "opposite-boundary": Check(
         title="Deep rock constrains what is cooled",
         text=(
-            "`verification/far_side/case.toml`, a cut through the ready case `brick`, 20 times as "
-            "long as it is deep. Its opposite boundary is clamped, in place of deeper rock, or "
-            "free. If free, the strip is a bar between its ends, which one crack through it "
-            "unloads. ell0 counts with the effective Gc. Cracks at the least depths are those of "
-            "nucleation."
+            "`verification/opposite_boundary/case.toml`, a cut through the ready case `brick`, 20 "
+            "times as long as it is deep. Its opposite boundary is clamped, in place of deeper "
+            "rock, or free. If free, the strip is a bar between its ends, which one crack through "
+            "it unloads. ell0 counts with the effective Gc. Cracks at the least depths are those "
+            "of nucleation."
         ),
-        measure=far_side,
+        measure=opposite_boundary,
     ),
 }
