@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from staffa.errors import InputError
+from staffa.errors import InputError, StaffaError
 from staffa.reservoir.darts import Darts
 from staffa.reservoir.grid import grid_around
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
@@ -58,12 +58,15 @@ def answers(python: str | os.PathLike[str], *, patience: float = 60.0) -> str:
 
     Raises
     ------
-    StaffaError
+    InputError
         It does not answer.
     """
     simulator = Darts(_five_cells(), python, patience=patience)
     try:
         flow, account, _ = simulator.advance(simulator.start(), None, 3600.0)
+    except StaffaError as error:
+        why = error.__cause__ or error
+        raise InputError(f"open-DARTS in {python} does not answer ({why}): {INSTALL}.") from None
     finally:
         simulator.close()
     mass = account.wells["in"].mass + account.wells["out"].mass
