@@ -30,7 +30,7 @@ EXAMPLES = {
     "fractures": '[{ side = "bottom", opening = "0.2 mm", height = "0.1 m" }]',
     "fields": '{ t = [...], files = [...], T = "temperature", p = "pressure" }',
 }
-MOST_CELLS = 2_000_000  # of the reservoir: darts takes about 10 kB for each
+MOST_CELLS = 2_000_000  # of the reservoir: a step of darts would take hours
 
 
 def reservoir_has_its_profile(case: Case) -> None:
