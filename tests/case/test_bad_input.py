@@ -35,6 +35,7 @@ t = [0.1, 0.2]
 PULLED = ("temperature={}", 'temperature.profile="none"')
 HEATED = ("temperature={}", 'temperature.profile="heat"', "heat.initial=1.0")
 COOLED = (*HEATED, "heat.bottom={T=0.0}")
+FORMULA = ('temperature={profile="formula",T="-9*t*exp(-y)"}',)
 SOLID = ("domain.size=[1.0, 1.0, 1.0]",)
 # What no user should have to know.
 JARGON = (
@@ -155,6 +156,9 @@ VALUES = [
     ('temperature.profile="none"', "temperature.severity = 10.0", "leave one of them out"),
     ('temperature.profile="convective"', "temperature.biot is missing", "biot = 10.0"),
     ("temperature.biot=3.0", "temperature.biot = 3", 'temperature.profile = "convective"'),
+    ('temperature.T="-t"', 'T = "-t" has no meaning', 'take temperature.profile = "formula"'),
+    ('temperature={profile="formula"}', "temperature.T is missing", 'write it like T = "-80*exp('),
+    ("temperature.T=3", "temperature.T = 3", "a text in quotes"),
     ("heat.initial=1.0", "[heat] has no meaning with temperature.profile", "leave it out"),
     ("material.k=2.0", "material.k = 2.0 has no meaning", "give kappa, which is k/(rho c)"),
     ("material.rho=2.0", "material.rho = 2.0 has no meaning", "give kappa"),
@@ -383,6 +387,35 @@ COMBINED = [
         (*HEATED, 'heat.bottom={h={formula="T - 0.5"}, T=0.0}'),
         'heat.bottom.h.formula = "T - 0.5"',
         "not negative",
+    ),
+    (
+        (*FORMULA, 'temperature.T="-z*t"'),
+        "temperature.T = \"-z*t\": 'z' is not known",
+        "it may use",
+    ),
+    (
+        (*FORMULA, 'temperature.T="-T*t"'),
+        "'T' is not known there",
+        "it may use numbers, pi, t, x, y",
+    ),
+    ((*FORMULA, 'temperature.T="-1/t"'), "not finite at t = 0, x = 0, y = 0", "so everywhere"),
+    ((*FORMULA, 'temperature.T="-(0.15 - t)**0.5"'), "its value is not finite at t = 0.15", "so"),
+    ((*FORMULA, 'temperature.T="x > t"'), "is true or false and no number", "where(x > 1, 5, 2)"),
+    ((*FORMULA, 'temperature.T=""'), 'temperature.T = "": that is no formula', "it may use"),
+    ((*FORMULA, f'temperature.T="{"1" * 201}"'), "temperature.T", "at most 200 characters"),
+    ((*FORMULA, "temperature.severity=10.0"), "temperature.severity = 10.0", "temperature.T says"),
+    ((*FORMULA, "temperature.dT=10.0"), "temperature.dT = 10.0 cools nothing", "leave one of them"),
+    ((*FORMULA, "temperature.biot=1.0"), "temperature.biot = 1.0", "leave one of them out"),
+    ((*FORMULA, 'temperature.face="botom"'), "no face 'botom'", "Did you mean 'bottom'?"),
+    ((*FORMULA, "measures.depths=[0.1]"), "measures.depths = [0.1]", 'like face = "bottom"'),
+    ((*FORMULA, "time={tau=[0.1]}"), "time.tau has no meaning", "give time.t"),
+    ((*FORMULA, "heat.initial=1.0"), "[heat] has no meaning", "leave it out"),
+    ((*FORMULA, "material.k=2.0"), "material.k = 2.0 has no meaning", "leave it out"),
+    ((*FORMULA, 'material.E={formula="1 + T"}'), 'temperature.profile = "formula" knows', "[heat]"),
+    (
+        (*FORMULA, 'temperature.face="left"', 'supports.section="fixed"'),
+        'temperature.face = "left"',
+        "take one of these",
     ),
     ((*HEATED, "heat.cracks={conductivity=0.1}"), "[heat] heats and cools nothing", "give one"),
     (HEATED[:2], "[heat] is missing", 'initial = "20 °C" and bottom = { T = "5 °C" }'),

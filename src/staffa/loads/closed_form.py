@@ -1,4 +1,4 @@
-"""Temperatures known in closed form, all zero at t = 0, after one face is cooled by dT."""
+"""Temperatures known in closed form: of a face that is cooled by dT, and any other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import Protocol
 
 import numpy as np
 from scipy.special import erfc, erfcx
+
+from staffa.loads.forces import InSpaceAndTime
 
 
 class Load(Protocol):
@@ -144,6 +146,22 @@ class Convective:
         eta = y / (2 * sqrt(self.kappa * t))
         film = np.exp(-(eta**2)) * erfcx(eta + self.h * sqrt(self.kappa * t))
         return np.asarray(-self.dT * (erfc(eta) - film))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnyTemperature:
+    """Temperature change of place and time alone, such as a formula: it may warm as well as cool.
+
+    Attributes
+    ----------
+    change : temperature change at points and a time (K), shape (n,).
+    """
+
+    change: InSpaceAndTime
+
+    def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+        """See `Load`."""
+        return np.array(self.change(x, t), dtype=float)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -105,9 +105,9 @@ def problem(
         schedule=times,
         sides=side_supports(case, domain),
         section=_section(case),
-        anchor=case.outline.across(case.temperature.face) if derived.cooled else None,
+        anchor=_anchor(case),
         face=derived.face,
-        tau_of=_tau(case, derived),
+        tau_of=None if temperature is not None else _tau(case, derived),
         irreversibility=Irreversibility(
             crack_set_only=case.damage.irreversibility == "crack set",
             threshold=case.damage.crack_set_threshold,
@@ -185,8 +185,15 @@ def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool) -> Domain:
     return body(comm, partial(meshed, shape, h, "domain.shape"), coarser, axial=axial)
 
 
+def _anchor(case: Case) -> str | None:
+    """Return the boundary across from the face that depths count from, None without one."""
+    keys = case.temperature
+    return case.outline.across(keys.face) if keys.has_face else None
+
+
 def _tau(case: Case, derived: Numbers) -> Callable[[float], float] | None:
-    if derived.face is None:
+    """Return tau of a time; None where nothing is known to diffuse below a face."""
+    if derived.face is None or not derived.cooled:
         return None
     return lambda t: tau_of_time(t, kappa=derived.kappa, L=derived.L)
 

@@ -77,4 +77,4 @@ def _cooled(case: Case) -> list[str]:
     faces = case.outline.faces
     if case.heat is not None:
         return [e.where for e in surface_exchanges(case) if e.drop > 0 and e.where in faces]
-    return [case.temperature.face] if case.temperature.profile != "none" else []
+    return [case.temperature.face] if case.temperature.cools_a_face else []

@@ -28,7 +28,7 @@ def force_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     yield from _of_signs(case, derived)
     yield from _of_shear(case, derived)
     yield from _of_free_faces(case, derived.sigma_c)
-    if case.temperature.profile != "none":
+    if case.temperature.cools_a_face:
         yield from _of_fluid(case)
 
 

@@ -9,13 +9,21 @@ from pydantic import BaseModel
 
 from staffa.case.check.cracking import is_strained_at_start, verdict
 from staffa.case.check.support_warnings import laterally_held
+from staffa.case.check.temperature_change import temperature_span
 from staffa.case.rules import adaptive, is_moved
 from staffa.case.rules.support_rules import as_table, is_held_at
 from staffa.case.rules.time_rules import counts_in
 from staffa.case.scales.case_scales import Numbers
-from staffa.case.scales.knots import DEPART, departure
+from staffa.case.scales.knots import DEPART, departure, excursion
 from staffa.case.scales.pace import prescribed_knots
-from staffa.case.scales.prescribed import curves, prescribed, table_columns, visited_times
+from staffa.case.scales.prescribed import (
+    FORMULA_OF_T,
+    PrescribedCurve,
+    curves,
+    prescribed,
+    table_columns,
+    visited_times,
+)
 from staffa.case.schema.boxes import Box
 from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import Formula
@@ -27,6 +35,7 @@ from staffa.case.schema.shape_keys import Cylinder, Layers
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.heat_equation import start
 from staffa.case.values.subdomains import subdomain_varies, subdomains_of
+from staffa.properties.formula import uses
 
 PLACES = re.compile(r"\b[xyz]\b")
 
@@ -39,6 +48,8 @@ def load_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     yield from _of_start(case, derived)
     if is_even(case, derived) and _breaks(case, derived):
         how = f"{case.temperature.face} is cooled evenly" if derived.cooled else "pulled evenly"
+        if case.temperature.T is not None:
+            how = "temperature.T changes along one axis alone"
         yield (
             f"the rock is uniform and {how}: which crack comes first, and where, is decided by "
             f"round-off, or by the random direction in which a run leaves a state that is no "
@@ -91,6 +102,9 @@ def _of_times(case: Case) -> Iterator[str]:
         return
     visited = np.union1d([0.0], visited_times(case))
     for curve in curves(case):
+        if curve.where == FORMULA_OF_T:
+            yield from _of_excursion(case, curve, visited)
+            continue
         apart, time = departure(curve.t, curve.values, visited)
         if apart > DEPART:
             yield (
@@ -99,6 +113,17 @@ def _of_times(case: Case) -> Iterator[str]:
                 f"step sees; give time.{counts_in(case)} this time too, or steps that adapt: these "
                 f"end at such times"
             )
+
+
+def _of_excursion(case: Case, curve: PrescribedCurve, visited: np.ndarray) -> Iterator[str]:
+    """Warn of a temperature that goes further between two steps than at both."""
+    apart, time = excursion(curve.t, curve.values, visited)
+    if apart > DEPART:
+        yield (
+            f"{curve.where}: at t = {amount(case, time, 's')}, between the times that are visited, "
+            f"it goes further than at both by {apart:.2g} of its range, which no step sees; give "
+            f"time.t this time too, or steps that adapt: these end at such times"
+        )
 
 
 def _of_start(case: Case, derived: Numbers) -> Iterator[str]:
@@ -125,9 +150,14 @@ def is_even(case: Case, derived: Numbers) -> bool:
     shaped = case.domain.is_block or isinstance(case.domain.shape, Layers | Cylinder)
     if not shaped or case.cracks or case.toughness.amplitude:
         return False
-    if derived.cooled and derived.face is None:
+    if case.reservoir is not None or (derived.cooled and derived.face is None):
         return False
     across = derived.face.axis if derived.face else None
+    if case.temperature.T is not None:
+        varied = [axis for axis in range(case.dim) if uses(case.temperature.T, "xyz"[axis])]
+        if len(varied) != 1:
+            return False
+        across = varied[0]
     if isinstance(case.domain.shape, Layers) and across != case.dim - 1:
         return False
     if any(subdomain_varies(piece) for piece in subdomains_of(case)):
@@ -187,6 +217,8 @@ def _breaks(case: Case, derived: Numbers) -> bool:
     if derived.cooled:
         without_threshold = derived.dT_c is None and derived.dT > 0
         return without_threshold or verdict(case, derived)[0] in ("yes", "hardly")
+    if case.temperature.T is not None:
+        return derived.dT_c is None or temperature_span(case, derived) >= derived.dT_c
     return is_moved(case) and _pulled(case) >= derived.sigma_c / derived.rock.E
 
 

@@ -10,6 +10,7 @@ from staffa.case.check.element_notes import element_facts
 from staffa.case.check.mesh_warnings import cell_edge
 from staffa.case.check.reservoir_facts import reservoir_cost, reservoir_facts
 from staffa.case.check.support_warnings import holding, laterally_held
+from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
 from staffa.case.rules import adaptive, require_loaded, unit
 from staffa.case.scales.case_scales import Numbers, derived_numbers, least_factor
@@ -59,10 +60,9 @@ def preview(case: Case) -> Preview:
     require_loaded(case)
     derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
-    facts += element_facts(case)
-    facts.append(("supports", *holding(case)))
-    facts += split_facts(case, derived) + _friction_facts(case)
-    if derived.cooled:
+    facts += [*element_facts(case), ("supports", *holding(case)), *split_facts(case, derived)]
+    facts += _friction_facts(case) + formula_facts(case, derived)
+    if derived.cooled or case.reservoir is not None:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
     if case.reservoir is not None:
@@ -146,7 +146,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
     facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
-    if not derived.cooled:
+    if not case.temperature.acts:
         strain = derived.sigma_c / derived.rock.E
         sooner = ["the given cracks may grow sooner"] if case.cracks else []
         told = "; ".join(["sigma_c/E", *sooner, *forced(case)])
@@ -184,11 +184,12 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
     if not case.conducts:
         return []
     k, face = conductivities(case), case.temperature.face
+    where = f", across {face}" if face in case.outline.faces else ""
     along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
     shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
     facts = [
         ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
-        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c){where}"),
     ]
     for exchange in surface_exchanges(case) if case.heat is not None else ():
         if exchange.where == face and exchange.film is not None:

@@ -33,7 +33,7 @@ def beside(case: Case) -> list[str]:
     """Return the flat faces beside the cooled one."""
     body = case.outline
     face = case.temperature.face
-    cooled = body.axis(face) if face in body.faces else None
+    cooled = body.axis(face) if face in body.faces else None  # of none, all are beside it
     return [name for name in body.faces if body.axis(name) not in (None, cooled)]
 
 
@@ -45,7 +45,7 @@ def holding(case: Case) -> tuple[str, str]:
     found = [f"{name} {_kind(case, name)}" for name in case.outline.faces if is_held_at(case, name)]
     if not found:
         return "none", "it shortens and bends freely"
-    shorten = case.temperature.profile != "none" and not laterally_held(case)
+    shorten = case.temperature.acts and not laterally_held(case)
     return ", ".join(found), "it may shorten along the face" if shorten else "by [supports]"
 
 
@@ -84,8 +84,7 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
         pulls = "cold pulls" if squeezed is None else "cold, with [forces], pulls"
         fixed = case.supports.section == "fixed"
         warms = any(load.startswith(WARMS) for load in pressing(case))
-        least = warms or case.reservoir is not None
-        how_well = "" if not case.conducts else "at most " if least else "about "
+        how_well = "" if case.heat is None else "at most " if warms else "about "
         stress = f"{how_well}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (

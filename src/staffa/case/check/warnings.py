@@ -8,6 +8,7 @@ from staffa.case.check.mesh_warnings import mesh_notes, mesh_warnings
 from staffa.case.check.reservoir_warnings import reservoir_notes, reservoir_warnings
 from staffa.case.check.sliding_warnings import sliding_warnings
 from staffa.case.check.support_warnings import hinge_warnings, holding_notes
+from staffa.case.check.temperature_change import formula_warnings
 from staffa.case.check.temperature_warnings import temperature_warnings
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.schema.case import Case
@@ -19,6 +20,7 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
     found += [*load_warnings(case, derived), *force_warnings(case, derived)]
     found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
     found += reservoir_warnings(case, derived)
+    found += [*formula_warnings(case, derived)]
     return [*found, *cooling_warnings(case, derived)] if derived.cooled else found
 
 

@@ -27,6 +27,7 @@ from staffa.case.rules.cooling_rules import (
     cooling_is_one,
     depth_has_a_meaning,
     film_is_convective,
+    formula_of_temperature_gives_numbers,
     measures_are_inside,
 )
 from staffa.case.rules.file_rules import files_count_as_the_case, files_cover_the_body
@@ -154,6 +155,7 @@ RULES = (
     times_increase,
     adaptive_steps_are_possible,
     formulas_give_numbers,
+    formula_of_temperature_gives_numbers,
     formulas_of_temperature_give_numbers,
     reservoir_fits_the_body,
     reservoir_sides_are_there,

@@ -11,6 +11,7 @@ from staffa.case.values.stiffness import elasticity, structural_tensor, tensor
 from staffa.case.values.subdomains import Subdomain, conductivity, has_directions, subdomains_of
 from staffa.errors import InputError
 from staffa.geometry.outline import on_axis
+from staffa.loads.closed_form import PROFILES
 from staffa.physics.elasticity import turned
 from staffa.units import Quantity
 
@@ -75,7 +76,7 @@ def axis_is_no_face(case: Case) -> None:
             and face in table.model_fields_set
             and table.on(face) is not None
         ]
-        if case.temperature.face == face and case.temperature.profile != "none":
+        if case.temperature.face == face and case.temperature.has_face:
             given.append("temperature.face")
         if given:
             raise InputError(
@@ -90,7 +91,7 @@ def loads_fit_the_axis(case: Case) -> None:
     if not case.axial:
         return
     keys = case.temperature
-    flat = keys.profile not in ("none", "heat")
+    flat = keys.profile in PROFILES
     if flat and keys.face in case.outline.faces and case.outline.axis(keys.face) == 0:
         raise InputError(
             f"temperature.profile = \"{keys.profile}\" is of a flat face, and '{keys.face}' runs "

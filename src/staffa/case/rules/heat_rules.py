@@ -54,10 +54,11 @@ def _conducts_nothing(case: Case, profile: str) -> None:
         for name in ("k", "c") if weighs else ("k", "rho", "c"):
             given = getattr(table, name)
             if given is not None:
-                instead = ", which is k/(rho c)" if where == "material" else " in [material]"
+                own = ", which is k/(rho c)" if where == "material" else " in [material]"
+                instead = f" and give kappa{own}" if case.temperature.cools_a_face else ""
                 raise InputError(
                     f"{where}.{name} = {as_toml(given)} has no meaning with {profile}; leave "
-                    f"it out and give kappa{instead}"
+                    f"it out{instead}"
                 )
 
 

@@ -51,7 +51,7 @@ def section_owns_its_sides(case: Case) -> None:
                 f"supports.{side} = {inline(keys.on(side))}: {section} already puts rollers "
                 f"there; leave one out"
             )
-    if case.temperature.profile != "none" and case.temperature.face in ("left", "right"):
+    if case.temperature.has_face and case.temperature.face in ("left", "right"):
         raise InputError(
             f'temperature.face = "{case.temperature.face}": a cell with {section} is cooled from '
             f"its bottom or top; take one of these"

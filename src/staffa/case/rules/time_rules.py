@@ -47,6 +47,11 @@ def times_increase(case: Case) -> None:
         raise InputError(
             'time.tau has no meaning without cooling (temperature.profile = "none"); give time.t'
         )
+    if keys.tau is not None and not case.temperature.cools_a_face:
+        raise InputError(
+            f'time.tau has no meaning with temperature.profile = "{case.temperature.profile}", '
+            f"where nothing is known to diffuse; give time.t"
+        )
     given = getattr(keys, name)
     if not isinstance(given, tuple):
         if given.stop <= given.start:

@@ -37,8 +37,9 @@ def nothing_is_one_by_default(case: Case) -> None:
     if case.conducts:
         needed |= {"expansion": "thermal expansion"}
         needed |= {"k": "conductivity", "rho": "density", "c": "heat capacity"}
-    elif case.temperature.profile != "none":
-        needed |= {"expansion": "thermal expansion", "kappa": "diffusivity"}
+    elif case.temperature.acts:
+        needed |= {"expansion": "thermal expansion"}
+        needed |= {"kappa": "diffusivity"} if case.temperature.cools_a_face else {}
     if case.forces is not None and case.forces.gravity is not None:
         needed |= {"rho": "density"}
     for name, dimension in needed.items():

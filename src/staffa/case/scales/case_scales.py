@@ -9,12 +9,14 @@ from staffa.case.rules import times_given
 from staffa.case.scales.reservoir_drop import reservoir_drop
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
+from staffa.case.schema.cooling_keys import FORMULA
 from staffa.case.values.default_split import energy_split
 from staffa.case.values.diffusion_time import depth, diffusivity, times_in
 from staffa.case.values.subdomains import Averages, averages, subdomains_of
+from staffa.case.values.temperature_formula import temperature_change
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
-from staffa.loads.closed_form import PROFILES, CooledFace, Face, Load, NoLoad
+from staffa.loads.closed_form import PROFILES, AnyTemperature, CooledFace, Face, Load, NoLoad
 from staffa.physics import scales
 from staffa.physics.damage import LAWS, DamageLaw, strength
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID
@@ -32,7 +34,7 @@ class Numbers:
     law : the damage law.
     rock : averages of the rock in [material], from which the scales follow.
     weakest : the part of the body whose damage starts at the least drop.
-    cooled : True if anything is cooled.
+    cooled : True if a face is cooled, by a drop that is known.
     face : flat side from which depths are measured, None without one.
     L : depth of the body below the cooled face (m).
     kappa : diffusivity across the cooled face (m^2/s).
@@ -95,7 +97,7 @@ def derived_numbers(
     state = _state(case)
     rocks = {piece.name: averages(piece) for piece in subdomains_of(case)}
     m = rocks["material"]
-    cooled = case.temperature.profile != "none"
+    cooled = case.temperature.cools_a_face
     L = depth(case)
     dT, severity = (0.0, None) if own_load else drop(case, m, L)
     least = least_factor(case)
@@ -113,7 +115,7 @@ def derived_numbers(
         dT=dT,
         severity=severity,
         sigma_c=strength(law, E=m.E, Gc=m.Gc, ell=ell) / sqrt(_of_a_bar(split, m.nu, state)),
-        dT_c=drops[weakest] if cooled else None,
+        dT_c=drops[weakest] if case.temperature.acts else None,
         ell0=scales.ell0(**vars(m), dT=dT, state=state) if dT else None,
         times=tuple(times_in(case, times_given(case))),
         requested=tuple(times_in(case, np.array(case.output.at, dtype=float))),
@@ -150,8 +152,8 @@ def _critical_drop(
 
 
 def cooled_face(case: Case) -> Face | None:
-    """Return the cooled side as a plane; None without cooling, or if the side is not flat."""
-    if case.temperature.profile == "none" or case.outline.sides[case.temperature.face] is None:
+    """Return the side from which depths count as a plane; None without one, or of no flat one."""
+    if not case.temperature.has_face or case.outline.sides[case.temperature.face] is None:
         return None
     plane = case.outline.faces[case.temperature.face]
     assert plane is not None
@@ -219,7 +221,7 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
     L : depth of the body below the cooled face (m).
     """
     keys = case.temperature
-    if keys.profile == "none":
+    if not keys.cools_a_face and case.reservoir is None:
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
     if case.reservoir is not None:
@@ -242,6 +244,8 @@ def load(case: Case, derived: Numbers) -> Load:
     cooled.
     """
     keys, face = case.temperature, derived.face
+    if keys.profile == FORMULA:
+        return AnyTemperature(change=temperature_change(case))
     if face is None:
         return NoLoad()
     cooled = CooledFace(dT=derived.dT, kappa=derived.kappa, face=face, L=derived.L, biot=keys.biot)

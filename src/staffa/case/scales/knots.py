@@ -97,6 +97,28 @@ def departure(t: np.ndarray, values: np.ndarray, visited: np.ndarray) -> tuple[f
     return (float(apart[worst]) / extent if extent else 0.0), float(t[worst])
 
 
+def excursion(t: np.ndarray, values: np.ndarray, visited: np.ndarray) -> tuple[float, float]:
+    """Return how far a value leaves the range of its values at the two visited times around.
+
+    Parameters
+    ----------
+    t, values : see `knots`.
+    visited : times at which steps end (s), increasing.
+
+    Returns
+    -------
+    The distance as a part of the value's range, and its time (s).
+    """
+    extent = float(np.ptp(values, axis=0).max())
+    after = np.searchsorted(visited, t).clip(min(1, len(visited) - 1), len(visited) - 1)
+    there = np.array([np.interp(visited, t, v) for v in values.T]).T
+    one, other = there[np.maximum(after - 1, 0)], there[after]
+    above, below = values - np.maximum(one, other), np.minimum(one, other) - values
+    apart = np.maximum(above, below).max(axis=1)
+    worst = int(apart.argmax())
+    return (max(float(apart[worst]), 0.0) / extent if extent else 0.0), float(t[worst])
+
+
 def _extremes(values: np.ndarray, prominence: float, most: int) -> list[int]:
     """Return indices of peaks and troughs, both edges of level ones, that exceed a prominence."""
     found: dict[int, float] = {}

@@ -15,13 +15,14 @@ from staffa.case.schema.field_types import Formula
 from staffa.case.schema.heat_keys import InTime
 from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.values.diffusion_time import times_in
-from staffa.properties.formula import formula, formula_variables
+from staffa.properties.formula import formula, formula_variables, uses
 
 SAMPLES = 1001  # times at which a formula is looked at, before what is steep between them
 MOST_SAMPLES = 10_000  # then nothing more is closed in on
 PLACES = 9  # points at which a formula is looked at
 # A jump of a formula is closed in on down to this part of the run.
 JUMP = 1e-9
+FORMULA_OF_T = "temperature.T"
 TIME = re.compile(r"\bt\b")
 type Table = DisplacementHistory | InTime | DisplacementFile
 
@@ -53,11 +54,16 @@ def curves(case: Case) -> Iterator[PrescribedCurve]:
     end = visited[-1]
     for where, given in prescribed(case):
         if isinstance(given, Formula):
-            yield _of_formula(case, where, given, visited)
+            side = where.split(".")[1]
+            on = side if side in case.outline.faces else None
+            yield _of_formula(case, where, given.formula, on, visited)
             continue
         t, values = (np.array(column, dtype=float) for column in table_columns(given))
         within = np.unique([0.0, *t[t < end], *visited])
         yield PrescribedCurve(where=where, t=within, values=np.interp(within, t, values)[:, None])
+    if case.temperature.T is not None and uses(case.temperature.T, "t"):
+        begin = float(visited[0])  # what is before belongs to the first step
+        yield _of_formula(case, FORMULA_OF_T, case.temperature.T, None, visited, begin)
 
 
 def visited_times(case: Case) -> np.ndarray:
@@ -88,16 +94,18 @@ def prescribed(section: BaseModel, path: str = "") -> Iterator[tuple[str, Table 
             yield from prescribed(value, where)
 
 
-def _of_formula(case: Case, where: str, given: Formula, visited: np.ndarray) -> PrescribedCurve:
-    side = where.split(".")[1]
-    on = case.outline.places.on(side if side in case.outline.faces else None)
+def _of_formula(
+    case: Case, where: str, text: str, side: str | None, visited: np.ndarray, begin: float = 0.0
+) -> PrescribedCurve:
+    """Return a formula in time at some places of a side, or of the body (None)."""
+    on = case.outline.places.on(side)
     x = on[:, np.unique(np.linspace(0, on.shape[1] - 1, PLACES).round().astype(int))]
-    function = formula(given.formula, formula_variables(case.dim))
+    function = formula(text, formula_variables(case.dim))
 
     def at(times: np.ndarray) -> np.ndarray:
         return np.array([np.zeros(x.shape[1]) + function(x, float(time)) for time in times])
 
-    t, values = _sampled(at, np.unique([*np.linspace(0.0, visited[-1], SAMPLES), *visited]))
+    t, values = _sampled(at, np.unique([*np.linspace(begin, visited[-1], SAMPLES), *visited]))
     return PrescribedCurve(where=where, t=t, values=values)
 
 

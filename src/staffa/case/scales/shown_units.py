@@ -3,10 +3,13 @@
 from collections.abc import Iterable, Iterator
 from math import pi
 
+import numpy as np
+
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import is_scaled, quantities
 from staffa.case.values.diffusion_time import heat_capacity
+from staffa.case.values.temperature_formula import change_range
 from staffa.display_units import Magnitudes, Unit, choose_display_units
 from staffa.units import Quantity, Temperature, unit_of
 
@@ -87,6 +90,8 @@ def _magnitudes(case: Case, derived: Numbers) -> Magnitudes:
     if case.axial:
         volume *= pi * (case.outline.lower[0] + case.outline.upper[0])
     change = max(derived.dT, _swing(case))
+    if case.temperature.T is not None:
+        change = float(np.ptp(change_range(case, derived.times[-1])))
     cold = rock.E * rock.expansion * change
     stored = STRAINED * max(cold, derived.sigma_c) ** 2 / (2 * rock.E) * volume
     warmth = heat_capacity(case) * change * volume if case.conducts else 1.0

@@ -6,10 +6,10 @@ from pydantic import Discriminator, Field, Tag
 
 from staffa.case.schema.boxes import Box
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
+from staffa.case.schema.cooling_keys import RESERVOIR, TemperatureKeys
 from staffa.case.schema.domain_keys import DomainKeys
 from staffa.case.schema.field_types import (
     CaseTable,
-    Drop,
     Flag,
     Instant,
     Integer,
@@ -31,11 +31,9 @@ from staffa.case.schema.time_keys import TimeKeys
 from staffa.case.schema.tolerances import Better, Change, Residual
 from staffa.evolution.output_fields import DEFAULT, FIELDS, NEEDED
 from staffa.geometry.outline import Outline
-from staffa.loads.closed_form import PROFILES
 from staffa.physics.damage import LAWS
 from staffa.physics.split import SPLITS
 from staffa.records.step import Stop
-from staffa.units import EXAMPLES
 
 
 class DamageKeys(CaseTable):
@@ -49,7 +47,8 @@ class DamageKeys(CaseTable):
         description="how much of its stiffness a crack keeps when it is pressed shut: "
         f"{', '.join(SPLITS)}. Default: none where only "
         "cooling acts; no-tension (of anisotropic rock volumetric-deviatoric) where something may "
-        "press the rock: [forces], moved sides, heating, rock that expands unevenly",
+        "press the rock: [forces], moved sides, heating, a formula of the temperature, rock that "
+        "expands unevenly",
         examples=["no-tension"],
     )
     gamma: Annotated[Number, Field(ge=0)] | None = Field(
@@ -105,36 +104,6 @@ class ToughnessKeys(CaseTable):
         max_length=100,  # they cut the body into boxes, in 3-D by the cube of their number
         description="at most 100 boxes of other toughness, like a raised band on the cooled edge",
         examples=[[{"lower": [0.0, 0.0], "upper": [5.0, 0.02], "factor": 3.0}]],
-    )
-
-
-class TemperatureKeys(CaseTable):
-    """The cooling: known in closed form, from the heat equation of the table [heat], or from the
-    circulating water of the table [reservoir]."""
-
-    profile: Annotated[str, one_of((*PROFILES, "heat", "reservoir", "none"))] = Field(
-        default="half-space",
-        description="half-space (endlessly deep, its face cold at once); slab (opposite "
-        "boundary insulated); convective (a half-space behind a film); heat (from the heat "
-        "equation, see [heat]); reservoir (from a reservoir simulator, see [reservoir]); none",
-    )
-    face: str = Field(
-        default="bottom", description="the cooled side, from which depths are measured"
-    )
-    dT: Drop | None = Field(
-        default=None,
-        description="temperature drop; give this or severity",
-        examples=[EXAMPLES["temperature difference"]],
-    )
-    severity: PositiveNumber | None = Field(
-        default=None,
-        description="expansion dT sqrt(E L/Gc), L the depth of the body; the paper's beta dT",
-        examples=[54.0],
-    )
-    biot: PositiveNumber | None = Field(
-        default=None,
-        description="convective: film coefficient times L over conductivity",
-        examples=[10.0],
     )
 
 
@@ -326,7 +295,7 @@ class Case(CaseTable):
     @property
     def conducts(self) -> bool:
         """Return True if the temperature follows from conductivity and heat capacity, k, rho, c."""
-        return self.temperature.profile in ("heat", "reservoir")
+        return self.temperature.profile in ("heat", RESERVOIR)
 
     @property
     def axial(self) -> bool:

@@ -18,7 +18,8 @@ def conductivities(case: Case) -> tuple[float, ...]:
 
 def conductivity_across(case: Case, face: str) -> float:
     """Return the conductivity across a face; the mean one if the face is not flat (W/(m K))."""
-    along, axis = conductivities(case), case.outline.axis(face)
+    along = conductivities(case)
+    axis = case.outline.axis(face) if face in case.outline.faces else None
     return sum(along) / len(along) if axis is None else along[axis]
 
 
@@ -38,10 +39,10 @@ def diffusivity(case: Case, side: str | None = None) -> float:
 def depth(case: Case) -> float:
     """Return L, the extent of the body below the cooled face (m).
 
-    If that face is none of its flat sides, L is the least extent; without cooling the height.
+    If that face is none of its flat sides, L is the least extent; without a face the height.
     """
     size, face = case.outline.size, case.temperature.face
-    if case.temperature.profile == "none":
+    if not case.temperature.has_face:
         return size[-1]
     axis = case.outline.axis(face)
     return min(size) if axis is None or case.outline.sides[face] is None else size[axis]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from staffa.case.schema.case import Case, Prescribed
+from staffa.case.schema.cooling_keys import FORMULA
 from staffa.case.schema.field_types import Formula
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatCracks, HeatKeys, HeatSide, InTime
@@ -40,6 +41,8 @@ def pressing(case: Case) -> tuple[str, ...]:
         found.append("the pressure of the water (reservoir)")
     if case.temperature.profile != "none":
         found += _mismatch(case)
+    if case.temperature.profile == FORMULA:
+        found.append("a formula of the temperature, which may warm (temperature.T)")
     if case.heat is not None:
         found += [*_start(case, case.heat), *_heated(case, case.heat)]
     return tuple(found)
