@@ -12,6 +12,7 @@ from staffa.case.check.preview import Preview, preview
 from staffa.case.reading.read import parse_case, read_case
 from staffa.case.rules import require_loaded
 from staffa.case.scales.breakthrough import DRAWDOWNS, breakthrough
+from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.applied_forces import forces
@@ -205,7 +206,7 @@ TOGETHER = [
     (("material.k=['2 W/(m K)','3 W/(m K)']",), "material.k = ", "give one number"),
     (('domain.symmetry="axis"',), "domain.symmetry", "take a 3-D body"),
     (
-        ('domain={shape={kind="disc",radius="10 m"},h="1 m"}', 'temperature.face="side"'),
+        ('domain={shape={kind="disc",radius="10 m"},h="1 m"}',),
         "domain.shape",
         "take domain.size",
     ),
@@ -254,3 +255,174 @@ def test_a_reservoir_is_needed_in_si_units() -> None:
 def test_a_reservoir_without_its_table_is_refused() -> None:
     gone = GOOD[: GOOD.index("[reservoir]")] + GOOD[GOOD.index("[time]") :]
     check_sentence(sentence_of(lambda: parse_case(gone)), "[reservoir] is missing", "doublet")
+
+
+def test_a_name_of_a_program_is_taken_with_leave_and_not_kept(tmp_path: Path) -> None:
+    program = tmp_path / "python"
+    program.touch()
+    (tmp_path / "my.toml").write_text(GOOD.replace("[reservoir]", '[reservoir]\npython = "python"'))
+    said = sentence_of(lambda: read_case(tmp_path / "my.toml"))
+    check_sentence(said, "reservoir.python", "STAFFA_DARTS")
+    case = read_case(tmp_path / "my.toml", outside=True)
+    assert case.reservoir is not None and case.reservoir.interpreter == str(program)
+    assert "python" not in to_toml(case), "the record of a run names no program"
+
+
+def test_a_case_becomes_the_model_of_a_simulator() -> None:
+    model = reservoir_model(read())
+    lower, upper = ((edges[0], edges[-1]) for edges in model.grid.edges[:2])
+    assert lower == (0, 30) and upper == pytest.approx((-0.05, 40))
+    row = model.grid.row((1, -1))
+    rock = np.setdiff1d(np.arange(model.grid.size), row)
+    assert model.permeability[row] == pytest.approx(0.2e-3**3 / (12 * 0.1), rel=1e-12)
+    assert model.permeability[rock] == pytest.approx(1e-16, rel=1e-12)
+    assert model.rho_c[rock] == pytest.approx(2650 * 868) and np.all(model.conductivity == 2.5)
+    assert np.all(model.T == 473.15) and np.all(model.p == 20e6) and model.water is None
+    into, out = model.wells
+    assert (into.name, into.rate, into.T, into.pressure) == ("in", 0.005, 333.15, None)
+    assert set(into.cells) | set(out.cells) <= set(row), "wells on a side lie in its fracture"
+
+
+def test_properties_of_the_reservoir_are_those_of_the_place() -> None:
+    """Formulas, boxes and regions; beyond the body the rock is that of the nearest place."""
+    model = reservoir_model(
+        read(
+            [
+                "reservoir.fractures=[]",
+                'reservoir.permeability={formula="1e-16*(2 + x/30)"}',
+                'reservoir.boxes=[{lower=["0 m","10 m"],upper=["30 m","50 m"],porosity=0.2}]',
+                'reservoir.temperature={value="200 °C",gradient=["0 K/m","-1 K/m"]}',
+                'regions={lid={lower=["0 m","12 m"],upper=["30 m","15 m"],k="5 W/(m K)"}}',
+                'forces.gravity=["0 m/s^2","-9.81 m/s^2"]',
+            ]
+        )
+    )
+    x, y, _ = model.grid.centers.T
+    assert model.permeability == pytest.approx(1e-16 * (2 + x / 30), rel=1e-12)
+    assert np.array_equal(model.porosity, np.where(y > 10, 0.2, 0.01))
+    assert pytest.approx(473.15 - y, rel=1e-12) == model.T
+    assert np.array_equal(model.conductivity, np.where(y > 12, 5.0, 2.5)) and y.max() > 15
+    assert model.gravity == (0, -9.81, 0)
+
+
+def test_a_fracture_in_the_rock_conducts_by_the_cube_of_its_opening() -> None:
+    """Through each section across it: area times permeability is thickness w^3/12 more."""
+    line = fracture('start=["0 m","7 m"],end=["30 m","7 m"],opening="1 mm"')
+    given = wells(
+        '{name="in",at=["0 m","7 m"],rate="1 kg/s",T="60 °C"}',
+        '{name="out",at=["30 m","7 m"],pressure="20 MPa"}',
+    )
+    model = reservoir_model(read([line, given, 'reservoir.thickness="2 m"', "reservoir.beyond={}"]))
+    section = model.grid.volumes / model.grid.sizes[:, 0]
+    more = (section * (model.permeability - 1e-16)).reshape(model.grid.shape, order="F").sum(1)
+    assert more[5:-5] == pytest.approx(2 * 1e-9 / 12, rel=1e-3), "away from its ends"
+
+
+def test_a_solid_has_a_reservoir_too() -> None:
+    given = wells(
+        '{name="in",at=["5 m","5 m","5 m"],rate="1 kg/s",T="60 °C"}',
+        '{name="out",at=["25 m","25 m","5 m"],rate="-1 kg/s"}',
+    )
+    disc = fracture(
+        'center=["15 m","15 m","5 m"],radius="14 m",normal=[0.0,0.0,1.0],opening="1 mm"'
+    )
+    model = reservoir_model(read([*SOLID, given, disc, 'reservoir.h="3 m"']))
+    assert model.grid.dim == 3 and model.permeability.max() > 1e-13
+    for well in model.wells:
+        center = model.grid.centers[well.cells[0]]
+        assert np.all(np.abs(center - 5) < 2) or np.all(np.abs(center - [25, 25, 5]) < 2)
+
+
+def test_the_water_presses_in_pores_by_biot_and_on_the_fracture() -> None:
+    stress, strain = forces(read()), forces(read([STRAIN]))
+    assert (stress.fluid, stress.biot, strain.biot) == (True, 0.0, 1.0)
+    assert stress.fluid_sides == ("bottom",) and stress.balanced
+    squeezed = 'forces.prestress={xx="-30 MPa",yy="-20 MPa"}'
+    assert not forces(read([squeezed])).balanced, "a total stress is beside the whole pressure"
+    assert forces(read([STRAIN, "reservoir.biot=0.5"])).biot == 0.5
+    plain = forces(
+        parse_case(
+            GOOD[: GOOD.index("[reservoir]")]
+            .replace('profile = "reservoir"', 'profile = "none"')
+            .replace('k = "2.5 W/(m K)"', "")
+            .replace('rho = "2650 kg/m^3"', "")
+            .replace('c = "868 J/(kg K)"', "")
+            + '[time]\nt = ["1 s"]'
+        )
+    )
+    assert not plain.fluid and plain.at_rest
+
+
+def told(*settings: str) -> Preview:
+    return preview(read(settings))
+
+
+def test_breakthrough_is_that_of_the_closed_form() -> None:
+    """Lauwerier: one wall takes the heat of the flow of 5 g/s and metre, erfc = drawdown."""
+    case = read([CLOSED[1]])
+    found = breakthrough(case)
+    assert found is not None
+    k, rho_c = 2.5, 2650 * 868
+    for t, share in zip(found[0], DRAWDOWNS, strict=True):
+        there = erfc(k * 30 / (2 * 4200 * 0.005 * np.sqrt(k / rho_c * t)))
+        assert there == pytest.approx(share, rel=1e-9)
+
+
+def test_breakthrough_of_two_wells_in_a_layer_begins_with_the_shortest_way() -> None:
+    """pi h D^2 (rho c)/(3 c q) for the straight streamline, later for the others."""
+    case = read(["reservoir.fractures=[]", "reservoir.beyond={}", CLOSED[1]])
+    found = breakthrough(case)
+    assert found is not None
+    stored = 0.01 * 4.2e6 + 0.99 * 2650 * 868
+    first = np.pi * 30**2 * stored / (3 * 4200 * 0.005)
+    assert found[0][0] == pytest.approx(first, rel=1e-3) and first < found[0][0] < found[0][1]
+    assert (
+        breakthrough(read(["reservoir.boxes=[]", injector('pressure="30 MPa"', 'T="60 °C"')]))
+        is None
+    )
+
+
+def test_check_tells_of_the_simulator_and_of_the_scales(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "/nowhere/python")
+    known = told()
+    facts = {name: (value, meaning) for name, value, meaning in known.facts}
+    assert facts["simulator"][0] == "not found" and "make reservoir" in facts["simulator"][1]
+    assert any("/nowhere/python" in said and "make reservoir" in said for said in known.warnings)
+    c, rate, length, k, half = 4250, 0.005, 30, 2.5, 0.05
+    assert float(facts["Peclet number"][0]) == pytest.approx(c * rate * length / k / half, rel=0.01)
+    kappa = 2.5 / 2650 / 868
+    assert float(facts["Fourier number"][0]) == pytest.approx(kappa * 20 * 86400 / 40**2, rel=0.1)
+    value, meaning = facts["thermal stress"]
+    over = 40e9 * 8e-6 * 140 / derived_numbers(read()).sigma_c
+    assert value == "44.8 MPa" and f"E expansion dT: {over:.3g} sigma_c" in meaning
+    assert facts["thermal breakthrough"][1].startswith("drawdown of 0.01 and 0.1: one fracture")
+    for name in ("memory of the simulator", "time of the simulator"):
+        assert facts[name][0].startswith("about"), facts
+
+
+@pytest.mark.parametrize(
+    ("settings", "part"),
+    [
+        ((STRAIN,), "in plane strain no crack of the plane relieves the stress"),
+        ((injector('rate="5 g/s"', 'T="250 °C"'),), "this water heats the rock"),
+        ((injector('pressure="19 MPa"', 'T="60 °C"'),), "an injector that takes water out"),
+        ((injector('rate="5 g/s"', 'T="199 °C"'),), "hardly anything will crack"),
+        ((fracture('side="bottom",opening="1 mm",height="2 m"'),), "height <= 265 mm"),
+        (('time.t=["1 days","20 years"]',), "reservoir.beyond.top >= "),
+        (("reservoir.fractures=[]", 'reservoir.h="5 m"'), "take h <= 1.3 m"),
+    ],
+    ids=lambda v: str(v)[:40],
+)
+def test_a_likely_mistake_is_warned_of(settings: tuple[str, ...], part: str) -> None:
+    warned = [said for said in told(*settings).warnings if part in said]
+    assert len(warned) == 1 and "\n" not in warned[0], told(*settings).warnings
+
+
+def test_water_boils_below_the_pressure_of_the_steam_tables() -> None:
+    """IAPWS: 0.101325 MPa at 373.124 K, 1.5549 MPa at 473.15 K, 22.064 MPa at 647.096 K."""
+    found = saturation_pressure(np.array([373.124, 473.15, 647.096, 700.0]))
+    assert found == pytest.approx([101325, 1.5549e6, 22.064e6, 22.064e6], rel=1e-4)
+
+
+def test_a_wall_can_be_computed_in_closed_form() -> None:
+    assert read([*CLOSED, injector('rate="5 g/s"', 'T="60 °C"')]).reservoir is not None

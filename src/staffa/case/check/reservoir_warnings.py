@@ -94,7 +94,7 @@ def _of_cells(case: Case, derived: Numbers) -> Iterator[str]:
     first, last = (diffusion_length(derived.kappa, t) for t in first_and_last(derived))
     for side, fracture in fractured_sides(case).items():
         if THIN * fracture.height / 2 > first:
-            thinner = at_most(case, 2 * first / THIN, "m", digits=2)
+            thinner = at_most(case, 2 * first / THIN, "m")
             yield (
                 f"reservoir.fractures, side = {inline(side)}: its cells are "
                 f"{amount(case, fracture.height, 'm')} high, and half of that is a resistance to "
