@@ -13,6 +13,7 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.quantity_text import is_scaled, quantities
+from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.toml_text import OPTIONAL, to_toml
 
 SCALED = """
@@ -224,7 +225,8 @@ def test_the_comments_of_a_new_case_can_be_taken_away_one_by_one():
 @pytest.mark.parametrize(
     ("table", "model", "until", "left_out"),
     [
-        ("heat", HeatKeys, "# [forces]\n", ("front", "back", "bands")),
+        ("heat", HeatKeys, "# [reservoir]\n", ("front", "back", "bands")),
+        ("reservoir", ReservoirKeys, "# [forces]\n", ("python", "fields")),
         ("forces", ForceKeys, "# Supports of the body", ("front", "back")),
     ],
 )

@@ -1,5 +1,7 @@
 """`staffa check`: the numbers it says, and the warnings that it gives and does not give."""
 
+import sys
+
 import pytest
 
 from staffa.case.check import mesh_warnings
@@ -7,6 +9,7 @@ from staffa.case.check.preview import Preview, preview
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.scales.case_scales import derived_numbers
+from staffa.reservoir.interpreter import VARIABLE
 
 GOOD = """
 [domain]
@@ -537,6 +540,7 @@ WHOLE, COARSE, LOOSE = (
     "nucleation is not resolved",
     "nothing holds",
 )
+BAND = "the band in which water meets broken rock"
 HELD_FAST = "the body is held along its face"
 # What is a choice, and said to be one: notes, since most cases make it.
 NOTED = {
@@ -545,6 +549,8 @@ NOTED = {
     "cell": [WHOLE, COARSE],
     "cylinder": [COARSE],
     "cylinder-mantle": [COARSE],
+    "doublet": [BAND],
+    "fracture-wall": ["ell/h = 2.5 < 3", BAND],
     "glass-slab": [WHOLE, COARSE, LOOSE],
     "granite-face": [WHOLE, COARSE, HELD_FAST],
     "layered": [HELD_FAST],
@@ -562,6 +568,7 @@ def test_a_ready_case_is_warned_and_told_of_what_is_known_and_no_more(name, monk
     monkeypatch.setattr(
         mesh_warnings, "find_spec", lambda package: package
     )  # as if Gmsh were there
+    monkeypatch.setenv(VARIABLE, sys.executable)  # as if the simulator were there
     known = preview(ready_cases.ready_case(name))
     for found, all_of_them in ((known.warnings, EXPECTED), (known.notes, NOTED)):
         expected = all_of_them.get(name, [])

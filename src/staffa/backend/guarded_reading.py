@@ -30,7 +30,13 @@ NO_MEMORY = 3  # exit code
 
 
 def read_apart[Read](
-    kind: type[Read], function: str, file: Path, arguments: Sequence[Any], *, where: str
+    kind: type[Read],
+    function: str,
+    file: Path,
+    arguments: Sequence[Any],
+    *,
+    where: str,
+    size: int | None = None,
 ) -> Read:
     """Call a function that reads a file in another process, and give what it returns.
 
@@ -41,13 +47,15 @@ def read_apart[Read](
     file : the file.
     arguments : numbers, texts, None, and lists and dictionaries of these.
     where : the key and its value, with which a sentence about a crash begins.
+    size : bytes of all files, where the arguments name more of them; None for those of the file.
 
     Raises
     ------
     InputError
         The function raises one; or it crashes, takes too long, or too much memory.
     """
-    size = file.stat().st_size if file.is_file() else 0
+    if size is None:
+        size = file.stat().st_size if file.is_file() else 0
     memory, seconds = MEMORY + MEMORY_A_BYTE * size, SECONDS + SECONDS_A_BYTE * size
     asked = {"function": function, "arguments": [str(file.absolute()), *arguments]}
     job = json.dumps(asked | {"memory": memory, "seconds": int(seconds) + 1}).encode()

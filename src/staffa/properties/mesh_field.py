@@ -14,10 +14,11 @@ import numpy as np
 from staffa.backend.guarded_reading import read_apart
 from staffa.backend.one_file import require_alone
 from staffa.errors import InputError, choices
+from staffa.properties.point_table import table_mesh
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them
 # Files that name no others, in which numbers might be that a run does not keep.
-FORMATS = (".vtu", ".vti", ".vtr", ".vts", ".vtk", ".vtkhdf")
+FORMATS = (".vtu", ".vti", ".vtr", ".vts", ".vtk", ".vtkhdf", ".csv")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,6 +142,15 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
         There is no such file or field, or it is not one finite number at each place; or reading it
         crashes.
     """
+    require_field_file(path)
+    asked = [name, asdict(counting or Counting())]
+    return read_apart(
+        MeshField, "staffa.properties.mesh_field:field_in", path, asked, where=str(path)
+    )
+
+
+def require_field_file(path: Path) -> None:
+    """Require a file that is there, of one of FORMATS."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(
             f"{path} is none of {', '.join(FORMATS)}, each of which is one file, of which a run "
@@ -148,10 +158,6 @@ def read_field(path: Path, name: str, counting: Counting | None = None) -> MeshF
         )
     if not path.is_file():
         raise InputError(f"there is no file {path}; a path counts from the folder of the case file")
-    asked = [name, asdict(counting or Counting())]
-    return read_apart(
-        MeshField, "staffa.properties.mesh_field:field_in", path, asked, where=str(path)
-    )
 
 
 def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
@@ -223,6 +229,8 @@ def _silence() -> Iterator[None]:
 def _mesh(path: Path) -> Any:
     import pyvista
 
+    if path.suffix.lower() == ".csv":
+        return table_mesh(path)
     mesh = None
     with _silence(), suppress(Exception):
         mesh = pyvista.read(path).cast_to_unstructured_grid()

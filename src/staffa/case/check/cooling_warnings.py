@@ -53,7 +53,7 @@ def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
             )
         if derived.ell0 is not None and _cracks_at_face(case, share):
             yield from _of_nucleation(case, derived, derived.ell0 * toughness_at_face(case))
-        yield from _of_plane_strain(case, derived, largest, squeezed)
+        yield from of_plane_strain(case, derived, largest, squeezed)
     yield from _of_opposite_boundary(case, derived, insulated=False)
 
 
@@ -190,7 +190,7 @@ def _of_nucleation(case: Case, derived: Numbers, ell0: float) -> Iterator[str]:
     time, last = first_and_last(derived)
     first, h, ell = diffusion_length(derived.kappa, time), cell_edge(case), float(case.damage.ell)
     mixed = sqrt(ell * ell0)
-    at_once = not case.conducts or _cools_at_once(case)  # else depth says little
+    at_once = case.heat is None or _cools_at_once(case)  # else depth says little
     earliest = (h / 2) ** 2 / derived.kappa
     if mixed >= h and at_once and first > NUCLEATION_DEPTH * mixed:
         latest = (NUCLEATION_DEPTH * mixed) ** 2 / derived.kappa
@@ -256,9 +256,18 @@ def _overlaps(case: Case, ell: float, ell0: float) -> bool:
     return case.forces is None and ell > OVERLAP * ell0 * (1 + 1e-9)
 
 
-def _of_plane_strain(
+def of_plane_strain(
     case: Case, derived: Numbers, drop: float, squeezed: Squeeze | None
 ) -> Iterator[str]:
+    """Warn if all rock that is colder by a part of the drop is damaged in plane strain.
+
+    Parameters
+    ----------
+    case : the case.
+    derived : scales of the case.
+    drop : largest drop of the rock (K).
+    squeezed : squeeze of the cooled face; None without one.
+    """
     if derived.dT_c is None or case.material.plane != "strain":
         return
     given = case.forces.prestress.zz if case.forces and case.forces.prestress else None
@@ -291,8 +300,6 @@ def _squeezed_across(case: Case, given: object, excess: float) -> str:
 
 def _of_opposite_boundary(case: Case, derived: Numbers, *, insulated: bool) -> Iterator[str]:
     """Warn if cooling reaches the opposite boundary, which the profile insulates or ignores."""
-    if case.reservoir is not None:
-        return  # see `reservoir_warnings`
     if derived.dT <= 0 or insulated != (case.temperature.profile in ("slab", "heat")):
         return
     _, last = first_and_last(derived)
@@ -316,8 +323,6 @@ def _of_opposite_boundary(case: Case, derived: Numbers, *, insulated: bool) -> I
 
 
 def _cools_at_once(case: Case) -> bool:
-    if case.heat is None:
-        return False
     coldest = strongest(surface_exchanges(case), case.temperature.face)
     return coldest is not None and coldest.at_once
 

@@ -150,7 +150,7 @@ def is_even(case: Case, derived: Numbers) -> bool:
     shaped = case.domain.is_block or isinstance(case.domain.shape, Layers | Cylinder)
     if not shaped or case.cracks or case.toughness.amplitude:
         return False
-    if derived.cooled and derived.face is None:
+    if case.reservoir is not None or (derived.cooled and derived.face is None):
         return False
     across = derived.face.axis if derived.face else None
     if case.temperature.T is not None:

@@ -4,24 +4,21 @@ from dataclasses import dataclass
 from math import sqrt
 
 from staffa.case.check.cooling_warnings import WAVELENGTH
-from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
+from staffa.case.check.cost_facts import cost_facts
 from staffa.case.check.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.case.check.element_notes import element_facts
 from staffa.case.check.mesh_warnings import cell_edge
-from staffa.case.check.reservoir_facts import reservoir_cost, reservoir_facts
+from staffa.case.check.reservoir_facts import reservoir_facts
 from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
-from staffa.case.rules import adaptive, require_loaded, unit
+from staffa.case.rules import require_loaded, unit
 from staffa.case.scales.case_scales import Numbers, derived_numbers, least_factor
-from staffa.case.scales.pace import prescribed_knots
-from staffa.case.scales.prescribed import visited_times
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
-from staffa.case.schema.quantity_text import amount, as_duration, at_least
+from staffa.case.schema.quantity_text import amount, at_least
 from staffa.case.values.default_split import is_by_default
 from staffa.case.values.diffusion_time import conductivities
-from staffa.case.values.elements import displacement_unknowns
 from staffa.case.values.pressing_loads import pressing
 from staffa.case.values.subdomains import (
     has_directions,
@@ -30,13 +27,12 @@ from staffa.case.values.subdomains import (
     subdomains_of,
     temperature_changes,
 )
-from staffa.geometry.block import broken_layer_thickness, section_raster
+from staffa.geometry.block import broken_layer_thickness
 from staffa.physics.damage import LAWS, effective_gc_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
 Fact = tuple[str, str, str]
-SHOWN = 6  # times of a table that are listed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,13 +58,13 @@ def preview(case: Case) -> Preview:
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += [*element_facts(case), ("supports", *holding(case)), *split_facts(case, derived)]
     facts += _friction_facts(case) + formula_facts(case, derived)
-    if derived.cooled:
+    if derived.cooled or case.reservoir is not None:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
     if case.reservoir is not None:
         facts += reservoir_facts(case, derived)
     return Preview(
-        facts=tuple([*facts, *_cost_facts(case, derived)]),
+        facts=tuple([*facts, *cost_facts(case, derived)]),
         warnings=tuple(warnings(case, derived)),
         notes=tuple(notes(case, derived)),
     )
@@ -184,11 +180,12 @@ def _heat_facts(case: Case, derived: Numbers) -> list[Fact]:
     if not case.conducts:
         return []
     k, face = conductivities(case), case.temperature.face
+    where = f", across {face}" if face in case.outline.faces else ""
     along = "" if len(set(k)) == 1 else f", along {', '.join('xyz'[: case.dim])}"
     shown = " ".join(f"{c:.4g}" for c in (k if along else k[:1]))
     facts = [
         ("k", f"{shown}{unit(case, 'W/(m K)')}", f"conductivity{along}"),
-        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c), across {face}"),
+        ("kappa", f"{derived.kappa:.4g}{unit(case, 'm^2/s')}", f"k/(rho c){where}"),
     ]
     for exchange in surface_exchanges(case) if case.heat is not None else ():
         if exchange.where == face and exchange.film is not None:
@@ -287,70 +284,3 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
         against = f"{length / h:.2g} h, {length / ell:.2g} ell (tau = {tau:.3g})"
         facts.append((f"sqrt(kappa t), {which} step", f"{length:.3g}{metre}", against))
     return facts
-
-
-def _cost_facts(case: Case, derived: Numbers) -> list[Fact]:
-    n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
-    planned = steps(case, derived)
-    unknowns = f"{displacement_unknowns(case):,} + {n_vertices:,}"
-    fields = "displacement and damage"
-    if case.heat is not None:
-        unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
-    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
-    more = " or more" if planned.open else ""
-    return [
-        ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
-        ("unknowns", about + unknowns, fields),
-        (
-            "steps",
-            f"{planned.number}{more}",
-            "each of tens to hundreds of sweeps where cracks move",
-        ),
-        *_knots(case),
-        *_planes(case),
-        ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
-        ("time", *_time(case, planned)),
-        *reservoir_cost(case, planned),
-    ]
-
-
-def _knots(case: Case) -> list[Fact]:
-    """Return the times at which steps that adapt end because something prescribed turns there."""
-    if adaptive(case) is None:
-        return []
-    visited, facts = visited_times(case), []
-    for where, told in prescribed_knots(case).items():
-        times = [t for t in told.times.tolist() if t > 0 and t not in visited]
-        if times:
-            listed = ", ".join(amount(case, t, "s") for t in times[:SHOWN])
-            more = f" and {len(times) - SHOWN} more" if len(times) > SHOWN else ""
-            turns = f"jumps, extremes and kinks of {where}"
-            within = f", linear between them within {told.depart:.2g} of its range"
-            facts.append(("steps end at", listed + more, turns + (within if told.depart else "")))
-    return facts
-
-
-def _time(case: Case, planned: Steps) -> tuple[str, str]:
-    """Return the time of the run in words, and how well it is known."""
-    seconds = duration(case, planned.number)
-    low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
-    slower = {
-        "stability": case.solver.stability in ("report", "follow"),
-        "backtracking": case.solver.backtracking,
-    }
-    asked = [f"solver.{name}" for name, given in slower.items() if given]
-    beyond = [*(["each step that cracks make shorter"] if planned.open else []), *asked]
-    more = f"; more for {' and '.join(beyond)}" if beyond else ""
-    return f"about {as_duration(seconds)}", f"on one core: between {low} and {high}{more}"
-
-
-def _planes(case: Case) -> list[Fact]:
-    """Return the sections of a 3-D body at which columns are measured."""
-    depths = case.measures.depths
-    if case.dim == 2 or not depths:
-        return []
-    axis = case.outline.axis(case.temperature.face)
-    one, other = (length for k, length in enumerate(case.outline.size) if k != axis)
-    across, along = section_raster((one, other), cell_edge(case)).counts
-    counted = f"{len(depths)} of {across} x {along} pixels"
-    return [("sections", counted, "the cells that cracks cut out there, at every step")]

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from staffa.case.check.cooling_warnings import of_plane_strain
 from staffa.case.check.cracking import first_and_last
 from staffa.case.check.reservoir_facts import not_found
 from staffa.case.scales.case_scales import Numbers
@@ -41,6 +42,14 @@ def reservoir_warnings(case: Case, derived: Numbers) -> Iterator[str]:
         if derived.dT <= 0:
             yield "reservoir.fields: the body gets nowhere colder in these files; is that meant?"
         return
+    yield from of_plane_strain(case, derived, derived.dT, None)
+    if derived.dT_c is not None and 0 < derived.dT < derived.dT_c:
+        yield (
+            f"hardly anything will crack: the water is colder than the rock by "
+            f"{amount(case, derived.dT, 'K')}, and damage starts at a drop of "
+            f"{amount(case, derived.dT_c, 'K')}; inject colder water, or take a larger damage.ell "
+            f"(a lower strength)"
+        )
     yield from _of_injection(case)
     yield from _of_pressures(case)
     yield from _of_cells(case, derived)
@@ -85,7 +94,7 @@ def _of_cells(case: Case, derived: Numbers) -> Iterator[str]:
     first, last = (diffusion_length(derived.kappa, t) for t in first_and_last(derived))
     for side, fracture in fractured_sides(case).items():
         if THIN * fracture.height / 2 > first:
-            thinner = at_most(case, 2 * first / THIN, "m", digits=2)
+            thinner = at_most(case, 2 * first / THIN, "m")
             yield (
                 f"reservoir.fractures, side = {inline(side)}: its cells are "
                 f"{amount(case, fracture.height, 'm')} high, and half of that is a resistance to "

@@ -84,8 +84,7 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
         pulls = "cold pulls" if squeezed is None else "cold, with [forces], pulls"
         fixed = case.supports.section == "fixed"
         warms = any(load.startswith(WARMS) for load in pressing(case))
-        least = warms or case.reservoir is not None
-        how_well = "" if not case.conducts else "at most " if least else "about "
+        how_well = "" if case.heat is None else "at most " if warms else "about "
         stress = f"{how_well}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (

@@ -19,7 +19,8 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
     found = [*mesh_warnings(case), *hinge_warnings(case)]
     found += [*load_warnings(case, derived), *force_warnings(case, derived)]
     found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
-    found += [*formula_warnings(case, derived), *reservoir_warnings(case, derived)]
+    found += reservoir_warnings(case, derived)
+    found += [*formula_warnings(case, derived)]
     return [*found, *cooling_warnings(case, derived)] if derived.cooled else found
 
 

@@ -116,8 +116,8 @@ __all__ = [
 RULES = (
     outputs_count_as_times_do,
     units_are_not_mixed,
-    heat_has_its_profile,
     reservoir_has_its_profile,
+    heat_has_its_profile,
     nothing_is_one_by_default,
     dimension_agrees,
     section_is_possible,

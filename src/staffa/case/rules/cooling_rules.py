@@ -7,7 +7,7 @@ import numpy as np
 from staffa.case.rules.body_rules import ROUND_OFF
 from staffa.case.rules.time_rules import times_given
 from staffa.case.schema.case import Case
-from staffa.case.schema.cooling_keys import FORMULA, NO_FACE
+from staffa.case.schema.cooling_keys import FACELESS, FORMULA, NO_FACE, RESERVOIR
 from staffa.case.schema.quantity_text import amount
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.diffusion_time import depth, times_in
@@ -21,7 +21,7 @@ TRIED = 41  # times at which a formula is tried
 ELSEWHERE = {
     "none": "",
     "heat": ", where [heat] says what does",
-    "reservoir": ", where [reservoir] says what does",
+    RESERVOIR: ", where [reservoir] says what does",
     FORMULA: ", where temperature.T says what does",
 }
 
@@ -73,9 +73,9 @@ def depth_has_a_meaning(case: Case) -> None:
         f"'{keys.face}' (temperature.face) is no flat side of the body, below which there is a "
         f"depth; flat are: {flat}"
     )
-    if keys.profile == FORMULA:
+    if keys.profile in FACELESS:
         raise InputError(f'temperature.face: {why}; name one of them, or take face = "{NO_FACE}"')
-    if not case.conducts:
+    if keys.profile != "heat":
         raise InputError(
             f'temperature.profile = "{keys.profile}": {why}; take temperature.profile = "heat", '
             f"which cools any face"

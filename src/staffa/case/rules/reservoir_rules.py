@@ -5,7 +5,7 @@ from staffa.case.schema.heat_keys import Even
 from staffa.case.schema.quantity_text import is_scaled
 from staffa.case.schema.reservoir_keys import FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
-from staffa.case.values.reservoir_places import beyond, cell_count
+from staffa.case.values.reservoir_places import beyond, reservoir_cells
 from staffa.errors import InputError, choices
 from staffa.geometry.block import SIDES
 
@@ -30,7 +30,7 @@ EXAMPLES = {
     "fractures": '[{ side = "bottom", opening = "0.2 mm", height = "0.1 m" }]',
     "fields": '{ t = [...], files = [...], T = "temperature", p = "pressure" }',
 }
-MOST_CELLS = 2_000_000  # of the reservoir: darts takes about 10 kB for each
+MOST_CELLS = 2_000_000  # of the reservoir: a step of darts would take hours
 
 
 def reservoir_has_its_profile(case: Case) -> None:
@@ -163,7 +163,7 @@ def reservoir_sides_are_there(case: Case) -> None:
         if isinstance(fracture, FractureSide):
             _side_of_fracture(case, f"reservoir.fractures, entry {number}", fracture, along)
             along.add(fracture.side)
-    if (cells := cell_count(case)) > MOST_CELLS:
+    if (cells := reservoir_cells(case)) > MOST_CELLS:
         raise InputError(
             f"reservoir.h gives {cells:.2g} cells of the reservoir, more than the {MOST_CELLS:.0e} "
             f"that it may have; take a larger h, or go less far beyond the body"

@@ -10,7 +10,7 @@ from staffa.case.schema.reservoir_keys import IAPWS, FractureLine, FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_model import reservoir_model
-from staffa.case.values.reservoir_places import extent, is_in_reservoir, sampled
+from staffa.case.values.reservoir_places import is_in_reservoir, reservoir_extent, sampled
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.physics.saturation import saturation_pressure
@@ -100,7 +100,8 @@ def _point_is_inside(case: Case, where: str, point: tuple[float, ...]) -> None:
     _has_a_number_an_axis(case, where, point)
     if not is_in_reservoir(case, point):
         raise InputError(
-            f"{where} = {inline(point)} lies outside of the reservoir, {extent(case)}; move it in"
+            f"{where} = {inline(point)} lies outside of the reservoir, "
+            f"{reservoir_extent(case)}; move it in"
         )
 
 

@@ -5,7 +5,7 @@ import re
 from staffa.case.schema.case import Case
 from staffa.case.schema.reservoir_keys import WellKeys
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.reservoir_places import extent, is_in_reservoir
+from staffa.case.values.reservoir_places import is_in_reservoir, reservoir_extent
 from staffa.errors import InputError
 
 # Names of columns, and of parts of pictures' names.
@@ -87,8 +87,8 @@ def wells_are_inside(case: Case) -> None:
             raise InputError(f"{where}: it needs {case.dim} numbers, as the body is {case.dim}-D")
         if not is_in_reservoir(case, well.at):
             raise InputError(
-                f"{where} lies outside of the reservoir, {extent(case)}; move it in, or let "
-                f"reservoir.beyond reach it"
+                f"{where} lies outside of the reservoir, {reservoir_extent(case)}; move it in, or "
+                f"let reservoir.beyond reach it"
             )
         other = found.setdefault(tuple(map(float, well.at)), well.name)
         if other != well.name:

@@ -221,7 +221,7 @@ def drop(case: Case, m: Averages, L: float) -> tuple[float, float | None]:
     L : depth of the body below the cooled face (m).
     """
     keys = case.temperature
-    if not keys.cools_a_face:
+    if not keys.cools_a_face and case.reservoir is None:
         return 0.0, None
     sizes = {"expansion": m.expansion, "E": m.E, "L": L, "Gc": m.Gc}
     if case.reservoir is not None:

@@ -35,7 +35,7 @@ def pace(case: Case, derived: Numbers) -> Pace | None:
         shortest=float(keys.shortest),
         longest=float(keys.longest),
         advance=keys.advance * float(case.damage.ell),
-        growth=keys.growth if derived.cooled else None,
+        growth=keys.growth if derived.cooled or case.reservoir is not None else None,
         knots=tuple(sorted({t for told in found.values() for t in told.times.tolist() if t > 0})),
         onsets=(FROM_THE_START, *sorted(onset for told in heated for onset in told.onsets)),
         **clock,

@@ -6,7 +6,7 @@ from pydantic import Discriminator, Field, Tag
 
 from staffa.case.schema.boxes import Box
 from staffa.case.schema.checkpoint_keys import CheckpointKeys
-from staffa.case.schema.cooling_keys import TemperatureKeys
+from staffa.case.schema.cooling_keys import RESERVOIR, TemperatureKeys
 from staffa.case.schema.domain_keys import DomainKeys
 from staffa.case.schema.field_types import (
     CaseTable,
@@ -295,7 +295,7 @@ class Case(CaseTable):
     @property
     def conducts(self) -> bool:
         """Return True if the temperature follows from conductivity and heat capacity, k, rho, c."""
-        return self.temperature.profile in ("heat", "reservoir")
+        return self.temperature.profile in ("heat", RESERVOIR)
 
     @property
     def axial(self) -> bool:

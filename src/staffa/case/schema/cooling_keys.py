@@ -9,9 +9,9 @@ from staffa.loads.closed_form import PROFILES
 from staffa.properties.formula import LONGEST
 from staffa.units import EXAMPLES
 
-FORMULA = "formula"
+FORMULA, RESERVOIR = "formula", "reservoir"
 # Profiles that need no cooled face: the temperature is that of any place.
-FACELESS = (FORMULA,)
+FACELESS = (FORMULA, RESERVOIR)
 NO_FACE = "none"
 
 
@@ -19,7 +19,7 @@ class TemperatureKeys(CaseTable):
     """The cooling: known in closed form, from the heat equation of the table [heat], or from the
     circulating water of the table [reservoir]."""
 
-    profile: Annotated[str, one_of((*PROFILES, FORMULA, "heat", "reservoir", "none"))] = Field(
+    profile: Annotated[str, one_of((*PROFILES, FORMULA, "heat", RESERVOIR, "none"))] = Field(
         default="half-space",
         description="half-space (endlessly deep, its face cold at once); slab (opposite "
         "boundary insulated); convective (a half-space behind a film); formula (the one of T); "
@@ -28,8 +28,8 @@ class TemperatureKeys(CaseTable):
     )
     face: str = Field(
         default="bottom",
-        description="the cooled side, from which depths are measured; with formula any side, or "
-        '"none", its default',
+        description="the cooled side, from which depths are measured; with formula and "
+        'reservoir any side, or "none", their default',
     )
     dT: Drop | None = Field(
         default=None,

@@ -195,8 +195,8 @@ class ReservoirKeys(CaseTable):
 
     simulator: Literal["darts", "single", "fields"] = Field(
         default="darts",
-        description="darts: open-DARTS, a program of its own (`make reservoir`); single: one "
-        "fracture or parallel ones between impermeable walls, in closed form; fields: temperature "
+        description="darts: open-DARTS, another program (`make reservoir`); single: one "
+        "fracture along a side of impermeable rock, in closed form; fields: temperature "
         "and pressure from files of any other simulator",
     )
     feedback: Flag = Field(

@@ -18,7 +18,8 @@ def conductivities(case: Case) -> tuple[float, ...]:
 
 def conductivity_across(case: Case, face: str) -> float:
     """Return the conductivity across a face; the mean one if the face is not flat (W/(m K))."""
-    along, axis = conductivities(case), case.outline.axis(face)
+    along = conductivities(case)
+    axis = case.outline.axis(face) if face in case.outline.faces else None
     return sum(along) / len(along) if axis is None else along[axis]
 
 

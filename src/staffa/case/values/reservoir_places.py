@@ -83,7 +83,7 @@ def is_in_reservoir(case: Case, point: tuple[float, ...]) -> bool:
     return bool(np.all(place >= lower - slack) and np.all(place <= upper + slack))
 
 
-def extent(case: Case) -> str:
+def reservoir_extent(case: Case) -> str:
     """Return in words from where to where the reservoir goes."""
     low, high = (" ".join(f"{c:.4g}" for c in corner) for corner in bounds(case))
     return f"from ({low}) m to ({high}) m"
@@ -94,7 +94,7 @@ def well_place(case: Case, well: WellKeys) -> list[float]:
     return [float(c) for c in np.clip(np.array(well.at, dtype=float), *bounds(case))]
 
 
-def cell_count(case: Case) -> float:
+def reservoir_cells(case: Case) -> float:
     """Estimate the number of cells of the reservoir; beyond the body they grow."""
     h, counts = cell_size(case), []
     added = beyond(case)

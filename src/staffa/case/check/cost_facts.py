@@ -1,0 +1,84 @@
+"""Facts on the cost of a run: cells, unknowns, steps, memory and time."""
+
+from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
+from staffa.case.check.mesh_warnings import cell_edge
+from staffa.case.check.reservoir_facts import reservoir_cost
+from staffa.case.rules import adaptive
+from staffa.case.scales.case_scales import Numbers
+from staffa.case.scales.pace import prescribed_knots
+from staffa.case.scales.prescribed import visited_times
+from staffa.case.schema.case import Case
+from staffa.case.schema.quantity_text import amount, as_duration
+from staffa.case.values.elements import displacement_unknowns
+from staffa.geometry.block import section_raster
+
+Fact = tuple[str, str, str]
+SHOWN = 6  # times of a table that are listed
+
+
+def cost_facts(case: Case, derived: Numbers) -> list[Fact]:
+    """Return cells, unknowns, steps, memory and time of a run."""
+    n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
+    planned = steps(case, derived)
+    unknowns = f"{displacement_unknowns(case):,} + {n_vertices:,}"
+    fields = "displacement and damage"
+    if case.heat is not None:
+        unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
+    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
+    more = " or more" if planned.open else ""
+    return [
+        ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
+        ("unknowns", about + unknowns, fields),
+        (
+            "steps",
+            f"{planned.number}{more}",
+            "each of tens to hundreds of sweeps where cracks move",
+        ),
+        *_knots(case),
+        *_planes(case),
+        ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
+        ("time", *_time(case, planned)),
+        *reservoir_cost(case, planned),
+    ]
+
+
+def _knots(case: Case) -> list[Fact]:
+    """Return the times at which steps that adapt end because something prescribed turns there."""
+    if adaptive(case) is None:
+        return []
+    visited, facts = visited_times(case), []
+    for where, told in prescribed_knots(case).items():
+        times = [t for t in told.times.tolist() if t > 0 and t not in visited]
+        if times:
+            listed = ", ".join(amount(case, t, "s") for t in times[:SHOWN])
+            more = f" and {len(times) - SHOWN} more" if len(times) > SHOWN else ""
+            turns = f"jumps, extremes and kinks of {where}"
+            within = f", linear between them within {told.depart:.2g} of its range"
+            facts.append(("steps end at", listed + more, turns + (within if told.depart else "")))
+    return facts
+
+
+def _time(case: Case, planned: Steps) -> tuple[str, str]:
+    """Return the time of the run in words, and how well it is known."""
+    seconds = duration(case, planned.number)
+    low, high = (as_duration(seconds * factor) for factor in (1 / WITHIN, WITHIN))
+    slower = {
+        "stability": case.solver.stability in ("report", "follow"),
+        "backtracking": case.solver.backtracking,
+    }
+    asked = [f"solver.{name}" for name, given in slower.items() if given]
+    beyond = [*(["each step that cracks make shorter"] if planned.open else []), *asked]
+    more = f"; more for {' and '.join(beyond)}" if beyond else ""
+    return f"about {as_duration(seconds)}", f"on one core: between {low} and {high}{more}"
+
+
+def _planes(case: Case) -> list[Fact]:
+    """Return the sections of a 3-D body at which columns are measured."""
+    depths = case.measures.depths
+    if case.dim == 2 or not depths:
+        return []
+    axis = case.outline.axis(case.temperature.face)
+    one, other = (length for k, length in enumerate(case.outline.size) if k != axis)
+    across, along = section_raster((one, other), cell_edge(case)).counts
+    counted = f"{len(depths)} of {across} x {along} pixels"
+    return [("sections", counted, "the cells that cracks cut out there, at every step")]
