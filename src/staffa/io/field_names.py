@@ -31,8 +31,13 @@ def write_series(path: Path, written: Sequence[tuple[str, float]]) -> None:
     """
     beside = [(reservoir_name(name), time) for name, time in written]
     there = [(name, time) for name, time in beside if (path / name).exists()]
-    for series, found in ((SERIES, written), (RESERVOIR_SERIES, there)):
-        if found or series == SERIES:
-            files = [{"name": Path(name).name, "time": time} for name, time in found]
-            index = {"file-series-version": "1.0", "files": files}
-            write_aside(path / FIELDS / series, json.dumps(index, indent=1) + "\n")
+    write_aside(path / FIELDS / SERIES, _index(written))
+    if there:
+        write_aside(path / FIELDS / RESERVOIR_SERIES, _index(there))
+    else:
+        (path / FIELDS / RESERVOIR_SERIES).unlink(missing_ok=True)
+
+
+def _index(written: Sequence[tuple[str, float]]) -> str:
+    files = [{"name": Path(name).name, "time": time} for name, time in written]
+    return json.dumps({"file-series-version": "1.0", "files": files}, indent=1) + "\n"

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import KDTree
 
 from staffa.io.reservoir_fields import ReservoirFields, read_reservoir
-from staffa.io.run_directory import Run
+from staffa.io.run_directory import Run, reservoir_name
 from staffa.plot.cracks import layout, rim, triangulation
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment
@@ -21,7 +21,7 @@ from staffa.records.manifest import Manifest
 from staffa.records.reservoir_facts import ReservoirFacts
 
 COLORS = "RdYlBu_r"
-FEW = 3  # panels
+FEW = 4  # panels
 CRACK = "#14100c"
 RASTER = 400  # points along the longer side of a section of a 3-D body
 Moments = Sequence[tuple[Frame, ReservoirFields]]
@@ -39,15 +39,16 @@ def reservoir_moments(
     """
     found, reasons, facts = [], [], run.manifest.reservoir
     for frame in frames if facts else ():
+        name = reservoir_name(str(frame.step.fields))
         try:
             read = read_reservoir(run.path, str(frame.step.fields))
             if facts and len(read.T) != prod(len(edges) - 1 for edges in facts.edges):
                 raise ValueError("its cells are not those of manifest.json")
             found.append((frame, read))
         except (OSError, KeyError, ValueError, IndexError) as error:
-            reasons.append(
-                f"reservoir: the fields at step {frame.step.index} are left out: {error}"
-            )
+            there = (run.path / name).exists()
+            why = f"it cannot be read: {error}" if there else "it is not there"
+            reasons.append(f"{name} is left out: {why}")
     return found[-FEW:], reasons
 
 

@@ -51,7 +51,7 @@ def reservoir_facts(
 
 def _capacity(model: ReservoirModel, water: ConstantWater) -> np.ndarray:
     """Return the heat capacity of each cell with its water (J/(m^3 K)), shape (n_cells,)."""
-    return (1 - model.porosity) * model.rho_c + model.porosity * water.rho * water.c
+    return np.asarray((1 - model.porosity) * model.rho_c + model.porosity * water.rho * water.c)
 
 
 def volumes_within(grid: Grid, lower: Sequence[float], upper: Sequence[float]) -> np.ndarray:
@@ -108,8 +108,8 @@ def _flow(
     axis, end = model.fractures[0].side
     edges, half = grid.edges[axis], model.fractures[0].height / 2
     face = upper[axis] + half if end > 0 else lower[axis] - half
-    layer = np.indices(grid.shape)[axis].ravel(order="F")
-    row = layer == (layer.max() if end > 0 else 0)
+    row = np.zeros(grid.size, dtype=bool)
+    row[grid.row((axis, end))] = True
     ends = _ends(model, row)
     is_last = np.isclose(edges[-1 if end > 0 else 0], face, rtol=0, atol=ALIKE * np.ptp(edges))
     if ends is None or not (is_last and _is_tight(model, row, axis) and _is_uniform(model, row)):
