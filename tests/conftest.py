@@ -1,8 +1,10 @@
-"""Marks by folder: what lies in tests/mpi starts mpiexec."""
+"""Marks by folder: what lies in tests/mpi starts mpiexec. Forms are compiled with less ado."""
 
 from pathlib import Path
 
 import pytest
+
+import support.compiling  # noqa: F401
 
 TESTS = Path(__file__).parent
 MPI = TESTS / "mpi"
