@@ -1,10 +1,11 @@
-"""Marks by folder: what lies in tests/mpi starts mpiexec. The Python of the reservoir simulator."""
+"""Marks by folder: what lies in tests/mpi starts mpiexec. Compiling, and the simulator's Python."""
 
 import os
 from pathlib import Path
 
 import pytest
 
+import support.compiling  # noqa: F401
 from staffa.errors import InputError
 from staffa.reservoir.interpreter import simulator_python
 

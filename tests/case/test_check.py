@@ -104,11 +104,11 @@ PROVOKED = [
     ),
     (
         ("supports.top=clamped", "forces.top.pressure=1.0"),
-        "forces.top.pressure moves nothing: supports.top holds the face against it",
+        "forces.top.pressure moves nothing: supports.top constrains the face against it",
     ),
     (
         ("supports.section=fixed", "forces.left.x=1.0"),
-        "forces.left.x moves nothing: supports.section holds the face against it",
+        "forces.left.x moves nothing: supports.section constrains the face against it",
     ),
 ]
 
@@ -538,10 +538,10 @@ EXPECTED = {
 WHOLE, COARSE, LOOSE = (
     "the whole face will be damaged",
     "nucleation is not resolved",
-    "nothing holds",
+    "nothing supports",
 )
 BAND = "the band in which water meets broken rock"
-HELD_FAST = "the body is held along its face"
+HELD_FAST = "the body is constrained along its face"
 # What is a choice, and said to be one: notes, since most cases make it.
 NOTED = {
     "array": [HELD_FAST],

@@ -7,7 +7,7 @@ import pytest
 
 from staffa.case.check.preview import Preview, preview
 from staffa.case.reading.read import parse_case
-from staffa.case.rules.stress_at_rest import normal_stresses_at_rest
+from staffa.case.rules.initial_stress import initial_normal_stresses
 from staffa.errors import InputError
 
 E, NU, GC, EXPANSION, ELL = 65e9, 0.3, 61.5, 6e-6, 0.03
@@ -62,7 +62,7 @@ def test_a_squeeze_of_80_mpa_is_more_than_140_k_overcome():
     assert needed == pytest.approx(224.12, abs=0.01)
     known = facts(squeezed)
     expected = {
-        "stress at rest": "-80 MPa",
+        "initial stress": "-80 MPa",
         "thermal stress": "54.6 MPa",
         "net tension": "-25.4 MPa",
         "drop it takes": "224.2 K",  # what the warning says too: enough of it
@@ -122,7 +122,7 @@ def test_the_strength_at_rest_is_the_bound(stress, refused):
         with pytest.raises(InputError, match="of tension along x"):
             said(setting)
     else:
-        assert facts(setting)["stress at rest"] == "7.4 MPa"
+        assert facts(setting)["initial stress"] == "7.4 MPa"
 
 
 def test_a_tension_that_the_rock_bears_asks_whether_its_sign_is_meant():
@@ -154,10 +154,10 @@ def test_pores_take_off_of_the_squeeze():
     given = ('material.plane="strain"', 'forces.pore_pressure="10 MPa"', "forces.biot=0.6")
     squeezed = 'forces.prestress={xx="-20 MPa",yy="-20 MPa",zz="-20 MPa"}'
     around = ('forces.bottom={pressure="20 MPa"}',)
-    assert facts(*given, squeezed, *around)["stress at rest"] == "-14 MPa"
+    assert facts(*given, squeezed, *around)["initial stress"] == "-14 MPa"
 
 
-def test_the_stress_at_rest_is_that_of_a_block_in_equilibrium():
+def test_the_initial_stress_is_that_of_a_block_in_equilibrium():
     """Weight on a block between rollers in plane strain: nu/(1 - nu) of it sideways."""
     case = parse_case(
         COLD_FACE,
@@ -169,7 +169,7 @@ def test_the_stress_at_rest_is_that_of_a_block_in_equilibrium():
         ),
     )
     y = np.array([0.0, 0.2, 0.5])
-    found = normal_stresses_at_rest(case, np.array([0 * y + 0.5, y, 0 * y]))
+    found = initial_normal_stresses(case, np.array([0 * y + 0.5, y, 0 * y]))
     upright = -2750 * 10 * (0.5 - y)
     assert found is not None
     assert found[1] == pytest.approx(upright)
@@ -180,10 +180,10 @@ def test_the_stress_at_rest_is_that_of_a_block_in_equilibrium():
 def test_a_prestress_between_free_sides_squeezes_nothing():
     free = ("supports.left=free", "supports.right=free", 'forces.prestress={xx="-80 MPa"}')
     known = facts(*free)
-    assert known["stress at rest"] == "0 Pa" and known["will it crack"] == "yes"
+    assert known["initial stress"] == "0 Pa" and known["will it crack"] == "yes"
     pressed = ('forces.left={pressure="80 MPa"}', 'forces.right={pressure="80 MPa"}')
     known = facts(*free, *pressed)
-    assert known["stress at rest"] == "-80 MPa" and known["will it crack"] == "no"
+    assert known["initial stress"] == "-80 MPa" and known["will it crack"] == "no"
 
 
 def test_of_a_free_face_the_pressure_that_holds_the_prestress_is_told():
@@ -217,7 +217,8 @@ def test_in_plane_strain_the_cures_are_told_with_their_numbers():
 
 def test_a_block_is_squeezed_along_both_of_its_sides():
     """No-tension with tension t along both and none across: its energy less that of the narrowing,
-    t^2 (1 + nu)(1 - 2 nu)/E, against sigma_c^2/(2 E); cold pulls with E expansion dT/(1 - nu)."""
+    t^2 (1 + nu)(1 - 2 nu)/E, against sigma_c^2/(2 E); the
+    thermal stress is E expansion dT/(1 - nu)."""
     solid = (
         'domain={size=["0.4 m","0.4 m","0.4 m"], h="10 mm"}',
         "supports.front=rollers",
@@ -230,7 +231,7 @@ def test_a_block_is_squeezed_along_both_of_its_sides():
     needed = (20e6 + starts) * (1 - NU) / (E * EXPANSION)
     assert known["drop it takes"] == f"{ceil(100 * needed) / 100:.4g} K"
     less = (*solid[:3], 'forces.prestress={xx="-20 MPa", yy="-5 MPa"}')
-    assert facts(*less)["stress at rest"] == "-5 MPa", "where it is squeezed least"
+    assert facts(*less)["initial stress"] == "-5 MPa", "where it is squeezed least"
     assert float(facts(*less)["drop it takes"][:-2]) < float(known["drop it takes"][:-2])
 
 
@@ -239,7 +240,7 @@ def test_a_squeeze_that_ends_counts_when_it_is_least():
     falling = 'pressure={t=["0 s","3 hours"],value=["80 MPa","10 MPa"]}'
     free = ("supports.left=free", "supports.right=free")
     known = facts(*free, f"forces.left={{{falling}}}", f"forces.right={{{falling}}}")
-    assert known["stress at rest"] == "-10 MPa" and known["will it crack"] == "yes"
+    assert known["initial stress"] == "-10 MPa" and known["will it crack"] == "yes"
 
 
 def across_the_plane(*settings: str) -> list[str]:
@@ -276,7 +277,7 @@ def test_where_the_stress_across_the_plane_decides_damage_starts_at_that_stress(
     bears = STRENGTH * sqrt((1 - NU) / ((1 + NU) * (1 - 2 * NU)))
     net = E * EXPANSION * 140 / (1 - NU) - 15e6
     told = f"the sum of both; damage starts across the plane, at {bears / 1e6:.3g} MPa there"
-    assert known["stress at rest"][0] == "-15 MPa"
+    assert known["initial stress"][0] == "-15 MPa"
     assert known["net tension"] == (f"{net / 1e6:.3g} MPa", told)
     assert float(known["drop it takes"][0][:-2]) == pytest.approx(
         bears * (1 - NU) / (E * EXPANSION), abs=0.01
@@ -297,16 +298,18 @@ def test_the_mean_stress_of_held_rock_counts_what_squeezes_it(squeeze, told):
     """Mean of dT erfc(y/w) down to L, w = 2 sqrt(kappa t)."""
     b = 0.5 / (2 * sqrt(3.05 / (2750 * 790) * 10800))  # L/w
     mean = E * EXPANSION * 140 * (b * erfc(b) + (1 - exp(-b * b)) / sqrt(pi)) / b
-    found = [n for n in said(f'forces.prestress={{xx="{squeeze}"}}').notes if "held along" in n]
+    found = [
+        n for n in said(f'forces.prestress={{xx="{squeeze}"}}').notes if "constrained along" in n
+    ]
     assert bool(found) == told
     for note in found:
         net = mean - 2e6
-        stress = "cold, with [forces], pulls through its whole depth with a mean stress of about "
+        stress = "cooling and [forces] give it, through its whole depth, a mean stress of about "
         assert f"{stress}{net / 1e6:.3g} MPa, {net / STARTS:.2g} sigma_c" in note
 
 
 def test_rock_that_is_heated_is_not_pulled_by_cold():
-    assert not [n for n in said('heat.bottom.T="400 °C"').notes if "cold pulls" in n]
+    assert not [n for n in said('heat.bottom.T="400 °C"').notes if "thermal stress at" in n]
 
 
 def sheared(*settings: str) -> list[str]:

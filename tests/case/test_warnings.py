@@ -221,7 +221,7 @@ def test_rollers_that_hold_a_plate_are_told_with_the_stress_they_make():
     modes = [(k + 0.5) * pi for k in range(50)]
     mean = 10 * (1 - sum(2 / m**2 * exp(-(m**2) * 0.04) for m in modes))
     (note,) = said(*ROLLERS).notes
-    assert note.startswith("supports of left, right: the body is held along its face")
+    assert note.startswith("supports of left, right: the body is constrained along its face")
     assert f"a mean stress of {mean:.3g}, {mean / 2.5:.2g} sigma_c" in note, mean
     assert 'take supports.section = "stretch", or "free" if it may bend too' in note
     assert not said("supports.section=stretch").notes, "what the note asks for"
@@ -247,7 +247,7 @@ def test_behind_a_film_the_mean_stress_is_less():
 
 def test_a_body_that_nothing_holds_is_told():
     (note,) = said().notes
-    assert note.startswith("nothing holds the body: as a loose piece it shortens and bends")
+    assert note.startswith("nothing supports the body: it is loose and shortens and bends")
     assert fact(said(), "supports") == ("none", "it shortens and bends freely")
     assert not said("supports.left=rollers").notes, "a plane of symmetry"
 
@@ -312,7 +312,7 @@ def test_nothing_is_said_of_cold_where_a_face_is_heated(held):
     text = text.replace("tau = [0.03, 0.4]", "t = [0.000225, 0.4]")
     notes = said("heat={initial=0.0, bottom={T=10.0}}", *held, text=text).notes
     assert not [n for n in notes if "cold" in n or "cools" in n], notes
-    loose = [n for n in notes if "as a loose piece it lengthens and bends as it warms" in n]
+    loose = [n for n in notes if "it is loose and lengthens and bends as it warms" in n]
     assert len(loose) == (not held)
 
 

@@ -651,7 +651,7 @@ WRONG = {
     overlapping: ("'rock' and 'sand' overlap", "one name", "the names there are: rock, sand"),
     overlapping_faces: ("'cold' and 'warm' overlap", "the names there are: cold, rock, warm"),
     corner: ("'corner' names a point", "remove it; the names there are: corner, rock"),
-    apart: ("falls into 2 pieces", "join them"),
+    apart: ("falls into 2 parts", "join them"),
     partly: ("cells are in no region", "the names there are: rock"),
     empty: ("'rock' names nothing that is in the file", "remove it"),
     inside_and_outside: ("'all' lies partly on the surface", "a face or a crack"),

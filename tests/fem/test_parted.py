@@ -103,32 +103,32 @@ def ends(problem: Problem) -> str:
 
 
 @pytest.mark.parametrize("split", ["none", "no-tension"])
-def test_a_piece_that_is_pulled_off_is_told_of(split: str) -> None:
+def test_a_part_that_is_pulled_off_is_told_of(split: str) -> None:
     """With the place of it, and what pulls: issue 64 of peridigm (github.com/peridigm/peridigm)
     has such a bar, which ends in errors of the linear solver."""
     said = ends(cut_bar(split=SPLITS[split], forces=pull(1.0)))
     assert "around (0.775, 0.1), 48% of the body, against what acts on 'right'" in said, said
 
 
-def test_a_piece_that_falls_is_told_of() -> None:
+def test_a_part_that_falls_is_told_of() -> None:
     """Plates without a support move as they like in issue 413 of idaholab/virtual_test_bed."""
     said = ends(cut_bar(forces=Forces(gravity=(0.0, -0.1))))
     assert "against its weight" in said, said
 
 
-def test_a_piece_that_is_pressed_on_stays_where_faces_carry() -> None:
+def test_a_part_that_is_pressed_on_stays_where_faces_carry() -> None:
     assert ends(cut_bar(split=SPLITS["no-tension"], forces=pull(-1.0))) == ""
     assert ends(cut_bar(forces=pull(-1.0))) != "", "without a split nothing carries it"
 
 
 @pytest.mark.parametrize("u", [0.1, 10.0])
-def test_a_piece_without_a_load_floats_free(u: float) -> None:
+def test_a_part_without_a_load_floats_free(u: float) -> None:
     """Moved by its own supports, or by none: nothing has to be carried."""
     right = SideSupport(side="right", components={0: lambda x, t: u * t})
     assert ends(cut_bar(sides=(LEFT, right))) == ""
 
 
-def test_pieces_are_counted() -> None:
+def test_parts_are_counted() -> None:
     system = build(problem := cut_bar(forces=pull(1.0)))
     labels, number = number_parts(system.state.alpha, 0.95)
     x = system.state.alpha.function_space.tabulate_dof_coordinates()[:, 0]

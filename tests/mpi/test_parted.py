@@ -16,6 +16,6 @@ if MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.long), 3])
-def test_ranks_tell_of_the_same_piece(ranks: int) -> None:
+def test_ranks_tell_of_the_same_part(ranks: int) -> None:
     (found,) = printed_on(ranks, RANKS)
     assert "around (0.775, 0.1), 48% of the body" in " ".join(found)

@@ -323,7 +323,7 @@ def test_energies_under_forces_are_changes_since_rest(tmp_path: Path) -> None:
     )
 
 
-def test_captions_are_true_for_the_case_at_hand(tmp_path: Path) -> None:
+def test_captions_are_true_for_the_current_case(tmp_path: Path) -> None:
     cooled, bar = in_units(tmp_path / "cooled"), pulled(tmp_path / "bar")
     block, hot = in_units(tmp_path / "block", BOX), heated(tmp_path / "hot")
 

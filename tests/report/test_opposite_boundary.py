@@ -111,7 +111,9 @@ def test_a_plate_between_rollers_cracks_through_and_both_say_so(
 ) -> None:
     """Depths of 5.00 mm, through, and 3.59 mm."""
     case = parse_case(PLATE, supports)
-    noted = [n for n in preview(case).notes if "supports of left, right: the body is held" in n]
+    noted = [
+        n for n in preview(case).notes if "supports of left, right: the body is constrained" in n
+    ]
     assert bool(noted) == through
     run_case(case, tmp_path / "run")
     run = open_run(tmp_path / "run")

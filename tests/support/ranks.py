@@ -111,6 +111,8 @@ def serve(address: str) -> None:
     """Run scripts as they come, until the tests are over."""
     from staffa.backend.stack import MPI
 
+    import support.compiling  # noqa: F401
+
     with Client(address, authkey=bytes.fromhex(os.environ["STAFFA_RANKS_KEY"])) as tests:
         tests.send(MPI.COMM_WORLD.rank)
         with contextlib.suppress(EOFError):

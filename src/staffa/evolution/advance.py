@@ -163,7 +163,7 @@ def advance_to(
     Raises
     ------
     PartedError
-        A solver failed because a piece has come loose: there is no equilibrium.
+        A solver failed because a part has come loose: there is no equilibrium.
     SolveError
         All of it failed; the state is the one at the start again.
     """

@@ -39,7 +39,7 @@ def come_to_rest(problem: Problem, system: System, watch: Watch = lambda sweep: 
     Raises
     ------
     PartedError
-        Initial cracks part a piece from its supports.
+        Initial cracks separate a part from its supports.
     LoadError
         The loads crack the rock by themselves, or extend the initial cracks.
     SolveError

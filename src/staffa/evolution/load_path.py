@@ -99,7 +99,7 @@ class Path:
     def __init__(self, energy: Energy, parts: Alternation) -> None:
         """Start at the current state; `energy.direction` is the temperature change (K)."""
         self.energy, self.parts = energy, parts
-        self.start = self._at_hand()
+        self.start = self._current()
 
     def bend(self, *, accuracy: float) -> float:
         """Return the integral of the slope up to the current state, less the mean of its ends.
@@ -108,7 +108,7 @@ class Path:
         `accuracy` (an energy): the slope has a kink where rock changes between tension and
         compression. The current state does not change.
         """
-        end = self._at_hand()
+        end = self._current()
         slope = partial(self._slope, end)
         try:
             ends, middle = (slope(0.0), slope(1.0)), slope(0.5)
@@ -122,7 +122,7 @@ class Path:
 
     def slope_at_start(self) -> float:
         """Return the derivative of the energy at the start; the current state is unchanged."""
-        end = self._at_hand()
+        end = self._current()
         try:
             return self._slope(end, 0.0)
         finally:
@@ -153,7 +153,7 @@ class Path:
             self.energy.comm, float(readable(forces) @ (end.u - self.start.u)[own])
         )
 
-    def _at_hand(self) -> PathPoint:
+    def _current(self) -> PathPoint:
         state, external = self.energy.state, self.energy.external
         fields = {name: getattr(state, name).x.array.copy() for name in ("u", "T", "p")}
         return PathPoint(**fields, loads=external.kept())

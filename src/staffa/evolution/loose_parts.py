@@ -1,4 +1,4 @@
-"""Loose parts: pieces of the body that cracks part from all supports, and their loads."""
+"""Loose parts of the body, which cracks separate from all supports, and their loads."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ BROKEN = 0.95
 # The residual stiffness of cracks stores less than this fraction of the other energy, unless it
 # carries a load, or is opened by moving supports.
 SHARE = 1e-2
-# The residual stiffness carries a piece if it carries this fraction of the piece's load.
+# The residual stiffness carries a part if it carries this fraction of the part's load.
 BORNE = 0.5
 # A rigid motion is free if supports resist it by less than the first number; a load is zero if all
 # but the second fraction of it cancels.
@@ -31,7 +31,7 @@ FREE, CANCELS = 1e-9, 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class LoosePart:
-    """Piece that nothing holds against its load.
+    """Part that nothing supports against its load.
 
     Attributes
     ----------
@@ -47,15 +47,15 @@ class LoosePart:
     broken: bool
 
     def sentence(self) -> str:
-        """Return a message on the piece, with the way out."""
+        """Return a message on the part, with the way out."""
         place = ", ".join(f"{c:.3g}" for c in self.place)
-        what = "rock, broken all through," if self.broken else "piece"
+        what = "rock, broken all through," if self.broken else "part"
         return (
-            f"the load cannot be carried any more, the body is in two: nothing holds the {what} "
+            f"the load cannot be carried any more, the body is in two: nothing supports the {what} "
             f"around ({place}), {self.share:.0%} of the body, against {' and '.join(self.loads)}. "
             f"Earlier steps are kept; shorter time steps find the load at which it breaks. "
-            f"To go further take smaller loads, prescribe displacements in their place, or hold "
-            f"that piece by [supports]"
+            f"To go further take smaller loads, prescribe displacements in their place, or support "
+            f"that part by [supports]"
         )
 
 
@@ -65,18 +65,18 @@ def require_whole(problem: Problem, system: System) -> None:
     Raises
     ------
     PartedError
-        A piece is loose.
+        A part is loose.
     """
-    piece = loose_part(problem, system)
-    if piece is not None:
-        raise PartedError(piece.sentence())
+    part = loose_part(problem, system)
+    if part is not None:
+        raise PartedError(part.sentence())
 
 
 def loose_part(problem: Problem, system: System, *, solved: bool = True) -> LoosePart | None:
     """Return the loose part with the largest load; None without one. Collective.
 
-    A piece consists of cells that are not broken and are connected; the vertices in none of them
-    are one more piece, which may move freely. A piece is loose if supports leave it a rigid motion
+    A part consists of cells that are not broken and are connected; the vertices in none of them
+    are one more part, which may move freely. A part is loose if supports leave it a rigid motion
     along which its load does work, and if the residual stiffness of cracks balances this load, not
     faces in contact (a split).
 
@@ -87,7 +87,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     solved : False if no displacement was found. Without a split none is needed.
     """
     energy, alpha, comm = system.energy, system.state.alpha, problem.domain.comm
-    # If the volume in cracks is given, the pressure falls as a piece moves.
+    # If the volume in cracks is given, the pressure falls as a part moves.
     dead = energy.loaded and not energy.external.controlled
     if not dead or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
         return None
@@ -102,10 +102,14 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     modes = rigid_modes(problem.domain, system.spaces)[: n_owned * dim].copy()
     modes[np.repeat(mine == number, dim), dim:] = 0.0  # broken rock turns as it likes
     resisted = np.zeros((number + 1, modes.shape[1], modes.shape[1]))
-    held = fixed[mine[fixed // dim] < number]
-    np.add.at(resisted, mine[held // dim], modes[held][:, :, None] * modes[held][:, None, :])
+    constrained = fixed[mine[fixed // dim] < number]
+    np.add.at(
+        resisted,
+        mine[constrained // dim],
+        modes[constrained][:, :, None] * modes[constrained][:, None, :],
+    )
     resisted = sum_over_ranks(comm, resisted)
-    modes[np.setdiff1d(fixed, held)] = 0.0
+    modes[np.setdiff1d(fixed, constrained)] = 0.0
     loads = _net(system, modes, mine, number + 1, applied=True)
     balanced = _net(system, modes, mine, number + 1, applied=False)[0] if known else loads[0]
     worst, most = -1, 0.0
@@ -122,7 +126,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
 
 
 def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
-    """Number the piece of each vertex, ghosts included, -1 for none, and count the pieces.
+    """Number the part of each vertex, ghosts included, -1 for none, and count the parts.
 
     Cells belong together if they share a vertex and neither has this damage at all its corners.
     Collective.
@@ -138,7 +142,7 @@ def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
     own = own + sum(before[: comm.rank])
     told = fem.Function(space)
     told.x.array[:] = own
-    told.x.scatter_forward()  # ghosts: the piece that the owner has
+    told.x.scatter_forward()  # ghosts: the part that the owner has
     pairs = np.unique(np.stack([own, told.x.array.astype(np.int64)], axis=1), axis=0)
     start, end = np.concatenate(everywhere(comm, pairs)).T
     n, together = _components(start, end, sum(before))
@@ -151,9 +155,9 @@ def number_parts(alpha: fem.Function, broken: float) -> tuple[np.ndarray, int]:
 
 
 def _at_nodes(spaces: Spaces, alpha: fem.Function, labels: np.ndarray) -> np.ndarray:
-    """Return the pieces of the nodes of u from those of the vertices.
+    """Return the parts of the nodes of u from those of the vertices.
 
-    A midpoint of an edge is in the piece of an unbroken cell around it, -1 if there is none.
+    A midpoint of an edge is in the part of an unbroken cell around it, -1 if there is none.
     """
     if not spaces.quadratic:
         return labels
@@ -183,7 +187,7 @@ def _stores_much(system: System) -> bool:
 def _net(
     system: System, modes: np.ndarray, labels: np.ndarray, number: int, *, applied: bool
 ) -> tuple[np.ndarray, float]:
-    """Return the loads on each piece along rigid motions, and the sum of their absolute values.
+    """Return the loads on each part along rigid motions, and the sum of their absolute values.
 
     Without `applied` it returns the residual without residual stiffness in place of the loads. The
     loads have shape (number, n_modes). Collective.
@@ -192,8 +196,8 @@ def _net(
     ----------
     system : the system.
     modes : rigid motions, shape (n_owned, n_modes), see `rigid_modes`.
-    labels : piece of each owned node.
-    number : number of pieces.
+    labels : part of each owned node.
+    number : number of parts.
     applied : True for the loads.
     """
     energy, forces = system.energy, system.alternation.u.duplicate()
@@ -211,7 +215,7 @@ def _net(
 
 
 def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> LoosePart:
-    """Return the piece of the owned nodes where `mine` is True. Collective."""
+    """Return the part of the owned nodes where `mine` is True. Collective."""
     space, forces, domain = system.spaces.nodes, problem.forces, problem.domain
     comm = domain.comm
     x = vertices(space)[: len(mine)][mine][:, : domain.dim]

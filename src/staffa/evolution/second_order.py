@@ -51,7 +51,7 @@ def examine(
             bifurcation=None,
             stability=None,
             negative=0,
-            failure="it does not know of a volume that is held",
+            failure="it does not know of a prescribed volume",
         )
     kept, found = snapshot(system), None
     try:

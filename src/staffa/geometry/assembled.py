@@ -227,9 +227,9 @@ def _is_sound(mesh: Simplices, where: str) -> None:
     content = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
     if content.min() <= 1e-12 * content.max():
         raise InputError(f"{where} has cells without any extent; mesh the body again")
-    pieces = count_bodies(mesh)
-    if pieces > 1:
+    parts = count_bodies(mesh)
+    if parts > 1:
         raise InputError(
-            f"{where} falls into {pieces} pieces that share no point; join them before meshing "
+            f"{where} falls into {parts} parts that share no point; join them before meshing "
             f"(Gmsh: Coherence, or BooleanFragments), or leave out all but one"
         )

@@ -60,40 +60,40 @@ def materials(
     return _material(body, factor, common), {n: _material(p, factor, common) for n, p in names}
 
 
-def _material(piece: Subdomain, factor: PointFunction, common: partial[Material]) -> Material:
-    keys, mean = piece.keys, averages(piece)
-    elastic = elasticity(keys, partial(point_property, dim=piece.dim))
+def _material(subdomain: Subdomain, factor: PointFunction, common: partial[Material]) -> Material:
+    keys, mean = subdomain.keys, averages(subdomain)
+    elastic = elasticity(keys, partial(point_property, dim=subdomain.dim))
     simple = isinstance(elastic, Isotropic)
     return common(
         E=elastic.E if isinstance(elastic, Isotropic) else mean.E,
         nu=elastic.nu if isinstance(elastic, Isotropic) else mean.nu,
         elasticity=None if simple else elastic,
         Gc=mean.Gc,
-        toughness=_toughness(piece, mean.Gc, factor),
+        toughness=_toughness(subdomain, mean.Gc, factor),
         roughness=structural_tensor(keys),
-        expansion=_expansion(piece),
-        rho=0.0 if keys.rho is None else point_property(keys.rho, piece.dim),
-        laws=_laws(piece),
+        expansion=_expansion(subdomain),
+        rho=0.0 if keys.rho is None else point_property(keys.rho, subdomain.dim),
+        laws=_laws(subdomain),
     )
 
 
-def _laws(piece: Subdomain) -> dict[str, Law]:
+def _laws(subdomain: Subdomain) -> dict[str, Law]:
     """Return the laws by which temperature changes its mechanical properties."""
-    found = {name: law_of(getattr(piece.keys, name), piece.dim) for name in LAWFUL}
+    found = {name: law_of(getattr(subdomain.keys, name), subdomain.dim) for name in LAWFUL}
     return {name: law for name, law in found.items() if law is not None}
 
 
-def _expansion(piece: Subdomain) -> Property | np.ndarray:
-    given = piece.keys.expansion
+def _expansion(subdomain: Subdomain) -> Property | np.ndarray:
+    given = subdomain.keys.expansion
     if isinstance(given, tuple):
-        return tensor(piece.keys, given)
-    return point_property(given, piece.dim)
+        return tensor(subdomain.keys, given)
+    return point_property(given, subdomain.dim)
 
 
-def _toughness(piece: Subdomain, mean: float, factor: PointFunction) -> PointFunction:
+def _toughness(subdomain: Subdomain, mean: float, factor: PointFunction) -> PointFunction:
     """Return the factor of [toughness], times the toughness over its mean where it varies."""
-    given = piece.keys.Gc
-    own = 1.0 if isinstance(given, tuple) else point_property(given, piece.dim)
+    given = subdomain.keys.Gc
+    own = 1.0 if isinstance(given, tuple) else point_property(given, subdomain.dim)
     if not callable(own):
         return factor
     return lambda x: own(x) / mean * factor(x)
@@ -120,42 +120,42 @@ def check_rock(case: Case, domain: Domain) -> None:
     x = middles(domain.mesh)
     body, *regions = subdomains_of(case)
     rest = np.ones(x.shape[1], dtype=bool)
-    for name, piece in zip(case.regions, regions, strict=True):
+    for name, subdomain in zip(case.regions, regions, strict=True):
         cells = domain.cells(name)
         rest[cells] = False
-        _check(domain, piece, x[:, cells])
+        _check(domain, subdomain, x[:, cells])
     _check(domain, body, x[:, rest])
 
 
-def _check(domain: Domain, piece: Subdomain, x: np.ndarray) -> None:
-    varying = [item for item in piece.properties() if varies(item[-1])]
+def _check(domain: Domain, subdomain: Subdomain, x: np.ndarray) -> None:
+    varying = [item for item in subdomain.properties() if varies(item[-1])]
     for name, where, value in varying:
-        found = values(point_property(value, piece.dim), x)
-        least, most, rule = _range(name, piece)
+        found = values(point_property(value, subdomain.dim), x)
+        least, most, rule = _range(name, subdomain)
         if any_over_ranks(domain.comm, not np.all((found > least) & (found < most))):
             raise InputError(
                 f"{where} = {as_toml(value)}: it must be {rule} in the middle of every cell, and "
                 f"is not; change it, take a smaller variation, or a file whose mesh covers the body"
             )
-    if varying and not is_isotropic(piece.keys):
-        _check_stiffness(domain, piece, x)
+    if varying and not is_isotropic(subdomain.keys):
+        _check_stiffness(domain, subdomain, x)
 
 
-def _range(name: str, piece: Subdomain) -> tuple[float, float, str]:
+def _range(name: str, subdomain: Subdomain) -> tuple[float, float, str]:
     """Return the bounds of the values of a property, and their words for messages."""
     if name not in RATIOS:
         return 0.0, np.inf, "finite and larger than zero"
-    if is_isotropic(piece.keys):
+    if is_isotropic(subdomain.keys):
         return -1.0, 0.5, "between -1 and 0.5"
     return -np.inf, np.inf, "finite"  # the stiffness tells
 
 
-def _check_stiffness(domain: Domain, piece: Subdomain, x: np.ndarray) -> None:
+def _check_stiffness(domain: Domain, subdomain: Subdomain, x: np.ndarray) -> None:
     said = ""
     try:
-        checked(elasticity(piece.keys, partial(point_property, dim=piece.dim)).stiffness(x))
+        checked(elasticity(subdomain.keys, partial(point_property, dim=subdomain.dim)).stiffness(x))
     except InputError as error:
         said = str(error)
     if any_over_ranks(domain.comm, bool(said)):
         there = [text for text in domain.comm.allgather(said) if text]
-        raise InputError(f"{piece.where}: {there[0]}")
+        raise InputError(f"{subdomain.where}: {there[0]}")

@@ -71,7 +71,7 @@ def try_given(given: Given, case: Case) -> None:
             _in_ufl(f"the damage law '{law.name}': {name}(alpha)", function, ufl.as_ufl(0.5))
     if split is not None:
         plane_stress = case.plane_stress
-        for nu in {averages(piece).nu for piece in subdomains_of(case)}:
+        for nu in {averages(subdomain).nu for subdomain in subdomains_of(case)}:
             try_split(split, plane_stress=plane_stress, nu=nu)
         strains = (0.1, -0.1) if plane_stress else (0.1, 0.0, -0.1)
         e = of_principal(tuple(map(ufl.as_ufl, strains)), E=ufl.as_ufl(1.0), nu=ufl.as_ufl(0.2))

@@ -38,7 +38,7 @@ def _of_heat(case: Case, derived: Numbers) -> Iterator[str]:
     cools = derived.cooled and derived.dT > 0
     if cools and (derived.dT_c is None or peak_drop(case, derived) >= derived.dT_c):
         face = case.temperature.face
-        yield f"cold pulls at '{face}' around the axis as much as along the section"
+        yield f"the thermal stress at '{face}' is as large around the axis as along the section"
     if case.heat is None:
         return
     rise = max((exchange.rise for exchange in surface_exchanges(case)), default=0.0)

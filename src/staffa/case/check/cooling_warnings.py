@@ -155,7 +155,7 @@ def _no_nucleation(
 
 
 def _outweighed(case: Case, derived: Numbers, squeezed: Squeeze) -> str:
-    """Return a clause: the squeeze and the strength are more than cold pulls with."""
+    """Return a clause: the squeeze and the strength are more than the thermal stress."""
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     bears = squeezed.starts - squeezed.stress
     starts, together = amount(case, squeezed.starts, "Pa"), amount(case, bears, "Pa")

@@ -44,13 +44,13 @@ def locking_warnings(case: Case) -> Iterator[str]:
     """Yield a note if linear elements are kept although they lock, with the amount of locking."""
     if elements_of(case) != LINEAR or not is_constrained(case):
         return
-    nu, piece = largest_nu(case)
+    nu, subdomain = largest_nu(case)
     if nu < FROM:
         return
     cells, across = cells_of(case), cells_across(case)
     yield (
-        f'domain.elements = "{LINEAR}" with nu = {nu:.4g} ({piece.name}): they lock, and the body '
-        f"is about {100 * too_stiff(nu, cells, across):.2g} % too stiff with {across:.3g} cells "
-        f'across it, more at cracks and in thin parts; take domain.elements = "{cures(cells)}", or '
-        f"leave it out"
+        f'domain.elements = "{LINEAR}" with nu = {nu:.4g} ({subdomain.name}): they lock, and the '
+        f"body is about {100 * too_stiff(nu, cells, across):.2g} % too stiff with {across:.3g} "
+        f"cells across it, more at cracks and in thin parts; take domain.elements = "
+        f'"{cures(cells)}", or leave it out'
     )

@@ -5,7 +5,7 @@ from math import sqrt
 
 import numpy as np
 
-from staffa.case.rules.stress_at_rest import equivalent
+from staffa.case.rules.initial_stress import equivalent
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, key

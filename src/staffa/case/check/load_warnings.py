@@ -58,7 +58,7 @@ def load_warnings(case: Case, derived: Numbers) -> Iterator[str]:
 
 
 def _of_held_faces(case: Case) -> Iterator[str]:
-    """Warn of loads on a face that is held against them."""
+    """Warn of loads on a face that is constrained against them."""
     for side, table in case.forces.by_side().items() if case.forces else ():
         axis, every = case.outline.axis(side), "xyz"[: case.dim]
         moved = {"pressure": every if axis is None else every[axis], "x": "x", "y": "y", "z": "z"}
@@ -67,8 +67,8 @@ def _of_held_faces(case: Case) -> Iterator[str]:
                 own = case.supports.on(side) not in (None, "free")
                 holds = f"supports.{side}" if own else "supports.section"
                 yield (
-                    f"forces.{side}.{key} moves nothing: {holds} holds the face against it; leave "
-                    f"one of them out"
+                    f"forces.{side}.{key} moves nothing: {holds} constrains the face against it; "
+                    f"leave one of them out"
                 )
 
 
@@ -136,9 +136,9 @@ def _of_start(case: Case, derived: Numbers) -> Iterator[str]:
     if drop > derived.dT_c and laterally_held(case):
         yield (
             f"heat.stress_free lies up to {amount(case, drop, 'K')} above heat.initial: before "
-            f"anything cools the body, held along its face, is strained as by such a drop, and "
-            f"damage starts at {amount(case, derived.dT_c, 'K')}; it breaks through in the first "
-            f"step; take a lower stress_free, or let it shorten"
+            f"anything cools the body, constrained along its face, it is strained as by such "
+            f"a drop, and damage starts at {amount(case, derived.dT_c, 'K')}; it breaks through in "
+            f"the first step; take a lower stress_free, or let it shorten"
         )
 
 
@@ -160,7 +160,7 @@ def is_even(case: Case, derived: Numbers) -> bool:
         across = varied[0]
     if isinstance(case.domain.shape, Layers) and across != case.dim - 1:
         return False
-    if any(subdomain_varies(piece) for piece in subdomains_of(case)):
+    if any(subdomain_varies(subdomain) for subdomain in subdomains_of(case)):
         return False
     named = [region for region in case.regions.values() if region.lower is not None]
     boxes: list[Box | RegionKeys] = [

@@ -101,8 +101,8 @@ def _of_noise(case: Case) -> Iterator[str]:
 def _written(case: Case) -> Iterator[tuple[str, Any]]:
     """Yield the values of properties, those that a region takes from the body only once."""
     seen: set[int] = set()
-    for piece in subdomains_of(case):
-        for _, where, value in piece.properties():
+    for subdomain in subdomains_of(case):
+        for _, where, value in subdomain.properties():
             if id(value) not in seen:
                 yield where, value
             seen.add(id(value))

@@ -122,14 +122,14 @@ def _mesh_facts(case: Case) -> list[Fact]:
 def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Return the averages that stand for rock whose properties vary."""
     body, *regions = subdomains_of(case)
-    other = any(piece.keys != body.keys for piece in regions)
+    other = any(subdomain.keys != body.keys for subdomain in regions)
     others = ["differs by region"] if other else []
-    if any(subdomain_varies(piece) for piece in subdomains_of(case)):
+    if any(subdomain_varies(subdomain) for subdomain in subdomains_of(case)):
         others.append("varies from place to place")
     changing = temperature_changes(case)
     if changing:
         others.append(f"changes with temperature ({', '.join(changing)})")
-    if any(has_directions(piece.keys) for piece in subdomains_of(case)):
+    if any(has_directions(subdomain.keys) for subdomain in subdomains_of(case)):
         others.append("has directions")
     if not others:
         return []
@@ -257,7 +257,7 @@ def _force_facts(case: Case, derived: Numbers) -> list[Fact]:
     starts += f" across the plane, at {there} there" if squeezed.beyond else f" at {there}"
     least = "along the face before cooling, where it is squeezed least; tension counts positive"
     return [
-        ("stress at rest", rest, least),
+        ("initial stress", rest, least),
         ("thermal stress", thermal, f"E expansion dT{free}, dT the largest drop of the face"),
         ("net tension", net, f"the sum of both; {starts}"),
         (

@@ -60,8 +60,8 @@ def hinge_warnings(case: Case) -> Iterator[str]:
     yield (
         f"parts of the mesh share {what} only, at ({first}){more}: a hinge, about which they turn "
         f"freely, and whose stress is the mesh's own. Join them along faces (Gmsh: Coherence, or "
-        f"BooleanFragments, before meshing), or leave out all but one; where they are meant, hold "
-        f"each by [supports]"
+        f"BooleanFragments, before meshing), or leave out all but one; where they are meant, "
+        f"support each by [supports]"
     )
 
 
@@ -71,7 +71,7 @@ def _kind(case: Case, name: str) -> str:
 
 
 def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
-    """Ask if the body is meant to be held as it is."""
+    """Ask if the body is meant to be supported as it is."""
     if derived.face is None or case.supports.section in ("stretch", "free"):
         return
     sides = [name for name in beside(case) if case.outline.sides[name]]
@@ -81,15 +81,15 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
         mean += squeezed.along if squeezed else 0.0
         if mean <= 0:
             return
-        pulls = "cold pulls" if squeezed is None else "cold, with [forces], pulls"
+        give = "cooling gives" if squeezed is None else "cooling and [forces] give"
         fixed = case.supports.section == "fixed"
         warms = any(load.startswith(WARMS) for load in pressing(case))
         how_well = "" if case.heat is None else "at most " if warms else "about "
         stress = f"{how_well}{amount(case, mean, 'Pa')}"
         holds = 'supports.section = "fixed"' if fixed else f"supports of {', '.join(sides)}"
         yield (
-            f"{holds}: the body is held along its face, as by more rock beside it, and at the end "
-            f"{pulls} through its whole depth with a mean stress of {stress}, "
+            f"{holds}: the body is constrained along its face, as by more rock beside it, and at "
+            f"the end {give} it, through its whole depth, a mean stress of {stress}, "
             f"{mean / derived.sigma_c:.2g} sigma_c. A plate that is free to shorten has none, and "
             f"its cracks stop earlier; for one {_freed(case)}"
         )
@@ -100,14 +100,14 @@ def holding_notes(case: Case, derived: Numbers) -> Iterator[str]:
             "shortens and bends while it cools" if cools else "lengthens and bends as it warms"
         )
         yield (
-            f"nothing holds the body: as a loose piece it {changes}. Rock with more rock around it "
-            f"has rollers on {around}, and on the opposite boundary; for a piece of a long plate "
+            f"nothing supports the body: it is loose and {changes}. Rock with more rock around it "
+            f"has rollers on {around}, and on the opposite boundary; for a part of a long plate "
             f"{_freed(case)}"
         )
 
 
 def _freed(case: Case) -> str:
-    """Return the supports to take for a piece of a plate that may shorten."""
+    """Return the supports to take for a part of a plate that may shorten."""
     if case.axial:
         return f"leave {' or '.join(beside(case))} free"
     if case.dim == 3:

@@ -19,8 +19,8 @@ def temperature_warnings(case: Case) -> Iterator[str]:
     if case.heat is None:
         return
     found = dict(films(case))
-    for piece in subdomains_of(case):
-        found |= {where: value for _, where, value in piece.properties()}
+    for subdomain in subdomains_of(case):
+        found |= {where: value for _, where, value in subdomain.properties()}
     for where, table in found.items():
         if isinstance(table, InTemperature):
             yield from _of_ends(case, where, table)

@@ -44,6 +44,7 @@ from staffa.case.rules.heat_rules import (
     heat_has_its_profile,
     heat_is_complete,
 )
+from staffa.case.rules.initial_stress import rest_is_borne
 from staffa.case.rules.name_rules import cracks_are_there, faces_are_there, files_are_called_apart
 from staffa.case.rules.output_rules import output_fields_are_possible
 from staffa.case.rules.probe_rules import probes_are_inside
@@ -67,7 +68,6 @@ from staffa.case.rules.rock_rules import (
     random_fields_are_possible,
     regions_are_places,
 )
-from staffa.case.rules.stress_at_rest import rest_is_borne
 from staffa.case.rules.support_rules import (
     edges_agree,
     is_moved,

@@ -19,21 +19,21 @@ PERPENDICULAR = 1e-6  # cosine of the angle between two axes
 def stiffness_is_complete(case: Case) -> None:
     """Require E and nu; or these and three more across a bedding, three lists, or a whole
     stiffness."""
-    for piece in subdomains_of(case):
-        keys = piece.keys
+    for subdomain in subdomains_of(case):
+        keys = subdomain.keys
         if keys.stiffness is not None:
-            _stiffness_is_alone(case, piece)
+            _stiffness_is_alone(case, subdomain)
         elif any(getattr(keys, name) is not None for name in BEDDED[2:]):
-            _is_bedded(piece)
+            _is_bedded(subdomain)
         elif is_isotropic(keys):
-            _are_given(piece, ("E", "nu"), "an isotropic rock has both")
+            _are_given(subdomain, ("E", "nu"), "an isotropic rock has both")
         else:
-            _is_orthotropic(case, piece)
+            _is_orthotropic(case, subdomain)
 
 
-def _said(case: Case, piece: Subdomain) -> list[str]:
+def _said(case: Case, subdomain: Subdomain) -> list[str]:
     """Return the keys of the stiffness that a subdomain gives, not those left at their defaults."""
-    keys = piece.keys
+    keys = subdomain.keys
     return [
         name
         for name in ELASTIC
@@ -41,19 +41,19 @@ def _said(case: Case, piece: Subdomain) -> list[str]:
     ]
 
 
-def _stiffness_is_alone(case: Case, piece: Subdomain) -> None:
-    others = [name for name in _said(case, piece) if name != "stiffness"]
+def _stiffness_is_alone(case: Case, subdomain: Subdomain) -> None:
+    others = [name for name in _said(case, subdomain) if name != "stiffness"]
     if others:
         raise InputError(
-            f"{piece.where}: stiffness says all of the elasticity, and {' and '.join(others)} "
+            f"{subdomain.where}: stiffness says all of the elasticity, and {' and '.join(others)} "
             f"cannot stand beside it; leave one of them out"
         )
-    C = piece.keys.stiffness or ()
+    C = subdomain.keys.stiffness or ()
     if len(C) != 6 or any(len(row) != 6 for row in C):
         rows = "one row" if len(C) == 1 else f"{len(C)} rows"
         raise InputError(
-            f"{piece.where}.stiffness has {rows} of {_lengths(C)} numbers; it needs six rows of "
-            f"six, in the order 11, 22, 33, 23, 13, 12"
+            f"{subdomain.where}.stiffness has {rows} of {_lengths(C)} numbers; it needs six "
+            f"rows of six, in the order 11, 22, 33, 23, 13, 12"
         )
 
 
@@ -61,24 +61,24 @@ def _lengths(rows: Sequence[Sequence[float]]) -> str:
     return " and ".join(str(n) for n in sorted({len(row) for row in rows})) or "no"
 
 
-def _is_bedded(piece: Subdomain) -> None:
-    keys, where = piece.keys, piece.where
+def _is_bedded(subdomain: Subdomain) -> None:
+    keys, where = subdomain.keys, subdomain.where
     if keys.G is not None or isinstance(keys.E, tuple) or isinstance(keys.nu, tuple):
         raise InputError(
             f"{where}: E_axis, nu_axis and G_axis are of a rock with bedding, and lists of E, nu "
             f"and G of an orthotropic one; leave one of the two out"
         )
-    _are_given(piece, BEDDED, "a rock with bedding (transversely isotropic) has all five")
+    _are_given(subdomain, BEDDED, "a rock with bedding (transversely isotropic) has all five")
     if keys.axis is None:
         raise InputError(
             f"{where}.axis is missing: E_axis, nu_axis and G_axis are across the bedding; give "
-            f"its direction, like axis = {inline([0.0] * (piece.dim - 1) + [1.0])}"
+            f"its direction, like axis = {inline([0.0] * (subdomain.dim - 1) + [1.0])}"
         )
 
 
-def _is_orthotropic(case: Case, piece: Subdomain) -> None:
-    keys, where = piece.keys, piece.where
-    _are_given(piece, ("E", "nu", "G"), "an orthotropic rock has a list of each")
+def _is_orthotropic(case: Case, subdomain: Subdomain) -> None:
+    keys, where = subdomain.keys, subdomain.where
+    _are_given(subdomain, ("E", "nu", "G"), "an orthotropic rock has a list of each")
     flat = case.plane_stress
     for name, fewer in (("E", 2), ("nu", 1), ("G", 1)):
         given = getattr(keys, name)
@@ -93,16 +93,16 @@ def _is_orthotropic(case: Case, piece: Subdomain) -> None:
     if keys.axis is not None:
         raise InputError(
             f"{where}.axis is for a rock with bedding, and lists of E, nu and G make it "
-            f"orthotropic; give its axes by {turning(piece.dim)}"
+            f"orthotropic; give its axes by {turning(subdomain.dim)}"
         )
 
 
-def _are_given(piece: Subdomain, needed: Sequence[str], rule: str) -> None:
+def _are_given(subdomain: Subdomain, needed: Sequence[str], rule: str) -> None:
     for name in needed:
-        if getattr(piece.keys, name) is None:
-            region = piece.where != "material"
+        if getattr(subdomain.keys, name) is None:
+            region = subdomain.where != "material"
             whole = "; a region with its own stiffness gives all of it" if region else ""
-            raise InputError(f"{piece.where}.{name} is missing: {rule}{whole}; add it")
+            raise InputError(f"{subdomain.where}.{name} is missing: {rule}{whole}; add it")
 
 
 def turning(dim: int) -> str:
@@ -112,8 +112,8 @@ def turning(dim: int) -> str:
 
 def axes_are_directions(case: Case) -> None:
     """Require at most one of axis, angle and axes, which fits the dimension and has an effect."""
-    for piece in subdomains_of(case):
-        keys, where, dim = piece.keys, piece.where, case.dim
+    for subdomain in subdomains_of(case):
+        keys, where, dim = subdomain.keys, subdomain.where, case.dim
         given = [name for name in ORIENTATION if getattr(keys, name) is not None]
         if len(given) > 1:
             raise InputError(
@@ -165,39 +165,43 @@ def are_perpendicular(where: str, axes: Sequence[Sequence[float]]) -> None:
 
 def _turn_something(case: Case) -> None:
     body, *others = subdomains_of(case)
-    for piece in (body, *others):
-        own = case.regions[piece.where.split(".", 1)[1]] if piece is not body else case.material
+    for subdomain in (body, *others):
+        own = (
+            case.regions[subdomain.where.split(".", 1)[1]]
+            if subdomain is not body
+            else case.material
+        )
         given = [name for name in ORIENTATION if getattr(own, name) is not None]
-        found = [body, *others] if piece is body else [piece]
+        found = [body, *others] if subdomain is body else [subdomain]
         if given and not any(has_directions(p.keys) for p in found):
             raise InputError(
-                f"{piece.where}.{given[0]} turns nothing: this rock is the same in all "
+                f"{subdomain.where}.{given[0]} turns nothing: this rock is the same in all "
                 f"directions; leave it out, or give lists of what differs, like Gc or expansion"
             )
 
 
 def lists_have_a_number_an_axis(case: Case) -> None:
     """Require that lists along the rock's axes are as long as there are such axes."""
-    for piece in subdomains_of(case):
+    for subdomain in subdomains_of(case):
         for name in ("Gc", "expansion", "k"):
-            given = getattr(piece.keys, name)
+            given = getattr(subdomain.keys, name)
             if not isinstance(given, tuple):
                 continue
-            counts, why = _counts(case, piece, name)
+            counts, why = _counts(case, subdomain, name)
             if len(given) not in counts:
                 needed = " or ".join(str(n) for n in counts)
                 raise InputError(
-                    f"{piece.where}.{name} = {inline(given)}: it needs {needed} numbers, {why}"
+                    f"{subdomain.where}.{name} = {inline(given)}: it needs {needed} numbers, {why}"
                 )
 
 
-def _counts(case: Case, piece: Subdomain, name: str) -> tuple[tuple[int, ...], str]:
-    if piece.keys.axis is not None:
+def _counts(case: Case, subdomain: Subdomain, name: str) -> tuple[tuple[int, ...], str]:
+    if subdomain.keys.axis is not None:
         return (2,), "along the bedding and across it, since axis is given"
     if name == "expansion" and case.dim == 2:
         if case.axial:
             return (3,), "along r, along z and around the axis"
         if case.material.plane == "strain":
-            return (3,), "since in plane strain the third direction is held"
+            return (3,), "since in plane strain the third direction is constrained"
         return (2, 3), "along the rock's axes"
     return (case.dim,), f"as the body is {case.dim}-D"

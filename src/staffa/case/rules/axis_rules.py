@@ -80,8 +80,8 @@ def axis_is_no_face(case: Case) -> None:
             given.append("temperature.face")
         if given:
             raise InputError(
-                f"{given[0]}: '{face}' is the axis of the body ({AXIS}), which is held by itself "
-                f"and has no area; leave it out"
+                f"{given[0]}: '{face}' is the axis of the body ({AXIS}), which is constrained by "
+                f"itself and has no area; leave it out"
             )
 
 
@@ -157,23 +157,23 @@ def rock_fits_the_axis(case: Case) -> None:
     """Require rock with directions to be the same all around the axis."""
     if not case.axial:
         return
-    for piece in subdomains_of(case):
-        if has_directions(piece.keys):
-            _is_the_same_around(piece)
+    for subdomain in subdomains_of(case):
+        if has_directions(subdomain.keys):
+            _is_the_same_around(subdomain)
 
 
-def _is_the_same_around(piece: Subdomain) -> None:
-    keys, turn = piece.keys, _around(TURN)
+def _is_the_same_around(subdomain: Subdomain) -> None:
+    keys, turn = subdomain.keys, _around(TURN)
     wrong = []
     if not is_isotropic(keys):
-        C = elasticity(keys, piece.average).stiffness(np.zeros((3, 1)))
+        C = elasticity(keys, subdomain.average).stiffness(np.zeros((3, 1)))
         wrong += [] if _alike(turned(C, turn), C) else ["stiffness"]
     if isinstance(keys.expansion, tuple):
         expansion = tensor(keys, keys.expansion)
         wrong += [] if _alike(turn @ expansion @ turn.T, expansion) else ["expansion"]
     flat = {"Gc": structural_tensor(keys)}
     if isinstance(keys.k, tuple):
-        flat["k"] = conductivity(piece)
+        flat["k"] = conductivity(subdomain)
     wrong += [
         name
         for name, A in flat.items()
@@ -181,7 +181,7 @@ def _is_the_same_around(piece: Subdomain) -> None:
     ]
     if wrong:
         raise InputError(
-            f"{piece.where}: its {wrong[0]} is not the same all around the axis y of the body "
+            f"{subdomain.where}: its {wrong[0]} is not the same all around the axis y of the body "
             f"({AXIS}); give a bedding across it, axis = [0.0, 1.0], or lists along r, z and "
             f"around the axis whose first and third numbers are alike, without an angle; of other "
             f"rock take a 3-D body"

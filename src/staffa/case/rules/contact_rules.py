@@ -51,5 +51,5 @@ def contact_is_possible(case: Case) -> None:
     if case.forces is not None and case.forces.crack_volume is not None:
         raise InputError(
             f"forces.crack_volume: with damage.friction = {friction:g} the volume in cracks cannot "
-            f"be held; take forces.crack_pressure"
+            f"be prescribed; take forces.crack_pressure"
         )

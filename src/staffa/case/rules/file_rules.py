@@ -40,9 +40,11 @@ def files_count_as_the_case(case: Case) -> None:
 
 def _files(case: Case) -> Iterator[tuple[str, FieldFile]]:
     """Yield every field in a file, with its key."""
-    for piece in subdomains_of(case):
+    for subdomain in subdomains_of(case):
         yield from (
-            (where, value) for _, where, value in piece.properties() if isinstance(value, FieldFile)
+            (where, value)
+            for _, where, value in subdomain.properties()
+            if isinstance(value, FieldFile)
         )
     yield from ((where, value) for where, value, _ in given_files(case))
 

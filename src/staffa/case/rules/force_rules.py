@@ -52,8 +52,8 @@ def forces_say_something(case: Case) -> None:
     exact = case.solver.stability in ("report", "follow")
     if keys.crack_volume is not None and exact:
         raise InputError(
-            f"solver.stability = {inline(case.solver.stability)} does not know of a volume that is "
-            f"held; leave it out, or take forces.crack_pressure"
+            f"solver.stability = {inline(case.solver.stability)} does not know of a "
+            f"prescribed volume; leave it out, or take forces.crack_pressure"
         )
     if keys.biot is not None and keys.pore_pressure is None:
         raise InputError(
@@ -141,10 +141,10 @@ def split_fits_the_rock(case: Case) -> None:
             f'damage.split = "{name}" is for isotropic rock, and this one is not; take '
             f'"volumetric-deviatoric"'
         )
-    for piece in subdomains_of(case):
-        if (nu := averages(piece).nu) < 0:
+    for subdomain in subdomains_of(case):
+        if (nu := averages(subdomain).nu) < 0:
             raise InputError(
-                f'damage.split = "{name}" is for nu >= 0, and {piece.where}.nu = {nu:g}; take '
+                f'damage.split = "{name}" is for nu >= 0, and {subdomain.where}.nu = {nu:g}; take '
                 f'"volumetric-deviatoric"'
             )
 

@@ -115,7 +115,7 @@ def _side_is_complete(where: str, side: HeatSide) -> None:
     given, says = _given(side), f"{where} = {as_toml(side)}"
     if not given:
         raise InputError(
-            f"{says} says nothing; give T (held at it), flux (heat that enters), or h and T (a "
+            f"{says} says nothing; give T (prescribed), flux (heat that enters), or h and T (a "
             f"film and the bath beyond it), or leave it out to insulate the side"
         )
     if given == ["h"]:

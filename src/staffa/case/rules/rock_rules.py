@@ -60,8 +60,8 @@ def _is_a_box(case: Case, where: str, region: RegionKeys) -> None:
 
 def random_fields_are_possible(case: Case) -> None:
     """Require lengths and directions of the body's dimension, and normal fields far from zero."""
-    for piece in subdomains_of(case):
-        for _, where, value in piece.properties():
+    for subdomain in subdomains_of(case):
+        for _, where, value in subdomain.properties():
             if isinstance(value, RandomField):
                 _is_possible(where, value, case.dim)
 
@@ -89,11 +89,11 @@ def _is_possible(where: str, value: RandomField, dim: int) -> None:
 
 def properties_have_values(case: Case) -> None:
     """Require that properties that vary have possible values at all sampled places."""
-    for piece in subdomains_of(case):
-        for name, where, value in piece.properties():
+    for subdomain in subdomains_of(case):
+        for name, where, value in subdomain.properties():
             if not varies(value) or isinstance(value, RandomField) or of_temperature(value):
                 continue  # a random field's values are looked at with the mesh, others by their law
-            found = _tried_values(where, value, piece)
+            found = _tried_values(where, value, subdomain)
             if name not in RATIOS and found.min() <= 0:
                 raise InputError(
                     f"{where} = {as_toml(value)}: it is {found.min():.4g} somewhere and must be "
@@ -101,18 +101,18 @@ def properties_have_values(case: Case) -> None:
                 )
 
 
-def _tried_values(where: str, value: Any, piece: Subdomain) -> np.ndarray:
+def _tried_values(where: str, value: Any, subdomain: Subdomain) -> np.ndarray:
     """Return a property's values at the sampled places of its subdomain, if they are finite
     numbers."""
-    places = piece.places().x
+    places = subdomain.places().x
     if isinstance(value, Formula):
         try:
-            known = formula_variables(piece.dim, time=False)
+            known = formula_variables(subdomain.dim, time=False)
             return trial(formula(value.formula, known), known, places, 0.0)
         except InputError as error:
             raise InputError(f"{where}.formula = {as_toml(value.formula)}: {error}") from None
-    found: np.ndarray = value.at_points(piece.dim)(places)
-    covers(where, value, piece.dim, places, found)
+    found: np.ndarray = value.at_points(subdomain.dim)(places)
+    covers(where, value, subdomain.dim, places, found)
     return found
 
 
@@ -124,35 +124,37 @@ def elasticity_is_definite(case: Case) -> None:
     """
     where = "" if case.plane_stress else "plane strain" if case.material.plane else "3-D"
     where = "a body of revolution" if case.axial else where
-    if not all(is_isotropic(piece.keys) for piece in subdomains_of(case)):
+    if not all(is_isotropic(subdomain.keys) for subdomain in subdomains_of(case)):
         where = where or "a body some of whose stiffness has directions"
-    for piece in subdomains_of(case):
-        keys = piece.keys
+    for subdomain in subdomains_of(case):
+        keys = subdomain.keys
         if is_isotropic(keys):
-            _can_be_compressed(piece, where)
+            _can_be_compressed(subdomain, where)
             continue
-        varying = any(varies(value) for _, _, value in piece.properties())
+        varying = any(varies(value) for _, _, value in subdomain.properties())
         try:
-            places = piece.places().x if varying else np.zeros((3, 1))
-            checked(elasticity(keys, _tried(piece)).stiffness(places))
+            places = subdomain.places().x if varying else np.zeros((3, 1))
+            checked(elasticity(keys, _tried(subdomain)).stiffness(places))
         except InputError as error:
-            raise InputError(f"{piece.where}: {error}") from None
+            raise InputError(f"{subdomain.where}: {error}") from None
 
 
-def _tried(piece: Subdomain) -> Any:
+def _tried(subdomain: Subdomain) -> Any:
     """Return a function that evaluates a property for a trial: a random field by its mean."""
     return lambda value: (
-        float(value.mean) if isinstance(value, RandomField) else point_property(value, piece.dim)
+        float(value.mean)
+        if isinstance(value, RandomField)
+        else point_property(value, subdomain.dim)
     )
 
 
-def _can_be_compressed(piece: Subdomain, where: str) -> None:
+def _can_be_compressed(subdomain: Subdomain, where: str) -> None:
     """Require nu less than 0.5. where: the kind of body for which this holds, for the message."""
-    given = piece.keys.nu
-    nu = _tried(piece)(given)
-    largest = float(np.max(nu(piece.places().x))) if callable(nu) else nu
-    least = float(np.min(nu(piece.places().x))) if callable(nu) else nu
-    said = f"{piece.where}.nu = {as_toml(given)}"
+    given = subdomain.keys.nu
+    nu = _tried(subdomain)(given)
+    largest = float(np.max(nu(subdomain.places().x))) if callable(nu) else nu
+    least = float(np.min(nu(subdomain.places().x))) if callable(nu) else nu
+    said = f"{subdomain.where}.nu = {as_toml(given)}"
     if not -1 < least <= largest <= 0.5:
         beyond = least if least <= -1 else largest
         raise InputError(f"{said}: it is {beyond:.4g} somewhere; keep it between -1 and 0.5")

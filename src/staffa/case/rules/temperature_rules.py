@@ -40,8 +40,8 @@ def temperature_is_known(case: Case) -> None:
 
 def laws_fit_the_rock(case: Case) -> None:
     """Require properties that temperature can change, in rock without directions."""
-    for piece in subdomains_of(case):
-        for name, where, value in _of_temperature(piece):
+    for subdomain in subdomains_of(case):
+        for name, where, value in _of_temperature(subdomain):
             said = f"{where} = {as_toml(value)}"
             if name not in CHANGING or where.endswith(tuple("0123456789")):
                 hint = "put what changes into c" if name == "rho" else "give one value"
@@ -102,19 +102,19 @@ def _agrees(where: str, table: InTemperature) -> None:
 
 def formulas_of_temperature_give_numbers(case: Case) -> None:
     """Require possible values of formulas of T, at the temperatures that the case names."""
-    for piece in subdomains_of(case):
-        for name, where, value in _of_temperature(piece):
+    for subdomain in subdomains_of(case):
+        for name, where, value in _of_temperature(subdomain):
             if isinstance(value, PropertyFormula):
-                _is_possible(case, piece, name, where, value)
+                _is_possible(case, subdomain, name, where, value)
     for where, film in films(case):
         if isinstance(film, FilmFormula):
             _film_is_possible(case, where, film)
 
 
 def _is_possible(
-    case: Case, piece: Subdomain, name: str, where: str, value: PropertyFormula
+    case: Case, subdomain: Subdomain, name: str, where: str, value: PropertyFormula
 ) -> None:
-    x, said = piece.places().x, f"{where}.formula = {as_toml(value.formula)}"
+    x, said = subdomain.places().x, f"{where}.formula = {as_toml(value.formula)}"
     for T in np.linspace(*temperature_range(case), TRIED):
         found = _tried(said, lambda T=T: value.values_at(np.full(x.shape[1], T), x))
         least, most = (-1.0, 0.5) if name in RATIOS else (0.0, np.inf)
@@ -160,9 +160,9 @@ def _kelvin(case: Case, T: float) -> str:
     return f"T = {T:.4g}{'' if is_scaled(case) else ' K'}"
 
 
-def _of_temperature(piece: Subdomain) -> Iterator[tuple[str, str, Any]]:
+def _of_temperature(subdomain: Subdomain) -> Iterator[tuple[str, str, Any]]:
     """Yield the properties that depend on temperature, see `Subdomain.properties`."""
-    return (item for item in piece.properties() if of_temperature(item[-1]))
+    return (item for item in subdomain.properties() if of_temperature(item[-1]))
 
 
 def films(case: Case) -> Iterator[tuple[str, Any]]:

@@ -95,7 +95,7 @@ def derived_numbers(
     ell = float(case.damage.ell)
     law, split = law or LAWS[case.damage.law], split or energy_split(case)
     state = _state(case)
-    rocks = {piece.name: averages(piece) for piece in subdomains_of(case)}
+    rocks = {subdomain.name: averages(subdomain) for subdomain in subdomains_of(case)}
     m = rocks["material"]
     cooled = case.temperature.cools_a_face
     L = depth(case)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from staffa.case.rules.stress_at_rest import equivalent, normal_stresses_at_rest
+from staffa.case.rules.initial_stress import equivalent, initial_normal_stresses
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import at_least
@@ -65,14 +65,14 @@ def squeeze(case: Case, derived: Numbers, drop: float) -> Squeeze | None:
 
     Returns
     -------
-    None where uniform rock does not give the stress at rest (see `normal_stresses_at_rest`), where
+    None where uniform rock does not give the initial stress (see `initial_normal_stresses`), where
     the face is not flat, or the law has no threshold.
     """
     if derived.face is None or not has_threshold(derived.law) or case.forces is None:
         return None
     x = case.outline.places.on(case.temperature.face)
     stresses = [
-        normal_stresses_at_rest(case, x, t) for t in np.linspace(0.0, derived.times[-1], SAMPLES)
+        initial_normal_stresses(case, x, t) for t in np.linspace(0.0, derived.times[-1], SAMPLES)
     ]
     found = [stress for stress in stresses if stress is not None]
     if len(found) < len(stresses):

@@ -248,7 +248,7 @@ def _side(words: str) -> Any:
 
 
 class HeatKeys(SidesTable):
-    """The heat equation, for temperature.profile = "heat". A side is held like { T = "5 °C" },
+    """The heat equation, for temperature.profile = "heat". A side has { T = "5 °C" },
     takes up heat like { flux = "60 mW/m^2" }, or gives it to a bath through a film like
     { h = "500 W/(m^2 K)", T = "5 °C" }; it is insulated where it is not named. The faces of a mesh
     or a shape go by their names. Each of these

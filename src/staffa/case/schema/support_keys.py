@@ -88,9 +88,9 @@ def _support(side: str) -> Any:
 
 
 class SupportKeys(SidesTable):
-    """Supports of the body. Each side is "free", "rollers" (held across it), "clamped", or moved,
-    like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or a shape
-    go by their names. Rigid motions that are left are stopped without any stress."""
+    """Supports of the body. Each side is "free", "rollers" (no displacement across it), "clamped",
+    or moved, like { y = { t = [0.0, 1.0], u = [0.0, 0.1] } } or { x = 0.1 }. The faces of a mesh or
+    a shape go by their names. Rigid motions that are left are stopped without any stress."""
 
     __pydantic_extra__: dict[str, Support]
 
@@ -106,7 +106,7 @@ class SupportKeys(SidesTable):
     )
     section: Literal["none", "fixed", "stretch", "free"] = Field(
         default="none",
-        description="what the rest of a long slab does to this piece of it, 2-D: fixed (left and "
+        description="what the rest of a long slab does to this part of it, 2-D: fixed (left and "
         "right stay), stretch (they stay upright, no force: it may shorten), free (no force, no "
         "moment: it may bend too); puts rollers on left and right",
     )

@@ -3,7 +3,7 @@ of T.
 
 Beside `at_points`, their values at a reference temperature, they have `law`, the factor on these by
 temperature, None where there is none. The reference is the mean temperature at the start; each
-piece of the rock knows it (`case.values.subdomains`).
+part of the rock knows it (`case.values.subdomains`).
 """
 
 from collections.abc import Iterable

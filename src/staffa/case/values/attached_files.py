@@ -18,7 +18,7 @@ CHANGEABLE = ("time", "output", "solver")
 
 def attached(case: Case) -> tuple[Path, ...]:
     """Return the mesh of a case, and the files of its fields, each once."""
-    values = [value for piece in subdomains_of(case) for _, _, value in piece.properties()]
+    values = [value for subdomain in subdomains_of(case) for _, _, value in subdomain.properties()]
     fields = [value.path for value in values if isinstance(value, FieldFile)]
     fields += [value.path for _, value, _ in given_files(case)]
     mesh = [] if case.domain.file is None else [Path(abspath(case.domain.file))]

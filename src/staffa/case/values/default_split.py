@@ -22,7 +22,7 @@ def is_anisotropic(case: Case) -> bool:
 def takes_principal_strains(case: Case) -> bool:
     """Return True if splits by principal strains are for its rock: isotropic, with nu >= 0."""
     return not is_anisotropic(case) and all(
-        averages(piece).nu >= 0 for piece in subdomains_of(case)
+        averages(subdomain).nu >= 0 for subdomain in subdomains_of(case)
     )
 
 

@@ -56,21 +56,21 @@ def displacement_unknowns(case: Case) -> int:
 
 def largest_nu(case: Case) -> tuple[float, Subdomain]:
     """Return the largest sampled Poisson's ratio of the rock, and the subdomain that has it."""
-    found = [(_largest(piece), piece) for piece in subdomains_of(case)]
+    found = [(_largest(subdomain), subdomain) for subdomain in subdomains_of(case)]
     return max(found, key=lambda one: one[0])
 
 
-def _largest(piece: Subdomain) -> float:
+def _largest(subdomain: Subdomain) -> float:
     """Return the largest Poisson's ratio; with directions, that of equally stiff isotropic rock."""
-    keys = piece.keys
+    keys = subdomain.keys
     if is_isotropic(keys):
         if isinstance(keys.nu, int | float):
             return float(keys.nu)
         if isinstance(keys.nu, NumberInTemperature):
             return max(keys.nu.value)  # at the temperature at which it locks the most
-        return float(np.max(in_space(keys.nu, piece.dim)(piece.places().x)))
+        return float(np.max(in_space(keys.nu, subdomain.dim)(subdomain.places().x)))
 
     def read(value: Any) -> Any:
-        return point_property(value, piece.dim)
+        return point_property(value, subdomain.dim)
 
-    return float(np.max(effective_nu(elasticity(keys, read).stiffness(piece.places().x))))
+    return float(np.max(effective_nu(elasticity(keys, read).stiffness(subdomain.places().x))))

@@ -37,7 +37,7 @@ def conduction(case: Case) -> Conduction:
     keys, dim = case.heat, case.dim
     assert keys is not None
     body, *regions = (
-        _conductor(piece, keys.bands, case.outline.h) for piece in subdomains_of(case)
+        _conductor(subdomain, keys.bands, case.outline.h) for subdomain in subdomains_of(case)
     )
     return Conduction(
         **vars(body),
@@ -68,15 +68,15 @@ def _kinks(case: Case) -> tuple[float, ...]:
     return tuple(sorted({float(t) for table in tables for t in table.t}))
 
 
-def _conductor(piece: Subdomain, bands: tuple[HeatBand, ...], h: float) -> Conductor:
+def _conductor(subdomain: Subdomain, bands: tuple[HeatBand, ...], h: float) -> Conductor:
     """Return conductivity and heat capacity of the rock of a subdomain."""
-    keys, dim = piece.keys, piece.dim
+    keys, dim = subdomain.keys, subdomain.dim
     k, rho, c = keys.k or ONE, keys.rho or ONE, keys.c or ONE
-    rho_c = piece.average(rho) * piece.average(c)
-    own_k = 1.0 if isinstance(k, tuple) else _over(point_property(k, dim), piece.average(k))
+    rho_c = subdomain.average(rho) * subdomain.average(c)
+    own_k = 1.0 if isinstance(k, tuple) else _over(point_property(k, dim), subdomain.average(k))
     own_rho_c = product_of(point_property(rho, dim), point_property(c, dim))
     return Conductor(
-        k=tuple(tuple(row) for row in conductivity(piece).tolist()),
+        k=tuple(tuple(row) for row in conductivity(subdomain).tolist()),
         rho_c=rho_c,
         k_factor=_times(own_k, _factor(bands, "k", h)),
         rho_c_factor=_times(_over(own_rho_c, rho_c), _factor(bands, "capacity", h)),

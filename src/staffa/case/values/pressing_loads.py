@@ -103,19 +103,19 @@ def only_pulled(case: Case) -> bool:
 def _mismatch(case: Case) -> Iterator[str]:
     """Yield rock that does not expand alike in all places and directions."""
     body, *regions = subdomains_of(case)
-    expansions = [piece.keys.expansion for piece in (body, *regions)]
+    expansions = [subdomain.keys.expansion for subdomain in (body, *regions)]
     uneven = [
-        f"{piece.where}.expansion"
-        for piece, expansion in zip((body, *regions), expansions, strict=True)
+        f"{subdomain.where}.expansion"
+        for subdomain, expansion in zip((body, *regions), expansions, strict=True)
         if (varies(expansion) and depends_on_place(expansion))
         or (isinstance(expansion, tuple) and len(set(expansion)) > 1)
     ]
     if not uneven:
         alike = averages(body).expansion
         uneven = [
-            f"{piece.where}.expansion"
-            for piece in regions
-            if not np.isclose(averages(piece).expansion, alike, rtol=ROUND_OFF, atol=0.0)
+            f"{subdomain.where}.expansion"
+            for subdomain in regions
+            if not np.isclose(averages(subdomain).expansion, alike, rtol=ROUND_OFF, atol=0.0)
         ]
     if uneven:
         yield f"thermal mismatch ({', '.join(uneven)})"

@@ -1,4 +1,4 @@
-"""The pieces of a body, each of one rock: the body itself and its regions; no finite elements."""
+"""Subdomains of a body, each of one rock: the body and its regions; no finite elements."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -132,29 +132,29 @@ def box_of(case: Case, region: RegionKeys) -> Bounds | None:
     return lower, upper
 
 
-def averages(piece: Subdomain) -> Averages:
+def averages(subdomain: Subdomain) -> Averages:
     """Return the numbers that stand for its rock."""
-    keys = piece.keys
+    keys = subdomain.keys
     if is_isotropic(keys):
-        E, nu = piece.average(keys.E), piece.average(keys.nu)
+        E, nu = subdomain.average(keys.E), subdomain.average(keys.nu)
     else:
-        stiffness = elasticity(keys, piece.average).stiffness(np.zeros((3, 1)))
+        stiffness = elasticity(keys, subdomain.average).stiffness(np.zeros((3, 1)))
         E, nu = isotropic_average(stiffness[0])
-    Gc = min(keys.Gc) if isinstance(keys.Gc, tuple) else piece.average(keys.Gc)
+    Gc = min(keys.Gc) if isinstance(keys.Gc, tuple) else subdomain.average(keys.Gc)
     expansion = keys.expansion
     if isinstance(expansion, tuple):
         mean = float(np.trace(tensor(keys, expansion))) / 3
     else:
-        mean = piece.average(expansion)
+        mean = subdomain.average(expansion)
     return Averages(E=E, nu=nu, Gc=float(Gc), expansion=mean)
 
 
-def conductivity(piece: Subdomain) -> np.ndarray:
+def conductivity(subdomain: Subdomain) -> np.ndarray:
     """Return the conductivity averaged over places: a tensor, shape (dim, dim)."""
-    k = piece.keys.k or ONE
+    k = subdomain.keys.k or ONE
     if isinstance(k, tuple):
-        return tensor(piece.keys, k)[: piece.dim, : piece.dim]
-    return piece.average(k) * np.eye(piece.dim)
+        return tensor(subdomain.keys, k)[: subdomain.dim, : subdomain.dim]
+    return subdomain.average(k) * np.eye(subdomain.dim)
 
 
 def has_directions(keys: MaterialKeys) -> bool:
@@ -168,25 +168,26 @@ def is_uneven(case: Case) -> bool:
 
     The rock varies, has directions, or strains otherwise in a region than around it.
     """
-    body, *regions = (_strained_by(piece) for piece in subdomains_of(case))
+    body, *regions = (_strained_by(subdomain) for subdomain in subdomains_of(case))
     kinds = any(
-        subdomain_varies(piece) or has_directions(piece.keys) for piece in subdomains_of(case)
+        subdomain_varies(subdomain) or has_directions(subdomain.keys)
+        for subdomain in subdomains_of(case)
     )
     others = any(region != body for region in regions)
     return kinds or others or bool(temperature_changes(case))
 
 
-def _strained_by(piece: Subdomain) -> tuple[float, ...]:
-    rock = averages(piece)
+def _strained_by(subdomain: Subdomain) -> tuple[float, ...]:
+    rock = averages(subdomain)
     return rock.E, rock.nu, rock.expansion
 
 
-def subdomain_varies(piece: Subdomain) -> bool:
+def subdomain_varies(subdomain: Subdomain) -> bool:
     """Return True if a property by which rock breaks differs from place to place."""
     of_heat = ("k", "rho", "c")
     return any(
         varies(value) and depends_on_place(value) and name.partition(".")[0] not in of_heat
-        for name, _, value in piece.properties()
+        for name, _, value in subdomain.properties()
     )
 
 
@@ -194,8 +195,8 @@ def temperature_changes(case: Case) -> tuple[str, ...]:
     """Return the names of the properties that temperature changes in some rock."""
     found = {
         name: None
-        for piece in subdomains_of(case)
-        for name, _, value in piece.properties()
+        for subdomain in subdomains_of(case)
+        for name, _, value in subdomain.properties()
         if of_temperature(value)
     }
     return tuple(found)

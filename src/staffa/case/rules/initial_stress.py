@@ -17,11 +17,11 @@ from staffa.physics.damage import LAWS, strength
 from staffa.physics.split import NO_SPLIT, driven_density, of_principal
 
 
-def normal_stresses_at_rest(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
+def initial_normal_stresses(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
     """Return the normal stresses along x, y, z of the uncracked rock under [forces] alone.
 
-    Along an axis whose two ends are held nothing moves; along another the stress is what acts on
-    its free end, and weight. What pores carry is taken off: a tension counts positive.
+    Along an axis whose two ends are constrained nothing moves; along another the stress is what
+    acts on its free end, and weight. What pores carry is taken off: a tension counts positive.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def rest_is_borne(case: Case) -> None:
     even = case.domain.is_block or isinstance(case.domain.shape, Layers)
     if case.forces is None or not even or is_uneven(case):
         return
-    stress = normal_stresses_at_rest(case, case.outline.places.within().x)
+    stress = initial_normal_stresses(case, case.outline.places.within().x)
     if stress is None:
         return
     rock = averages(subdomains_of(case)[0])
     factor = np.prod([max(band.factor, 1.0) for band in case.toughness.bands])
-    toughest = max(averages(piece).Gc for piece in subdomains_of(case)) * float(factor)
+    toughest = max(averages(subdomain).Gc for subdomain in subdomains_of(case)) * float(factor)
     bears = strength(LAWS[case.damage.law], E=rock.E, Gc=toughest, ell=float(case.damage.ell))
     share = equivalent(case, stress) / bears
     if share.min() > 1:
