@@ -28,7 +28,7 @@ def forces(case: Case) -> Forces:
         prestress=None if keys.prestress is None else _prestress(keys.prestress, dim),
         pore_pressure=_in_pores(keys, dim),
         crack_pressure=(
-            None if depends_on_place(keys.crack_pressure) else _of_time(keys, "crack_pressure")
+            None if _varies_in_place(keys.crack_pressure) else _of_time(keys, "crack_pressure")
         ),
         crack_field=_in_cracks(keys, dim),
         crack_volume=_of_time(keys, "crack_volume"),
@@ -48,12 +48,12 @@ def _in_pores(keys: ForceKeys, dim: int) -> InSpaceAndTime | None:
 def _in_cracks(keys: ForceKeys, dim: int) -> InSpaceAndTime | None:
     """Return the pressure in cracks where a formula makes it depend on the place."""
     value = keys.crack_pressure
-    if not isinstance(value, Formula) or not depends_on_place(value):
+    if not isinstance(value, Formula) or not _varies_in_place(value):
         return None
     return _of_place_and_time(value, dim)
 
 
-def depends_on_place(value: Any) -> bool:
+def _varies_in_place(value: Any) -> bool:
     """Return True if a value of [forces] is a formula of x, y or z."""
     return isinstance(value, Formula) and any(uses(value.formula, name) for name in "xyz")
 
