@@ -165,6 +165,8 @@ def test_the_variable_goes_before_the_key_and_both_must_name_a_program(
     assert simulator_python(other) == other
     with pytest.raises(InputError, match=r"reservoir\.python = .*gone is no program"):
         simulator_python(tmp_path / "gone")
+    with pytest.raises(InputError, match=r"reservoir\.python = bin/python must be a full path"):
+        simulator_python("bin/python")
     monkeypatch.setenv(VARIABLE, str(tmp_path))
     with pytest.raises(InputError, match=f"{VARIABLE} = .* is no program.*make reservoir"):
         simulator_python(other)
