@@ -16,6 +16,7 @@ from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.applied_forces import forces
+from staffa.case.values.attached_files import attached
 from staffa.case.values.reservoir_model import reservoir_model
 from staffa.physics.saturation import saturation_pressure
 from staffa.reservoir.interpreter import VARIABLE
@@ -426,3 +427,58 @@ def test_water_boils_below_the_pressure_of_the_steam_tables() -> None:
 
 def test_a_wall_can_be_computed_in_closed_form() -> None:
     assert read([*CLOSED, injector('rate="5 g/s"', 'T="60 °C"')]).reservoir is not None
+
+
+def table(folder: Path, name: str, rows: Sequence[tuple[float, float, float, float]]) -> None:
+    lines = [",".join(f"{value:g}" for value in row) for row in rows]
+    (folder / name).write_text("\n".join(["x,y,T,p", *lines]) + "\n")
+
+
+def given_by_files(folder: Path, *settings: str) -> Case:
+    """T falls at y = 0 by 100 K from the first file to the second, and p rises by 1 MPa."""
+    for name, cold in (("a.csv", 0.0), ("b.csv", 100.0)):
+        corners = [(x, y) for x in (0.0, 30.0) for y in (0.0, 15.0)]
+        rows = [(x, y, 200 - cold * (1 - y / 15), 20 + cold / 100) for x, y in corners]
+        table(folder, name, rows)
+    text = GOOD[: GOOD.index("[reservoir]")] + GOOD[GOOD.index("[time]") :]
+    (folder / "my.toml").write_text(text)
+    given = 'files=["a.csv","b.csv"],T="T",T_unit="°C",p="p",p_unit="MPa"'
+    fields = f'reservoir.fields={{t=["0 s","30 d"],{given}}}'
+    case = read_case(folder / "my.toml", ['reservoir.simulator="fields"', fields, *settings])
+    require_loaded(case)
+    return case
+
+
+def test_files_of_any_simulator_give_temperature_and_pressure(tmp_path: Path) -> None:
+    case = given_by_files(tmp_path)
+    assert case.reservoir is not None and case.reservoir.fields is not None
+    series, x = case.reservoir.fields.series, np.array([[15.0], [0.0], [0.0]])
+    assert series.temperature(x, 15 * 86400.0) == pytest.approx([-50])
+    assert series.pressure is not None and series.pressure(x, 0.0) == pytest.approx([20e6])
+    assert forces(case).fluid and derived_numbers(case).dT == pytest.approx(100)
+    assert [file.name for file in attached(case)] == ["a.csv", "b.csv"]
+    facts = {name: value for name, value, _ in preview(case).facts}
+    assert facts["reservoir"] == "2 files" and "simulator" not in facts
+
+
+@pytest.mark.parametrize(
+    ("setting", "names", "way_out"),
+    [
+        ('time.t=["40 d"]', 'ends at "30 d"', "end the run earlier"),
+        ('reservoir.fields.t=["1 s","30 d"]', 'begins at "1 s"', 't = "0 s" too'),
+        ('reservoir.fields.t=["0 s"]', "t has 1 numbers", "as many of each"),
+        ('reservoir.fields.t=["0 s","0 s"]', "comes after", "increasing order"),
+        ('reservoir.fields.T_unit="MPa"', "T_unit", '"20 °C"'),
+        ('reservoir.fields.T="X"', "X", "it has"),
+        ('reservoir.fields.unit="1 mm"', "does not cover the body", "unit = "),
+        ('reservoir.fields.files=["a.csv","c.csv"]', "there is no file", "folder of the case"),
+        (wells(OUT), "reservoir.wells", "leave one of them out"),
+        ('reservoir.permeability="1e-15 m^2"', "reservoir.permeability", "leave one of them out"),
+    ],
+    ids=lambda v: v[:40],
+)
+def test_bad_files_of_a_simulator_are_refused_in_one_sentence(
+    tmp_path: Path, setting: str, names: str, way_out: str
+) -> None:
+    said = sentence_of(lambda: given_by_files(tmp_path, setting))
+    check_sentence(said.replace(str(tmp_path), ""), names, way_out)

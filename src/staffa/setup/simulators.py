@@ -5,6 +5,7 @@ from functools import partial
 from staffa.case.schema.case import Case
 from staffa.case.values.reservoir_model import reservoir_model
 from staffa.case.values.reservoir_places import reservoir_keys
+from staffa.properties.field_series import FieldSeries
 from staffa.reservoir.darts import Darts
 from staffa.reservoir.interpreter import simulator_python
 from staffa.reservoir.reservoir_load import ReservoirLoad
@@ -12,9 +13,13 @@ from staffa.reservoir.simulator import ReservoirModel, Simulator
 from staffa.reservoir.single import SingleFracture
 
 
-def reservoir_load(case: Case) -> ReservoirLoad:
-    """Return the load of a case with a simulator; it starts when the load is opened."""
-    keys, model = reservoir_keys(case), reservoir_model(case)
+def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
+    """Return the load of a case with a reservoir: files, or a simulator, which starts when the load
+    is opened."""
+    keys = reservoir_keys(case)
+    if keys.fields is not None:
+        return keys.fields.series.reaching(case.outline.h)
+    model = reservoir_model(case)
     return ReservoirLoad(
         model=model,
         open=partial(_opened, keys.simulator, model, keys.interpreter),

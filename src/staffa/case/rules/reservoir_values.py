@@ -2,17 +2,15 @@
 
 import numpy as np
 
-from staffa.case.rules.time_rules import increase, times_given
+from staffa.case.rules.time_rules import times_given
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount
-from staffa.case.schema.reservoir_fields import FieldsKeys
 from staffa.case.schema.reservoir_keys import IAPWS, FractureLine, FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_model import reservoir_model
 from staffa.case.values.reservoir_places import is_in_reservoir, reservoir_extent, sampled
 from staffa.errors import InputError
-from staffa.geometry.places import SAME
 from staffa.physics.saturation import saturation_pressure
 from staffa.reservoir.single import SingleFracture
 
@@ -145,48 +143,30 @@ def _boils(case: Case, where: str, p: float, T: float) -> None:
 
 
 def fields_reach_the_end(case: Case) -> None:
-    """Require a file for each time, from 0 to the end of the run, over all of the body."""
+    """Require files from 0 to the end of the run, over all of the body."""
     keys = case.reservoir.fields if case.reservoir is not None else None
     if keys is None:
         return
-    where = "reservoir.fields"
-    if len(keys.t) != len(keys.files) or len(keys.t) < 2:
-        raise InputError(
-            f"{where}: t has {len(keys.t)} numbers and files has {len(keys.files)}; give a file "
-            f"for each time, and two of each at least"
-        )
-    increase(f"{where}.t", keys.t)
     if float(keys.t[0]) > 0:
         raise InputError(
-            f"{where}.t begins at {inline(keys.t[0])}, and the state before the first step is "
-            f'needed; give a file at t = "0 s" too'
+            f"reservoir.fields.t begins at {inline(keys.t[0])}, and the state before the first "
+            f'step is needed; give a file at t = "0 s" too'
         )
     last = float(times_given(case)[-1])
-    if keys.t[-1] < last * (1 - SAME):
+    if float(keys.t[-1]) < last:
         raise InputError(
-            f"{where}.t ends at {inline(keys.t[-1])}, before the run, which goes to "
+            f"reservoir.fields.t ends at {inline(keys.t[-1])}, before the run, which goes to "
             f"{amount(case, last, 's', digits=6)}; give a later file, or end the run earlier"
         )
-    _cover_the_body(case, keys)
-
-
-def _cover_the_body(case: Case, keys: FieldsKeys) -> None:
-    places = case.outline.places.on()
-    for name, fields in (("T", keys.temperatures), ("p", keys.pressures)):
-        for field in fields:
-            found = field.reaching(case.outline.h)(places)
-            if not np.all(np.isfinite(found)):
-                low, high = (", ".join(f"{c:.4g}" for c in corner) for corner in field.bounds)
-                raise InputError(
-                    f"reservoir.fields, {field.path.name}: its mesh, from ({low}) to ({high}) m, "
-                    f"does not cover the body; if its coordinates count in another unit, say so, "
-                    f'like unit = "1 mm"'
-                )
-            if name == "T" and found.min() <= 0:
-                raise InputError(
-                    f"reservoir.fields, {field.path.name}: {keys.T} is {found.min():.4g} K, below "
-                    f'absolute zero; say how it counts, like T_unit = "°C"'
-                )
+    places, series = case.outline.places.on(), keys.series.reaching(case.outline.h)
+    for field in (*series.T, *(series.p or ())):
+        if not np.all(np.isfinite(field(places))):
+            low, high = (", ".join(f"{c:.4g}" for c in corner) for corner in field.bounds)
+            raise InputError(
+                f"reservoir.fields, {field.path.name}: its mesh, from ({low}) to ({high}) m, does "
+                f"not cover the body; if its coordinates count in another unit, say so, like "
+                f'unit = "1 mm"'
+            )
 
 
 def single_describes_it(case: Case) -> None:

@@ -62,7 +62,7 @@ def times_increase(case: Case) -> None:
         return
     if not given:
         raise InputError(f"time.{name} = [] is empty; give at least one time")
-    increase(f"time.{name}", given)
+    _increase(f"time.{name}", given)
 
 
 def table_agrees(
@@ -82,17 +82,10 @@ def table_agrees(
             f"{where}: t has {len(t)} numbers and {values_key} has {len(values)}; give as many of "
             f"each, and at least one"
         )
-    increase(f"{where}.t", t)
+    _increase(f"{where}.t", t)
 
 
-def increase(where: str, times: tuple[float, ...]) -> None:
-    """Require times in increasing order.
-
-    Parameters
-    ----------
-    where : the key of the times, for messages.
-    times : the times (s, or scaled).
-    """
+def _increase(where: str, times: tuple[float, ...]) -> None:
     for before, after in pairwise(times):
         if after <= before:
             raise InputError(

@@ -30,5 +30,5 @@ def _of_fields(case: Case) -> float:
     keys = reservoir_keys(case).fields
     assert keys is not None
     x = case.outline.places.on()
-    first, *later = (field.reaching(case.outline.h)(x) for field in keys.temperatures)
-    return max(0.0, *(float(np.max(first - T)) for T in later))
+    series = keys.series.reaching(case.outline.h)
+    return max(0.0, *(float(-np.min(series.temperature(x, t))) for t in series.t))

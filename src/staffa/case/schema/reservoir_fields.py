@@ -1,6 +1,5 @@
 """Temperature and pressure from files of another simulator, as keys: a file for each time."""
 
-from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, PrivateAttr, StringConstraints, ValidationInfo, model_validator
@@ -9,7 +8,8 @@ from staffa.case.schema.field_types import CaseTable, FilePath, Instant, Length
 from staffa.case.schema.file_access import FileAccess
 from staffa.case.schema.property_keys import PLACE
 from staffa.errors import InputError
-from staffa.properties.mesh_field import Counting, MeshField, read_field
+from staffa.properties.field_series import FieldSeries, read_series
+from staffa.properties.mesh_field import Counting
 from staffa.units import parse
 
 MOST_FILES = 1000
@@ -28,8 +28,8 @@ class FieldsKeys(CaseTable):
     )
     files: tuple[FilePath, ...] = Field(
         max_length=MOST_FILES,
-        description="a file for each time, such as .vtu, .vtk or .vtkhdf; paths count from the "
-        "case file",
+        description="a file for each time, such as .vtu, .vtkhdf or a table of points .csv; "
+        "paths count from the case file",
         examples=[["T-0.vtu", "T-1.vtu", "T-2.vtu"]],
     )
     T: FieldName = Field(
@@ -47,19 +47,21 @@ class FieldsKeys(CaseTable):
         description="how long what coordinates count as 1 is; default 1 m",
         examples=["1 mm"],
     )
-    _T: tuple[MeshField, ...] = PrivateAttr(default=())
-    _p: tuple[MeshField, ...] = PrivateAttr(default=())
+    _series: FieldSeries | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> "FieldsKeys":
         place = (info.context or {}).get(PLACE, FileAccess())
         try:
             paths = [place.file(file) for file in self.files]
-            T = self._counting("T_unit", self.T_unit, "temperature")
-            p = self._counting("p_unit", self.p_unit, "pressure")
-            self._T = tuple(read_field(path, self.T, T) for path in paths)
-            if self.p is not None:
-                self._p = tuple(read_field(path, self.p, p) for path in paths)
+            self._series = read_series(
+                paths,
+                [float(t) for t in self.t],
+                T=self.T,
+                p=self.p,
+                T_counts=self._counting("T_unit", self.T_unit, "temperature"),
+                p_counts=self._counting("p_unit", self.p_unit, "pressure"),
+            )
         except InputError as error:
             raise ValueError(str(error)) from None
         object.__setattr__(self, "files", tuple(path.name for path in paths))  # as `FieldFile`
@@ -73,16 +75,7 @@ class FieldsKeys(CaseTable):
         return Counting(length=float(self.unit or 1.0), zero=zero, one=one)
 
     @property
-    def paths(self) -> tuple[Path, ...]:
-        """Return the paths of the files."""
-        return tuple(field.path for field in self._T)
-
-    @property
-    def temperatures(self) -> tuple[MeshField, ...]:
-        """Return the temperature (K) at each time."""
-        return self._T
-
-    @property
-    def pressures(self) -> tuple[MeshField, ...]:
-        """Return the pressure (Pa) at each time; empty without one."""
-        return self._p
+    def series(self) -> FieldSeries:
+        """Return temperature and pressure at all times."""
+        assert self._series is not None
+        return self._series

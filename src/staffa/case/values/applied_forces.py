@@ -72,7 +72,7 @@ def _of_water(case: Case) -> dict[str, Any]:
     by_default = 0.0 if case.plane_stress else 1.0  # in plane stress pores press the plate apart
     return {
         "biot": by_default if water.biot is None else water.biot,
-        "fluid": water.fields is None or bool(water.fields.pressures),
+        "fluid": water.fields is None or water.fields.p is not None,
         "fluid_sides": tuple(fractured_sides(case)),
         "balanced": forces is None or forces.prestress is None,
     }
@@ -85,7 +85,9 @@ def pore_pressure_at_rest(case: Case) -> InSpace:
         in_pores = acting.pore_pressure
         return lambda x: np.zeros(x.shape[1]) if in_pores is None else in_pores(x, 0.0)
     if water.fields is not None:
-        return water.fields.pressures[0].reaching(case.outline.h)
+        pressure = water.fields.series.reaching(case.outline.h).pressure
+        assert pressure is not None
+        return lambda x: pressure(x, 0.0)
     return in_space(water.pressure, case.dim)
 
 

@@ -17,12 +17,22 @@ CHANGEABLE = ("time", "output", "solver")
 
 
 def attached(case: Case) -> tuple[Path, ...]:
-    """Return the mesh of a case, and the files of its fields, each once."""
+    """Return the mesh of a case, and the files of its fields and its reservoir, each once."""
     values = [value for subdomain in subdomains_of(case) for _, _, value in subdomain.properties()]
     fields = [value.path for value in values if isinstance(value, FieldFile)]
     fields += [value.path for _, value, _ in given_files(case)]
+    fields += _of_reservoir(case)
     mesh = [] if case.domain.file is None else [Path(abspath(case.domain.file))]
     return tuple(dict.fromkeys([*mesh, *fields]))
+
+
+def _of_reservoir(case: Case) -> list[Path]:
+    """Return the files of the rock and of the water of a reservoir."""
+    keys = case.reservoir
+    if keys is None:
+        return []
+    rock = [v.path for v in (keys.permeability, keys.porosity) if isinstance(v, FieldFile)]
+    return rock if keys.fields is None else [*rock, *keys.fields.series.paths]
 
 
 def case_identity(text: str, files: Iterable[Path]) -> str:
