@@ -25,6 +25,7 @@ USEFUL: dict[str, Callable[[], str]] = {
     "threads": checks.threads,
     "Gmsh": checks.gmsh,
     "pictures": checks.pictures,
+    "reservoir": checks.reservoir,
 }
 LAST: dict[str, Callable[[], str]] = {"two ranks": checks.two_ranks}
 

@@ -20,6 +20,7 @@ from staffa.backend.child_process import output_of
 from staffa.case.reading import ready_cases
 from staffa.errors import StaffaError
 from staffa.io.run_directory import open_run
+from staffa.reservoir import interpreter
 
 HELLO = '#include <stdio.h>\nint main(void) { puts("hello"); return 0; }\n'
 VERSION = "#include <Python.h>\n" + HELLO.replace('"hello"', "PY_VERSION")
@@ -225,6 +226,12 @@ def pictures() -> str:
         drawn = in_python(PICTURE)
     require_sound(drawn == "True", "what is drawn in 3-D stays empty; install libGL or Mesa")
     return "3-D bodies can be drawn"
+
+
+def reservoir() -> str:
+    """The reservoir simulator, for water that circulates: it takes a step on five cells."""
+    python = interpreter.simulator_python()
+    return f"simulator {interpreter.answers(python)} in {python} answers"
 
 
 def two_ranks() -> str:
