@@ -100,6 +100,11 @@ def test_every_file_is_told(place: Path) -> None:
     # Of 3-D, of a damaged run, and of cracks whose damage has a ridge.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
     others |= {"quantities.csv"}  # of a script
+    others |= {  # of a reservoir
+        "production.csv",
+        "fields/reservoir-NNNN.vtkhdf",
+        "fields/reservoir.vtkhdf.series",
+    }
     assert named("A run") - of_a_run <= others
     of_all = {name for name in written(place / "all") if not name.startswith("seed-")}
     assert of_all <= named("An ensemble") and "ensemble.csv" in of_all

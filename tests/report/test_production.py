@@ -289,7 +289,7 @@ def test_the_page_has_a_section_with_pictures_table_and_sentences(tmp_path: Path
     assert (
         section.count("<img") == 2 and "Dotted line: a fracture in rock without cracks" in section
     )
-    assert "First time at which the drawdown is above 1 %." in section
+    assert "thermal breakthrough: first time at which the drawdown is above 1 %" in section
     assert page.split("<h2>Pictures</h2>")[1].count("The temperature of the reservoir") == 0
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import zip_longest
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -39,6 +40,7 @@ Figures = dict[str, Callable[[], Figure]]
 Frames = Sequence[tuple[Frame, Frame]]
 DRAWN = ("total energy", "elastic energy", "surface energy", "energy of loads")
 GROWTH = ("crack size", "deepest crack", "cracks")
+AMID = ("production temperature", "highest pressure")  # their changes are far above zero
 PRODUCED = ("production temperature", "produced power", "highest pressure")
 
 
@@ -86,9 +88,9 @@ def curves_figure(pair: Pair, names: Sequence[str], *, gap: bool = False) -> Fig
         at, apart = gap_between_steps(pair)
         rows[-1].plot(at, 100 * apart, color=BLACK, linewidth=WIDTHS[-1])
         rows[-1].set_ylabel("apart (%)")
-    for axes in rows:
+    for axes, name in zip_longest(rows, names):
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        if axes.dataLim.ymin >= 0 and "temperature" not in axes.get_ylabel():
+        if axes.dataLim.ymin >= 0 and name not in AMID:
             axes.set_ylim(bottom=0)
         if axes.get_ylabel() == "cracks":
             count_axis(axes, ticks=4)

@@ -122,6 +122,6 @@ def _mark_drawdown(axes: Axes, manifest: Manifest, found: Sequence[Production]) 
             x = manifest.shown.time.of(when)
             axes.axvline(x, color=BLACK, linewidth=0.6, linestyle=(0, (1, 3)))
             axes.annotate(
-                f" {level:.0%}", (x, 0.02), xycoords=("data", "axes fraction"), fontsize=7.5,
-                va="bottom",
+                f" {100 * level:.0f} %", (x, 0.02), xycoords=("data", "axes fraction"),
+                fontsize=7.5, va="bottom",
             )  # fmt: skip

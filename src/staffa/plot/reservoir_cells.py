@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import ceil, prod
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,6 +10,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
 from scipy.spatial import KDTree
 
 from staffa.io.reservoir_fields import ReservoirFields, read_reservoir
@@ -23,6 +26,7 @@ from staffa.records.reservoir_facts import ReservoirFacts
 COLORS = "RdYlBu_r"
 FEW = 4  # panels
 CRACK = "#14100c"
+RIM: dict[str, Any] = {"edgecolor": "#555555", "linewidth": 0.6}
 RASTER = 400  # points along the longer side of a section of a 3-D body
 Moments = Sequence[tuple[Frame, ReservoirFields]]
 
@@ -128,14 +132,16 @@ def _section(
 def _draw_cracks(
     axes: Axes, manifest: Manifest, frame: Frame, normal: int, facts: ReservoirFacts
 ) -> None:
-    """Draw damage above the threshold in black, and in 2-D the rim of the body."""
+    """Draw damage above the threshold in black, and the rim of the body, in 3-D of its box."""
     only = ListedColormap([CRACK])
     if len(manifest.size) == 3:
         x, y, broken = _broken_in(frame, manifest, normal, _place(facts, normal))
         axes.pcolormesh(x, y, np.ma.masked_where(~broken, broken).T, cmap=only, shading="nearest")
+        around = Rectangle((x[0], y[0]), float(np.ptp(x)), float(np.ptp(y)), fill=False, **RIM)
+        axes.add_patch(around)
         return
     triangles = triangulation(frame.grid, manifest)
-    axes.add_collection(LineCollection(list(rim(triangles)), colors="#555555", linewidths=0.6))
+    axes.add_collection(LineCollection(list(rim(triangles)), **RIM))
     if frame.alpha.max() > manifest.threshold:
         axes.tricontourf(triangles, frame.alpha, levels=[manifest.threshold, np.inf], colors=CRACK)
 
@@ -169,5 +175,5 @@ def _draw_wells(
         axes.plot([x], [y], "o", color=BLACK, markerfacecolor="white", markersize=5, clip_on=False)
         axes.annotate(
             name, (x, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
-            annotation_clip=False,
+            annotation_clip=False, path_effects=[withStroke(linewidth=2, foreground="white")],
         )  # fmt: skip

@@ -1,6 +1,5 @@
 """Production of a run: production.csv, and the numbers that an engineer asks for."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite, prod
 from typing import Any
@@ -10,7 +9,6 @@ from staffa.io.production_rows import (
     BREAKTHROUGH,
     COOLER,
     LATE,
-    Production,
     WellRow,
     first_time,
     production,
@@ -33,6 +31,19 @@ UNITS = {
     "area": "m²",
     "lost": "kg",
 }
+MEANINGS = {
+    "thermal breakthrough": "first time at which the drawdown is above 1 %",
+    "drawdown of 10 %": "first time at which it is above 10 %",
+    "10 K less": "first time at which the water is 10 K colder than the rock was",
+    "production temperature": "of the water at the end, all producers mixed",
+    "power": "heat per time that the surface gets at the end",
+    "energy": "heat that the surface got by the end",
+    "recovered": "that heat over what the body gives as it cools to the injected water",
+    "peak pressure": "highest pressure in a well at the end of a step",
+    "exchange area": "one wall of a single fracture that would cool the water as at the end",
+    "lost water": "injected and not produced by the end",
+    "balance": "heat through the wells minus heat stored, over the latter",
+}
 NEVER = "not by the end"
 
 
@@ -45,7 +56,7 @@ class ProductionNumber:
     name : its name.
     value : the number (SI), NaN where there is none, infinite for a time that is not reached.
     unit : unit in which it is shown.
-    meaning : a sentence on it.
+    meaning : what it is, in words.
     """
 
     name: str
@@ -80,79 +91,33 @@ def production_numbers(run: Run) -> list[ProductionNumber]:
     found = production(run.manifest.reservoir, run.steps)
     if not found:
         return []
-    return [*_of_temperature(run, found), *_of_energy(run, found)]
-
-
-def _of_temperature(run: Run, found: list[Production]) -> Iterator[ProductionNumber]:
-    """Times at which the water gets cooler, and its temperature at the end."""
-    shown, drawdown = run.manifest.shown, [one.drawdown for one in found]
-    fall = [one.fall for one in found]
-    for name, values, level, meaning in (
-        (
-            "thermal breakthrough",
-            drawdown,
-            BREAKTHROUGH,
-            "First time at which the drawdown is above 1 %.",
-        ),
-        ("drawdown of 10 %", drawdown, LATE, "First time at which the drawdown is above 10 %."),
-        (
-            "10 K less",
-            fall,
-            COOLER,
-            "First time at which the water is 10 K colder than the rock was.",
-        ),
-    ):
-        yield ProductionNumber(
-            name=name,
-            value=first_time(found, values, level),
-            unit=shown.time,
-            meaning=meaning,
-        )
-    yield ProductionNumber(
-        name="production temperature",
-        value=found[-1].T,
-        unit=shown.temperature,
-        meaning="Temperature of the produced water at the end, of all producers mixed.",
-    )
-
-
-def _of_energy(run: Run, found: list[Production]) -> Iterator[ProductionNumber]:
-    """Power, energy, pressure and area."""
-    last, units = found[-1], water_units(run.manifest, found)
-    told = (
-        ("power", last.power, units["power"], "Heat per time that the surface gets at the end."),
-        ("energy", last.heat, units["heat"], "Heat that the surface got by the end."),
-        ("recovered", last.recovered, NONE, "That heat over the heat of the body."),
-        (
-            "peak pressure",
-            max(one.pressure for one in found),
-            units["pressure"],
-            "Highest pressure in a well at the end of a step.",
-        ),
-        (
-            "exchange area",
-            last.area,
-            Unit(name="m²"),
-            "Area of one wall of a fracture that would cool the water as it is at the end.",
-        ),
-        ("lost water", last.lost, Unit(name="kg"), "Water injected and not produced by the end."),
-        (
-            "balance",
-            last.balance,
-            NONE,
-            "Heat through the wells minus heat stored, over the latter.",
-        ),
-    )
-    for name, value, unit, meaning in told:
-        yield ProductionNumber(name=name, value=value, unit=unit, meaning=meaning)
+    shown, units, last = run.manifest.shown, water_units(run.manifest, found), found[-1]
+    drawdown, fall = ([getattr(one, name) for one in found] for name in ("drawdown", "fall"))
+    values = {
+        "thermal breakthrough": (first_time(found, drawdown, BREAKTHROUGH), shown.time),
+        "drawdown of 10 %": (first_time(found, drawdown, LATE), shown.time),
+        "10 K less": (first_time(found, fall, COOLER), shown.time),
+        "production temperature": (last.T, shown.temperature),
+        "power": (last.power, units["power"]),
+        "energy": (last.heat, units["heat"]),
+        "recovered": (last.recovered, NONE),
+        "peak pressure": (max(one.pressure for one in found), units["pressure"]),
+        "exchange area": (last.area, Unit(name="m²")),
+        "lost water": (last.lost, Unit(name="kg")),
+        "balance": (last.balance, NONE),
+    }
+    return [
+        ProductionNumber(name=name, value=value, unit=unit, meaning=MEANINGS[name])
+        for name, (value, unit) in values.items()
+    ]
 
 
 def production_numbers_table(run: Run) -> Table:
     """Return these numbers as a table for people."""
     return Table(
         title="Production",
-        columns=columns_of("number", "value", "meaning"),
-        rows=tuple((one.name, one.text, one.meaning) for one in production_numbers(run)),
+        columns=columns_of("number", "value"),
+        rows=tuple((f"{one.name}: {one.meaning}", one.text) for one in production_numbers(run)),
         notes=(
             "Heat counts above that of the injected water. production.csv has the numbers of each "
             "step and well, docs/circulation.md their formulas.",
