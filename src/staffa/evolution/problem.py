@@ -10,7 +10,7 @@ import numpy as np
 from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
 from staffa.heat.thermal_body import Conduction
-from staffa.loads.closed_form import Face, Load, NoLoad
+from staffa.loads.closed_form import CoupledLoad, Face, Load, NoLoad
 from staffa.loads.forces import Forces
 from staffa.model.domain import Domain
 from staffa.model.initial_cracks import FlatCrack
@@ -21,7 +21,6 @@ from staffa.physics.locking import LINEAR
 from staffa.physics.split import NO_SPLIT, Contact, EnergySplit
 from staffa.physics.temperature import Law
 from staffa.records.step import Stop
-from staffa.reservoir.reservoir_load import ReservoirLoad
 
 # A mesh that resolves the regularization length less than this guesses too badly to be of use.
 RESOLVED = 3.0
@@ -205,7 +204,7 @@ class Problem:
     elements: str = LINEAR
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
-    load: Load | Conduction | ReservoirLoad
+    load: Load | CoupledLoad | Conduction
     temperatures: Temperatures | None = None
     forces: Forces = field(default_factory=Forces)
     schedule: Schedule

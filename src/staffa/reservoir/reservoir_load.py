@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from hashlib import sha256
 
 from staffa.reservoir.simulator import ReservoirModel, Simulator
 
@@ -21,3 +22,13 @@ class ReservoirLoad:
     model: ReservoirModel
     open: Callable[[], Simulator]
     balance: float = 1e-7
+
+    def identity(self) -> str:
+        """Return a text by which a run that goes on knows the reservoir again."""
+        model, told = self.model, sha256()
+        for edges in model.grid.edges:
+            told.update(edges.tobytes())
+        for name in ("permeability", "porosity", "conductivity", "rho_c", "T", "p"):
+            told.update(getattr(model, name).tobytes())
+        told.update(repr((model.water, tuple(model.wells), model.gravity)).encode())
+        return told.hexdigest()
