@@ -1,8 +1,8 @@
 """Facts on the cost of a run: cells, unknowns, steps, memory and time."""
 
+from staffa.case.check.circulation_facts import reservoir_cost
 from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
 from staffa.case.check.mesh_warnings import cell_edge
-from staffa.case.check.reservoir_facts import reservoir_cost
 from staffa.case.rules import adaptive
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import prescribed_knots

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from math import sqrt
 
+from staffa.case.check.circulation_facts import circulation_facts
 from staffa.case.check.cooling_warnings import WAVELENGTH
 from staffa.case.check.cost_facts import cost_facts
 from staffa.case.check.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.case.check.element_notes import element_facts
 from staffa.case.check.mesh_warnings import cell_edge
-from staffa.case.check.reservoir_facts import reservoir_facts
 from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
@@ -62,7 +62,7 @@ def preview(case: Case) -> Preview:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)
     if case.reservoir is not None:
-        facts += reservoir_facts(case, derived)
+        facts += circulation_facts(case, derived)
     return Preview(
         facts=tuple([*facts, *cost_facts(case, derived)]),
         warnings=tuple(warnings(case, derived)),

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from staffa.case.check.circulation_facts import not_found
 from staffa.case.check.cooling_warnings import of_plane_strain
 from staffa.case.check.cracking import first_and_last
-from staffa.case.check.reservoir_facts import not_found
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.reservoir_drop import coldest_water
 from staffa.case.schema.case import Case

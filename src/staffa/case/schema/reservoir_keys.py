@@ -43,7 +43,7 @@ from staffa.case.schema.property_keys import (
     RandomNumber,
     RandomPermeability,
 )
-from staffa.case.schema.reservoir_fields import FieldsKeys
+from staffa.case.schema.series_keys import FieldsKeys
 from staffa.case.schema.tolerances import Agreement
 from staffa.errors import InputError
 from staffa.units import Quantity

@@ -31,7 +31,7 @@ START, STEP, SMALL, POWER = 3.0, 1.4, 3120, 1.3
 EARLY = 6.0  # steps that the many small inner steps of the first one are worth
 
 
-def reservoir_facts(case: Case, derived: Numbers) -> Iterator[Fact]:
+def circulation_facts(case: Case, derived: Numbers) -> Iterator[Fact]:
     """Yield the facts on a reservoir, its cost left aside."""
     keys = reservoir_keys(case)
     yield from _simulator(case)
