@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from staffa.errors import LoadError
+from staffa.case.reading.read import parse_case
+from staffa.errors import InputError, SolveError
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Problem, Solvers
 from staffa.evolution.session import Session, interpolated
@@ -18,6 +19,8 @@ from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
 from staffa.records.step import Step, Stop
+from staffa.setup import build as case_to
+from staffa.setup.user_objects import Given, recorded, require_same
 from support.bodies import body, rock
 
 E, NU = 2.0, 0.25
@@ -251,6 +254,50 @@ def test_a_pressure_that_is_not_finite_is_refused() -> None:
         forces=Forces(fluid=True),
     )
     system = build(problem)
-    with pytest.raises(LoadError, match="a pressure that is not finite"):
+    with pytest.raises(SolveError, match="a pressure that is not finite"):
         list(march(problem, system))
     system.destroy()
+
+
+SECTION = """
+[domain]
+size = [1.0, 0.5]
+h = 0.125
+[material]
+plane = "strain"
+[damage]
+ell = 0.3
+[temperature]
+profile = "none"
+[time]
+t = [1.0]
+"""
+
+
+def test_the_pressure_of_a_script_s_load_acts() -> None:
+    """In pores, but in plane stress, where they would press the plate apart; and it is known
+    again."""
+    water = Water(start=0.1, rate=0.2)
+    setup = case_to.problem(parse_case(SECTION), temperature=water)
+    assert setup.forces == Forces(fluid=True, biot=1.0, balanced=True)
+    thin = case_to.problem(parse_case(SECTION, ('material.plane="stress"',)), temperature=water)
+    assert thin.forces == Forces(fluid=True, biot=0.0, balanced=True)
+    stressed = ("forces.prestress={xx=-1.0,yy=-1.0,zz=-1.0}",)
+    assert not case_to.problem(parse_case(SECTION, stressed), temperature=water).forces.balanced
+    own = recorded(Given(temperature=water), setup)
+    other = Given(temperature=Water(start=0.1, rate=0.3))
+    with pytest.raises(InputError, match="go on with the same one"):
+        require_same(other, own, case_to.problem(parse_case(SECTION), **vars(other)), "run")
+
+
+@pytest.mark.parametrize(
+    ("load", "settings", "words"),
+    [
+        (Water(), ("forces.pore_pressure=0.1",), "leave one of them out"),
+        (Water(), ("forces.crack_pressure=1.0",), "leave one of them out"),
+        (Water(start=np.nan), (), "the pressure is not finite at t = 1"),
+    ],
+)
+def test_a_pressure_that_cannot_be(load, settings, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        case_to.problem(parse_case(SECTION, settings), temperature=load)

@@ -20,7 +20,7 @@ from staffa.evolution.thermal_state import ThermalFields as ThermalFields
 from staffa.evolution.thermal_state import ThermalState as ThermalState
 from staffa.heat.thermal_body import Conduction
 from staffa.heat.transient import HeatEquation
-from staffa.loads.closed_form import Load, PressureLoad
+from staffa.loads.closed_form import Load, pressure_of
 from staffa.model.domain import Domain
 from staffa.model.fields import Spaces, vertices
 from staffa.records.step import Heat
@@ -46,7 +46,8 @@ class ClosedForm:
         return ThermalState(T=self._load.temperature(self._x, end), p=self._pressure(end)), None
 
     def _pressure(self, t: float) -> np.ndarray | None:
-        return self._load.pressure(self._x, t) if isinstance(self._load, PressureLoad) else None
+        pressure = pressure_of(self._load)
+        return None if pressure is None else pressure(self._x, t)
 
     def span(self, thermal: ThermalState) -> float:
         """See `ThermalCoupling`."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.special import erfc, erfcx
@@ -14,23 +14,12 @@ from staffa.loads.forces import InSpaceAndTime
 class Load(Protocol):
     """A temperature field known beforehand.
 
-    A user's own load is any object with this one method.
+    A user's own load is any object with this one method. It may have a second one, `pressure`, with
+    the same arguments: that of a fluid in pores and cracks (Pa), see `pressure_of`.
     """
 
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
         """Return the temperature change (K), shape (n,), at points x, shape (3, n), and time t."""
-        ...
-
-
-@runtime_checkable
-class PressureLoad(Load, Protocol):
-    """A temperature field with the pressure of a fluid in pores and cracks."""
-
-    def pressure(self, x: np.ndarray, t: float) -> np.ndarray | None:
-        """Return the pressure (Pa), shape (n,), at points x, shape (3, n), and time t.
-
-        None at all times where no pressure is known.
-        """
         ...
 
 
@@ -43,6 +32,17 @@ class CoupledLoad(Protocol):
     def identity(self) -> str | float | Sequence[float]:
         """Return a short text, or numbers, by which a run that goes on knows it again."""
         ...
+
+
+def pressure_of(load: Any) -> InSpaceAndTime | None:
+    """Return the pressure (Pa) that a load gives beside the temperature; None without one.
+
+    Parameters
+    ----------
+    load : any load.
+    """
+    found = getattr(load, "pressure", None)
+    return found if callable(found) else None
 
 
 @dataclass(frozen=True, kw_only=True)

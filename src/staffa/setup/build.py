@@ -1,13 +1,14 @@
 """Case -> Problem: the objects that a case file stands for."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from staffa.backend.stack import MPI
 
 import numpy as np
 
-from staffa.arguments import require
+from staffa.arguments import require, told
 from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.rules import require_loaded
 from staffa.case.scales.case_scales import Numbers, derived_numbers, load
@@ -20,6 +21,7 @@ from staffa.case.values.elements import elements_of
 from staffa.case.values.given_files import factors, in_body
 from staffa.case.values.heat_equation import conduction
 from staffa.case.values.property_functions import in_space
+from staffa.errors import InputError
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -32,7 +34,8 @@ from staffa.evolution.problem import (
 from staffa.evolution.schedule import Schedule
 from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.heat.thermal_body import Conduction
-from staffa.loads.closed_form import CoupledLoad, Load
+from staffa.loads.closed_form import CoupledLoad, Load, pressure_of
+from staffa.loads.forces import Forces
 from staffa.model.domain import Domain, block, body
 from staffa.model.supports import (
     Displacement,
@@ -99,7 +102,7 @@ def problem(
         regions=regions,
         load=_load(case, derived, temperature, domain, times),
         temperatures=_temperatures(case),
-        forces=forces(case),
+        forces=_forces(case, temperature),
         schedule=times,
         sides=side_supports(case, domain),
         section=_section(case),
@@ -126,6 +129,21 @@ def problem(
             threshold=case.measures.threshold,
         ),
     )
+
+
+def _forces(case: Case, own: Load | CoupledLoad | None) -> Forces:
+    """Return the forces of a case, and of the pressure that a script's load gives."""
+    found = forces(case)
+    if pressure_of(own) is None:
+        return found
+    if found.pore_pressure is not None or found.in_cracks:
+        raise InputError(
+            f"temperature = {told(own)}: it gives the pressure of the fluid in pores and cracks, "
+            f"and so do [forces] or [reservoir] of the case; leave one of them out"
+        )
+    # In plane stress pores would press the plate apart.
+    biot = 0.0 if case.plane_stress else found.biot
+    return replace(found, fluid=True, biot=biot, balanced=found.prestress is None)
 
 
 def _load(

@@ -17,7 +17,7 @@ from staffa.errors import InputError
 from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import Problem
 from staffa.heat.thermal_body import Conduction
-from staffa.loads.closed_form import CoupledLoad, Load
+from staffa.loads.closed_form import CoupledLoad, Load, pressure_of
 from staffa.model.domain import Domain
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS
@@ -136,38 +136,41 @@ def tried_load(load: Load, domain: Domain, at: tuple[float, ...]) -> tuple[float
     places = 2 * np.pi * TURNS @ ((x - lower) / size)
     waves = np.cos(np.arange(WAVES)[:, None] * places)
     found = []
-    for t in at:
-        T, said = _temperature(load, x, t)
-        first = best_candidate(domain.comm, (said,) if said else None)
-        if first:
-            raise InputError(f"the load {type(load).__name__}: {first[0]}")
-        found += [max_over_ranks(domain.comm, wave * T) for wave in waves]
+    given = {"temperature": load.temperature, "pressure": pressure_of(load)}
+    for name, value in given.items():
+        for t in at if value is not None else ():
+            values, said = _values(name, value, x, t)
+            first = best_candidate(domain.comm, (said,) if said else None)
+            if first:
+                raise InputError(f"the load {type(load).__name__}: {first[0]}")
+            found += [max_over_ranks(domain.comm, wave * values) for wave in waves]
     return tuple(found)
 
 
-def _temperature(load: Load, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
-    """Return the temperatures at points, shape (3, n) -> (n,), and what is wrong with them."""
+def _values(name: str, value: Any, x: np.ndarray, t: float) -> tuple[np.ndarray, str]:
+    """Return a load's values at points, shape (3, n) -> (n,), and what is wrong with them."""
     n, when = x.shape[1], f"at t = {t:.6g}"
     none = np.zeros(n)
     try:
-        T, again = (np.asarray(load.temperature(x.copy(), t)) for _ in range(2))
+        found, again = (np.asarray(value(x.copy(), t)) for _ in range(2))
     except Exception as error:  # whatever a user's function raises
-        return none, f"temperature(x, t) fails {when} ({type(error).__name__}: {error}); fix it"
-    if T.shape != (n,) or T.dtype.kind not in "fiu":
-        kind = f"an array of shape {T.shape} and type {T.dtype}" if T.shape else told(T.item())
+        return none, f"{name}(x, t) fails {when} ({type(error).__name__}: {error}); fix it"
+    if found.shape != (n,) or found.dtype.kind not in "fiu":
+        shape = f"an array of shape {found.shape} and type {found.dtype}"
+        kind = shape if found.shape else told(found.item())
         return none, (
-            f"temperature(x, t) gives {kind} for points of shape (3, {n}); give one number a "
+            f"{name}(x, t) gives {kind} for points of shape (3, {n}); give one number a "
             f"point, shape ({n},), like np.full(x.shape[1], -1.0)"
         )
-    if not np.all(np.isfinite(T)):
-        where = ", ".join(f"{c:.6g}" for c in x[:, np.flatnonzero(~np.isfinite(T))[0]])
-        return none, f"the temperature is not finite {when}, at x = ({where}); fix it"
-    if not np.array_equal(T, again):
+    if not np.all(np.isfinite(found)):
+        where = ", ".join(f"{c:.6g}" for c in x[:, np.flatnonzero(~np.isfinite(found))[0]])
+        return none, f"the {name} is not finite {when}, at x = ({where}); fix it"
+    if not np.array_equal(found, again):
         return none, (
-            f"it gives another temperature when it is asked again {when}, and must depend on place "
+            f"it gives another {name} when it is asked again {when}, and must depend on place "
             f"and time alone; fix it"
         )
-    return T, ""
+    return found, ""
 
 
 def recorded(given: Given, setup: Problem) -> dict[str, Own]:
