@@ -92,6 +92,7 @@ def test_a_folder_that_is_not_its_own_is_left_alone(copy: Path) -> None:
 
 def test_the_pins_are_exact_and_name_the_simulator() -> None:
     lines = (ROOT / "constraints-reservoir.txt").read_text().split("\n")
-    pins = [line for line in lines if line and not line.startswith("#")]
+    # Some pins differ from one Python to another.
+    pins = [line.split(";")[0] for line in lines if line and not line.startswith("#")]
     assert all(pin.count("==") == 1 and " " not in pin and "@" not in pin for pin in pins), pins
     assert "open-darts==2.0.0" in pins

@@ -1,6 +1,7 @@
 """Process of a simulator that ends, hangs or talks nonsense; a small script takes its place."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -203,3 +204,24 @@ def test_fields_of_a_state_can_be_written_to(tmp_path: Path) -> None:
     simulator.close()
     np.add(flow.T, 1.0, out=flow.T)
     assert set(flow.T) == {401.0}
+
+
+ENDS_BY_SIGNAL = """
+import signal, sys
+import numpy as np
+from staffa.reservoir.child import Child, ChildError
+signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+child = Child([sys.executable, "-c", ""])
+child.process.wait()
+try:
+    child.ask({"do": "step"}, [np.zeros(10**6)])
+except ChildError as error:
+    print(error)
+"""
+
+
+def test_a_write_to_a_dead_process_is_an_error_and_no_signal() -> None:
+    """PETSc ends all ranks at a SIGPIPE; here it would end the process."""
+    command = [sys.executable, "-c", ENDS_BY_SIGNAL]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.stdout, done.returncode) == ("it ended with exit code 0\n", 0), done.stderr
