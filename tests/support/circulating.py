@@ -123,7 +123,9 @@ def boxed_run(path: Path) -> Run:
     }
     sides = tuple(tuple(map(float, axis)) for axis in edges)
     known = facts(wells=wells, flow=None, thickness=None, edges=sides)
-    create(path, 'title = "A box"\n', manifest([10 * DAY], size=size, L=20.0, reservoir=known))
+    create(
+        path, 'title = "A box"\n', manifest([10 * DAY], size=size, h=2.0, L=20.0, reservoir=known)
+    )
     mesh = cell_mesh([np.linspace(0, length, round(length / 2) + 1) for length in size])
     x, _, z = mesh.points.T
     off = np.hypot((x + 3) % 6 - 3, np.maximum(z - 6, 0))
