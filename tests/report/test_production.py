@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import replace
+from functools import partial
 from io import StringIO
 from math import inf, isnan, nan
 from pathlib import Path
@@ -15,7 +16,10 @@ from report.test_report import assert_shows_something
 from staffa.display_units import Unit
 from staffa.io.production_rows import WellRow, first_time, production, well_rows
 from staffa.io.run_directory import append_step, create, open_run
+from staffa.plot.frames import read_frames
 from staffa.plot.production_curves import closed_form_temperature
+from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments, section_axis
+from staffa.plot.style import write_picture
 from staffa.records.circulation import Circulation, WellAccount
 from staffa.records.reservoir_facts import FractureFlow, WellFacts
 from staffa.report.drawing import draw
@@ -29,6 +33,7 @@ from support.circulating import (
     HOT,
     LENGTH,
     account,
+    boxed_run,
     facts,
     fracture_run,
     manifest,
@@ -331,3 +336,24 @@ def test_water_that_comes_at_the_rocks_temperature_has_no_breakthrough(tmp_path:
     assert text["thermal breakthrough"] == text["10 K less"] == "not by the end"
     assert text["exchange area"] == "-" and float(text["balance"]) == pytest.approx(0, abs=1e-12)
     draw(run)
+
+
+def test_a_3d_reservoir_is_drawn_in_the_section_through_its_wells(tmp_path: Path) -> None:
+    """Wells at y = 15 m: cracks of the body are drawn in that section, names of wells as text."""
+    run = boxed_run(tmp_path)
+    known = run.manifest.reservoir
+    assert known is not None and section_axis(known) == 1
+    frames, _ = read_frames(run)
+    moments, reasons = reservoir_moments(run, frames)
+    assert len(moments) == 1 and not reasons
+    figure = reservoir_figure(run.manifest, known, moments)
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "z (m)")
+    cells, cracks = axes.collections[:2]
+    assert cells.get_array().size == 40 * 20 and cells.get_array().min() < HOT - 100
+    drawn = cracks.get_array().compressed()
+    assert drawn.size > 0 and drawn.all()
+    assert {text.get_text() for text in axes.texts} == {"in $a$", "out"}
+    path = tmp_path / "reservoir.png"
+    write_picture(path, partial(reservoir_figure, run.manifest, known, moments))
+    assert_shows_something(path)

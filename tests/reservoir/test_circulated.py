@@ -164,7 +164,7 @@ def marched(text: str, *settings: str) -> tuple[System, list[Step], list[np.ndar
 def test_the_rock_sees_the_simulator_alone() -> None:
     """With steps that are taken again, to the bit at the times that stand."""
     adaptive = (
-        'time={t={start="1 d",stop="20 d",shortest="1 h",longest="8 d",advance=0.3,growth=3.0}}'
+        'time={t={start="1 d",stop="20 d",shortest="1 h",longest="8 d",advance=0.7,growth=4.0}}'
     )
     system, steps, temperatures = marched(WALL, adaptive)
     assert any(step.status is Status.REJECTED for step in steps), "there must be one"

@@ -21,6 +21,7 @@ HOT, COLD, FAR = 473.15, 333.15, 20e6
 K, RHO_C, WATER = 2.5, 2.3e6, 4.2e6
 SIZE = (60.0, 30.0)
 EDGES = (np.linspace(0.0, 60.0, 31), np.array([-0.05, *np.linspace(0.0, 30.0, 16), 34.0, 42.0]))
+BOX = ((-20.0, 60.0, 41), (0.0, 30.0, 16), (0.0, 40.0, 21))  # ends and faces along each axis
 LENGTH, FLOW = 60.0, 2e-5  # of the fracture (m), and in it (m^2/s)
 
 
@@ -111,3 +112,34 @@ def write_both(path: Path, index: int, time: float) -> None:
     write_reservoir(
         path, index, EDGES, T=flat, p=np.full_like(flat, FAR), k=np.full_like(flat, 1e-18)
     )
+
+
+def boxed_run(path: Path) -> Run:
+    """A run of one step of a 3-D body, in a larger reservoir that is cold around its injector."""
+    size, edges = (40.0, 30.0, 20.0), [np.linspace(*ends) for ends in BOX]
+    wells = {
+        "in $a$": WellFacts(at=(5.0, 15.0, 10.0), T_rock=HOT, p_rock=FAR, rate=0.02, T=COLD),
+        "out": WellFacts(at=(35.0, 15.0, 18.0), T_rock=HOT, p_rock=FAR, pressure=FAR),
+    }
+    sides = tuple(tuple(map(float, axis)) for axis in edges)
+    known = facts(wells=wells, flow=None, thickness=None, edges=sides)
+    create(
+        path, 'title = "A box"\n', manifest([10 * DAY], size=size, h=2.0, L=20.0, reservoir=known)
+    )
+    mesh = cell_mesh([np.linspace(0, length, round(length / 2) + 1) for length in size])
+    x, _, z = mesh.points.T
+    off = np.hypot((x + 3) % 6 - 3, np.maximum(z - 6, 0))
+    fields = {
+        "alpha": np.clip(1 - off / 4, 0, 1),
+        "T": np.zeros_like(x),
+        "u": np.zeros((len(x), 3)),
+    }
+    write_vtkhdf(path / fields_name(0), mesh, fields)
+    middles = np.meshgrid(*((axis[1:] + axis[:-1]) / 2 for axis in edges), indexing="ij")
+    apart = [axis - at for axis, at in zip(middles, wells["in $a$"].at, strict=True)]
+    T = (HOT - 140 * np.exp(-np.square(apart).sum(axis=0) / 64)).ravel(order="F")
+    write_reservoir(path, 0, edges, T=T, p=np.full_like(T, FAR), k=np.full_like(T, 1e-18))
+    made = account(10 * DAY, HOT)
+    water = replace(made, wells=dict(zip(wells, made.wells.values(), strict=True)))
+    append_step(path, step(0, 10 * DAY, water, fields=fields_name(0)))
+    return open_run(path)

@@ -25,6 +25,7 @@ from staffa.records.reservoir_facts import ReservoirFacts
 
 COLORS = "RdYlBu_r"
 FEW = 4  # panels
+BELOW = 0.5  # inches for the bar of colors
 CRACK = "#14100c"
 RIM: dict[str, Any] = {"edgecolor": "#555555", "linewidth": 0.6}
 RASTER = 400  # points along the longer side of a section of a 3-D body
@@ -73,7 +74,7 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
     x, y = (manifest.shown.length.of(edges[axis]) for axis in across)
     size = (float(np.ptp(x)), float(np.ptp(y)))
     columns, height = layout(size, len(moments))
-    figure = new_figure(max(height, 2.2), gap=0.05)
+    figure = new_figure(max(height, 2.2) + BELOW, gap=0.08)
     panels = figure.subplots(
         ceil(len(moments) / columns), columns, squeeze=False, sharex=True, sharey=True
     )
