@@ -15,12 +15,13 @@ export PYTHONNOUSERSITE = 1
 FOR_TESTS = STAFFA_CFLAGS="-O1 -g0"
 SHARED_OUT = -n $(RANKS) --dist worksteal
 .PHONY: help demo demo3d check lint types quick test test-serial test-mpi docs coverage
-.PHONY: bench verify format clean FORCE
+.PHONY: bench verify format clean reservoir FORCE
 .NOTPARALLEL:
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
 	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
+	@echo "make reservoir  the reservoir simulator open-DARTS, into .reservoir; 1.1 GB, some minutes"
 	@echo "make check   format, lint, measures of the code and types; no tests, which are in make test"
 	@echo "make quick   the fast tests alone"
 	@echo "make test    run every test, the fast ones too, but those of minutes, which make verify runs"
@@ -29,7 +30,7 @@ help:
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes hours"
 	@echo "make format  rewrite the code in the house format"
-	@echo "make clean   delete .venv and caches, keep runs/"
+	@echo "make clean   delete .venv, .reservoir and caches, keep runs/"
 
 demo: $(READY)
 	rm -rf runs/demo
@@ -38,6 +39,10 @@ demo: $(READY)
 demo3d: $(READY)
 	rm -rf runs/demo3d
 	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/brick.toml --out runs/demo3d
+
+# A separate environment: open-DARTS needs other versions than .venv, and has no wheel for 3.14.
+reservoir:
+	@tools/reservoir.sh
 
 check: lint types
 
@@ -87,7 +92,7 @@ format: $(READY)
 	$(PYTHON_HERE) -m ruff format
 
 clean:
-	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache .coverage src/*.egg-info
+	rm -rf .venv .reservoir build dist .mypy_cache .pytest_cache .ruff_cache .coverage src/*.egg-info
 	find src tests verification bench -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # The stamp holds the folder that the environment was made in: a copy of the tree that took

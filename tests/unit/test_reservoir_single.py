@@ -63,7 +63,7 @@ def test_production_of_parallel_fractures(at: dict[str, float], value: float) ->
     model = fracture_wall(at["z"], at["spacing"] / 2, q=at["q"], opening=1e-7, h=1.0, porosity=0.0)
     simulator = SingleFracture(model)
     _, account, _ = simulator.advance(simulator.start(), None, at["t"] * DAY)
-    assert pytest.approx(value, abs=2e-4) == account.wells["out"].T - 273.15
+    assert abs(account.wells["out"].T - 273.15 - value) < 2e-4
 
 
 @pytest.mark.parametrize(("at", "value"), rows("single fracture, T"))
@@ -71,7 +71,7 @@ def test_production_of_a_single_fracture(at: dict[str, float], value: float) -> 
     model = fracture_wall(at["z"], 2000.0, q=at["q"], opening=1e-7, h=100.0, porosity=0.0)
     simulator = SingleFracture(model)
     _, account, _ = simulator.advance(simulator.start(), None, at["t"] * YEAR)
-    assert pytest.approx(value, abs=2e-4) == account.wells["out"].T - 273.15
+    assert abs(account.wells["out"].T - 273.15 - value) < 2e-4
 
 
 @pytest.mark.parametrize(("at", "value"), rows("Lauwerier"))

@@ -20,7 +20,7 @@ from staffa.backend.child_process import output_of
 from staffa.case.reading import ready_cases
 from staffa.errors import StaffaError
 from staffa.io.run_directory import open_run
-from staffa.reservoir.interpreter import answers, simulator_python
+from staffa.reservoir import interpreter
 
 HELLO = '#include <stdio.h>\nint main(void) { puts("hello"); return 0; }\n'
 VERSION = "#include <Python.h>\n" + HELLO.replace('"hello"', "PY_VERSION")
@@ -228,6 +228,12 @@ def pictures() -> str:
     return "3-D bodies can be drawn"
 
 
+def reservoir() -> str:
+    """The reservoir simulator, for water that circulates: it takes a step on five cells."""
+    python = interpreter.simulator_python()
+    return f"simulator {interpreter.answers(python)} in {python} answers"
+
+
 def two_ranks() -> str:
     """A small run on two ranks; the first one compiles its forms."""
     with TemporaryDirectory() as name:
@@ -245,11 +251,3 @@ def two_ranks() -> str:
         f"{FROM_WHERE}",
     )
     return f"the ready case bar, {run.manifest.unknowns:,} unknowns, breaks as it should"
-
-
-def reservoir() -> str:
-    """Let the reservoir simulator take a step on five cells: only [reservoir] with darts needs
-    it."""
-    with told_as('cases with reservoir.simulator = "darts" cannot run here: {}'):
-        python = simulator_python()
-        return f"{answers(python)} in {python} answers"

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.reservoir.frames import FrameError, pack, unpack
+from staffa.reservoir.message_frames import FrameError, pack, unpack
 
 # Of a launcher of ranks, of this Python, and libraries that go before the simulator's own.
 STRIPPED = ("PMI", "HYDI", "HYDRA", "MPI", "OMPI", "PRTE", "PMIX", "PYTHON", "LD_PRELOAD")
@@ -27,8 +27,8 @@ class ChildError(Exception):
 class Child:
     """A process that answers one question after another.
 
-    It has a session of its own, so an interrupt of the terminal reaches the caller alone, and a
-    folder of its own, which is deleted with it. Its file 0 is a socket: a write to a process that
+    It is in a separate session, so an interrupt of the terminal reaches the caller alone, and in a
+    separate folder, which is deleted with it. Its file 0 is a socket: a write to a process that
     has ended is an error, and no signal, for which PETSc would end all ranks.
 
     Parameters
@@ -47,7 +47,7 @@ class Child:
             with self.said.open("wb") as said:
                 self.process = subprocess.Popen(
                     [str(word) for word in command], cwd=self.folder.name, env=environment(),
-                    stdin=theirs, stdout=said, stderr=said, start_new_session=True,
+                    stdin=theirs.fileno(), stdout=said, stderr=said, start_new_session=True,
                 )  # fmt: skip
         except OSError as error:
             self.line.close()

@@ -1,4 +1,4 @@
-"""open-DARTS in a process of its own: the engine for any reservoir."""
+"""open-DARTS in a separate process: the engine for any reservoir."""
 
 import os
 from collections.abc import Sequence
@@ -92,7 +92,7 @@ class Darts:
                 raise StoppedError(
                     f"The reservoir simulator {self.command[0]} failed twice in one step: {error}. "
                     "`staffa doctor` tells whether it works; then resume the run."
-                ) from None
+                ) from error
 
     def _ask(
         self, question: tuple[Any, Sequence[np.ndarray]] | None
@@ -120,7 +120,7 @@ class Darts:
 
     def _opening(self) -> dict[str, Any]:
         """Return the question that makes the reservoir in the process."""
-        model, water = self.model, self.model.water
+        model = self.model
         wells = [
             {
                 "name": well.name,
@@ -135,11 +135,18 @@ class Darts:
         ]
         return {
             "do": "open",
-            "water": water and {"rho": water.rho, "c": water.c, "mu": water.mu},
+            "water": self._water(),
             "wells": wells,
             "tolerance": model.tolerance,
             "drop": self._drop(),
         }
+
+    def _water(self) -> dict[str, float] | None:
+        """Return the constants of the water, which is nearly incompressible around a pressure."""
+        water = self.model.water
+        if water is None:
+            return None
+        return {"rho": water.rho, "c": water.c, "mu": water.mu, "p": float(self.model.p.mean())}
 
     def _drop(self) -> float:
         """Return the largest temperature difference of rock and injected water (K), or 1."""

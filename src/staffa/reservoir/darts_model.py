@@ -1,7 +1,7 @@
 """A reservoir of open-DARTS 2.0 made of cells and faces, in SI units.
 
 The simulator's own Python runs this file; nothing of staffa is imported. The units of open-DARTS
-(bar, day, kJ, kmol) stay in here. Cells and faces come from staffa, so no axis is special.
+(bar, day, kJ, kmol) stay in here. FlowCells and faces come from staffa, so no axis is special.
 """
 
 # This import comes before every other one: the wheel brings its own libstdc++, which is found
@@ -14,20 +14,14 @@ import numpy as np
 from darts.models.darts_model import DartsModel
 from darts.nonlinear_solvers import NewtonSolver, OBLBoundsSpec
 from darts.physics.base.physics import PhysicsBase
-from darts.physics.base.property_container import PropertyContainer
-from darts.physics.properties.basic import ConstFunc, PhaseRelPerm
 from darts.reservoirs.reservoir_base import ReservoirBase
+from darts_water import BAR, KILO, constant, iapws
 
 DAY = 86400.0  # s
-BAR = 1e5  # Pa
-KILO = 1e3
 FLOW = DAY * BAR / 1e-3  # m^3 of k A/d to m^3 cP/(day bar)
 HEAT = DAY / KILO  # W/K to kJ/(day K)
-G = 9.80665  # m/s^2, that of open-DARTS
-MOLAR = 18.015  # kg/kmol
 # Newton's tolerance. A smaller one is not always reached, and this one keeps balances to 1e-8.
 TOLERANCE = 1e-6
-COMPRESSIBILITY = 1e-12  # 1/Pa, of constant water, so that a closed reservoir has a pressure
 TABLE = (2.0, 2.0)  # distance of supporting points of the properties, bar and K
 LIMITS = {  # bar and K, in which Newton's method stays
     "iapws": ([1.0, 274.0], [2000.0, 640.0]),
@@ -35,7 +29,7 @@ LIMITS = {  # bar and K, in which Newton's method stays
 }
 
 
-class Cells(ReservoirBase):  # type: ignore[misc]
+class FlowCells(ReservoirBase):  # type: ignore[misc]
     """Mesh of cells, faces and wells.
 
     Parameters
@@ -66,14 +60,8 @@ class Cells(ReservoirBase):  # type: ignore[misc]
         view(mesh.op_num)[:] = 0
         return mesh
 
-    def add_perforation(self, well_name: str, res_cell_idx: int, **_: Any) -> None:
-        """Open a well to a cell, with an index that `set_flow` sets later.
-
-        Parameters
-        ----------
-        well_name : name of the well.
-        res_cell_idx : index of the cell.
-        """
+    def add_perforation(self, well_name: str, res_cell_idx: int) -> None:
+        """Open a well to a cell, with an index that `set_flow` sets later."""
         well = self.get_well(well_name)
         depth = float(view(self.mesh.depth)[res_cell_idx])
         if not well.perforations:
@@ -111,7 +99,7 @@ class Reservoir(DartsModel):  # type: ignore[misc]
         self.verbose = 0
         self.head, self.arrays = head, arrays
         self.n_cells = len(arrays["volume"])
-        self.reservoir = Cells(self.timer, arrays)
+        self.reservoir = FlowCells(self.timer, arrays)
         water = head["water"]
         self.limits = LIMITS["constant" if water else "iapws"]
         self.properties = constant(**water) if water else iapws()
@@ -291,73 +279,3 @@ class Reservoir(DartsModel):  # type: ignore[misc]
 def view(vector: Any) -> np.ndarray:
     """Return the numbers of a vector of open-DARTS, which can be written to."""
     return np.array(vector, copy=False)
-
-
-def iapws() -> Any:
-    """Return water and steam after IAPWS-95."""
-    from darts.physics.properties.eos_properties import EoSDensity, EoSEnthalpy
-    from darts.physics.properties.viscosity import MaoDuan2009
-    from dartsflash.mixtures import IAPWS, CompData, DARTSFlash, EoS
-
-    components, phases = ["H2O"], ["V", "L"]
-    of = CompData(components=components, setprops=True)
-    made = PropertyContainer(phases_name=phases, components_name=components, Mw=of.Mw, eps_z=1e-12)
-    flash = IAPWS(iapws_ideal=True, ice_phase=False)
-    flash.init_flash(flash_type=DARTSFlash.FlashType.PTFlash)
-    roots = {"V": EoS.RootFlag.MAX, "L": EoS.RootFlag.MIN}
-    law = {"eos": flash.eos["IAPWS"]}
-    made.flash_ev = flash
-    made.density_ev = {name: EoSDensity(root_flag=root, **law) for name, root in roots.items()}
-    made.enthalpy_ev = {name: EoSEnthalpy(root_flag=root, **law) for name, root in roots.items()}
-    made.viscosity_ev = {"V": ConstFunc(0.02), "L": MaoDuan2009(components)}
-    made.rel_perm_ev = {"V": PhaseRelPerm("gas", swc=0.0), "L": PhaseRelPerm("oil", swc=0.0)}
-    # The conductivity of a cell is that of its rock with its water.
-    made.conductivity_ev = {name: ConstFunc(0.0) for name in phases}
-    return made
-
-
-def constant(rho: float, c: float, mu: float) -> Any:
-    """Return a liquid of constant properties.
-
-    Parameters
-    ----------
-    rho : density (kg/m^3) at 1 bar.
-    c : specific heat (J/(kg K)).
-    mu : viscosity (Pa s).
-    """
-    made = PropertyContainer(
-        phases_name=["L"], components_name=["H2O"], Mw=[MOLAR], eps_z=1e-12, rock_comp=0.0
-    )
-    made.flash_ev = _OneLiquid()
-    made.density_ev = {"L": _Law(lambda p, T: rho * (1 + COMPRESSIBILITY * BAR * (p - 1)))}
-    # In kJ/kmol. The term of p makes the internal energy c T alone.
-    made.enthalpy_ev = {
-        "L": _Law(lambda p, T: MOLAR * (c / KILO * (T - 273.15) + BAR / KILO * p / rho))
-    }
-    made.viscosity_ev = {"L": ConstFunc(mu * KILO)}
-    made.rel_perm_ev = {"L": ConstFunc(1.0)}
-    made.conductivity_ev = {"L": ConstFunc(0.0)}
-    return made
-
-
-class _Law:
-    """A property as open-DARTS asks for it."""
-
-    def __init__(self, law: Any) -> None:
-        self.law = law
-
-    def evaluate(self, p: float, T: float = 0.0, x: Any = None) -> float:
-        return float(self.law(p, T))
-
-
-class _OneLiquid:
-    """One component in one liquid phase."""
-
-    nu, X, temperature = (1.0,), (1.0,), 0.0
-
-    def evaluate(self, p: float, T: float, z: Any, evaluate_PT: bool = False) -> int:
-        self.nu, self.X, self.temperature = [1.0], [1.0], T  # type: ignore[assignment]
-        return 0
-
-    def get_flash_results(self, *_: Any, **__: Any) -> "_OneLiquid":
-        return self

@@ -70,10 +70,11 @@ class FractureHeat:
         self, x: np.ndarray, y: np.ndarray, t: np.ndarray, integrated: bool
     ) -> np.ndarray:
         way = (self.k * x / self.carried + y) / np.sqrt(4 * self.k / self.rho_c)
-        drop = erfc(way / np.sqrt(t))
-        if not integrated:
-            return np.asarray(drop)
-        return (t + 2 * way**2) * drop - 2 * way * np.sqrt(t / np.pi) * np.exp(-(way**2) / t)
+        found = erfc(way / np.sqrt(t))
+        if integrated:
+            found = (t + 2 * way**2) * found
+            found -= 2 * way * np.sqrt(t / np.pi) * np.exp(-(way**2) / t)
+        return np.asarray(found)
 
     def _bounded(self, x: np.ndarray, y: np.ndarray, t: np.ndarray, integrated: bool) -> np.ndarray:
         x, y = x[:, None], y[:, None]
@@ -84,7 +85,8 @@ class FractureHeat:
             twice = np.exp(-2 * r * self.depth)
             tanh = (1 - twice) / (1 + twice)
             away = np.exp(-r * y) * (1 + np.exp(-2 * r * (self.depth - y))) / (1 + twice)
-            return np.exp(-x * self.k * r * tanh / self.carried) * away / s ** (1 + integrated)
+            along = np.exp(-x * self.k * r * tanh / self.carried)
+            return np.asarray(along * away / s ** (1 + integrated))
 
         return inverse_laplace(transform, t)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from staffa.errors import InputError
+from staffa.errors import InputError, StaffaError
 from staffa.reservoir.darts import Darts
 from staffa.reservoir.grid import grid_around
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
@@ -15,7 +15,7 @@ from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
 VARIABLE = "STAFFA_DARTS"
 INSTALL = (
     "install open-DARTS with `make reservoir`, or with `pip install open-darts==2.0.0` into an "
-    f"environment of Python 3.11 to 3.13 and export {VARIABLE}=/path/to/its/bin/python"
+    f"environment of Python 3.11 to 3.13 and `export {VARIABLE}=/path/to/its/bin/python`"
 )
 
 
@@ -32,7 +32,7 @@ def simulator_python(given: str | os.PathLike[str] | None = None) -> Path:
     Raises
     ------
     InputError
-        There is none, or no file where one is named.
+        There is none, or no program where one is named by its full path.
     """
     named = {VARIABLE: os.environ.get(VARIABLE), "reservoir.python": given}
     for name, path in named.items():
@@ -58,12 +58,15 @@ def answers(python: str | os.PathLike[str], *, patience: float = 60.0) -> str:
 
     Raises
     ------
-    StaffaError
+    InputError
         It does not answer.
     """
     simulator = Darts(_five_cells(), python, patience=patience)
     try:
         flow, account, _ = simulator.advance(simulator.start(), None, 3600.0)
+    except StaffaError as error:
+        why = error.__cause__ or error
+        raise InputError(f"open-DARTS in {python} does not answer ({why}): {INSTALL}.") from None
     finally:
         simulator.close()
     mass = account.wells["in"].mass + account.wells["out"].mass
@@ -73,9 +76,12 @@ def answers(python: str | os.PathLike[str], *, patience: float = 60.0) -> str:
 
 
 def _program(name: str, path: Path) -> Path:
+    # A path from the current folder could name a program that came with a case.
+    if not path.is_absolute():
+        raise InputError(f"{name} = {path} must be a full path, like /home/me/darts/bin/python.")
     if not (path.is_file() and os.access(path, os.X_OK)):
         raise InputError(f"{name} = {path} is no program: {INSTALL}.")
-    return path.absolute()
+    return path
 
 
 def _five_cells() -> ReservoirModel:

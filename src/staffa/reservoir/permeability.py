@@ -11,7 +11,9 @@ from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import Fracture, ReservoirModel
 
 CELLS = 2  # over which a plane is spread: fluxes between two cells lose an oblique fracture else
-SAMPLES = 20  # points of a plane in a length of the smallest cells near it
+SAMPLES = 20  # points of a plane in the length of the smallest cell
+# Bounds of the number of points of a segment, and of rings of a disc.
+POINTS, RINGS = (1, 10**6), (16, 300)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +146,7 @@ def _segment(grid: Grid, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
     """Return points along a segment, shape (n, 2), and the area that each stands for (m^2)."""
     start, end = np.asarray(plane.start, dtype=float), np.asarray(plane.end, dtype=float)
     length = float(np.linalg.norm(end - start))
-    n = max(int(np.ceil(SAMPLES * length / _finest(grid))), 1)
+    n = int(np.clip(np.ceil(SAMPLES * length / _finest(grid)), *POINTS))
     parts = (np.arange(n) + 0.5) / n
     thickness = float(grid.edges[2][-1] - grid.edges[2][0])
     return start + parts[:, None] * (end - start), np.full(n, length * thickness / n)
@@ -158,11 +160,11 @@ def _disc(grid: Grid, plane: Plane) -> tuple[np.ndarray, np.ndarray]:
     one = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     one /= np.linalg.norm(one)
     other = np.cross(normal, one)
-    rings = max(int(np.ceil(SAMPLES / 4 * radius / _finest(grid))), 8)
+    rings = int(np.clip(np.ceil(SAMPLES / 4 * radius / _finest(grid)), *RINGS))
     points, areas = [], []
     for ring in range(rings):
         inner, outer = radius * ring / rings, radius * (ring + 1) / rings
-        n = 6 * ring + 3
+        n = 12 * ring + 6
         angle = 2 * np.pi * (np.arange(n) + 0.5) / n
         around = np.cos(angle)[:, None] * one + np.sin(angle)[:, None] * other
         points.append(np.asarray(plane.center) + (inner + outer) / 2 * around)

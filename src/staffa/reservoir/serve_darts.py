@@ -1,7 +1,7 @@
 """open-DARTS as a pure function of a state that another program owns.
 
 The simulator's own Python runs this file; nothing of staffa is imported. It hears and answers on
-file 0, a socket, in the messages of `frames`. What open-DARTS prints goes to files 1 and 2.
+file 0, a socket, in the messages of `message_frames`. What open-DARTS prints goes to files 1 and 2.
 
 open {water, wells, drop, tolerance}, arrays   ->  {name, ...}, [state, p, T]
 step {duration}, [state, flow, index]          ->  {wells, stored, steps}, [state, p, T]
@@ -14,7 +14,7 @@ from pathlib import Path
 
 FOLDER = str(Path(__file__).parent)
 sys.path.append(FOLDER)  # at the end: no file beside this one hides a library
-from darts_model import Reservoir  # type: ignore[import-not-found]  # noqa: E402  isort: skip
+from darts_model import Reservoir  # noqa: E402  isort: skip
 
 import os  # noqa: E402
 import socket  # noqa: E402
@@ -23,7 +23,7 @@ from importlib.metadata import version  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
-from frames import pack, unpack  # type: ignore[import-not-found]  # noqa: E402
+from message_frames import pack, unpack  # noqa: E402
 
 NAMES = (
     "lower", "upper", "flow", "conduction", "index", "volume", "porosity", "rho_c", "depth",
@@ -132,7 +132,7 @@ class Server:
         return [np.concatenate([[wanted], self.model.state()]), p, T]
 
 
-def main() -> None:
+def serve() -> None:
     """Answer until nobody asks any more."""
     line = socket.socket(fileno=0)
     stream = line.makefile("rb")
@@ -162,4 +162,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    serve()

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from staffa.reservoir.frames import FrameError, pack, unpack
+from staffa.reservoir.message_frames import FrameError, pack, unpack
 
 
 def reader(data: bytes):

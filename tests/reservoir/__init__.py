@@ -1,0 +1,1 @@
+"""Tests that start the real reservoir simulator; skipped where it is absent."""

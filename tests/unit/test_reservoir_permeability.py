@@ -1,0 +1,132 @@
+"""Permeability of fractures, fluxes between cells, and wells."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import spsolve
+
+from staffa.reservoir.grid import Grid, grid_around
+from staffa.reservoir.permeability import Plane, of_opening, with_planes
+from staffa.reservoir.simulator import Well
+from staffa.reservoir.two_point import connections, well_indices
+from support.reservoirs import BOTTOM, fracture_wall, reservoir
+
+OPENING = 1e-3
+
+
+def flow(grid: Grid, k: np.ndarray) -> float:
+    """Return the flow (m^3) from a drop of 1 between the left and right ends of a grid."""
+    faces = connections(grid)
+    through = faces.conductance(k)
+    left, right = (np.flatnonzero(grid.centers[:, 0] == f(grid.centers[:, 0])) for f in (min, max))
+    rows = np.concatenate([faces.lower, faces.upper, faces.lower, faces.upper])
+    columns = np.concatenate([faces.lower, faces.upper, faces.upper, faces.lower])
+    values = np.concatenate([through, through, -through, -through])
+    matrix = coo_array((values, (rows, columns)), shape=(grid.size, grid.size)).tocsr()
+    known, p = np.concatenate([left, right]), np.zeros(grid.size)
+    p[left] = 1.0
+    free = np.setdiff1d(np.arange(grid.size), known)
+    p[free] = spsolve(matrix[free][:, free].tocsc(), -(matrix[free][:, known] @ p[known]))
+    return float((matrix[left] @ p).sum())
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 26.6, 45.0])
+def test_an_oblique_fracture_keeps_its_flow(degrees: float) -> None:
+    grid = grid_around((0.0, 0.0), (41.0, 41.0), 1.0)
+    angle = np.radians(degrees)
+    half = 15.0 * np.array([np.cos(angle), np.sin(angle)])
+    middle = np.array([20.5, 20.5])
+    # From a fracture of unlimited conductivity to another: the fracture between them is measured.
+    tight = np.full(grid.size, 1e-30)
+    x = grid.centers[:, 0]
+    tight[(x < (middle - half)[0]) | (x > (middle + half)[0])] = 1.0
+    plane = Plane(opening=OPENING, start=tuple(middle - 1.2 * half), end=tuple(middle + 1.2 * half))
+    k = with_planes(grid, tight, [plane])
+    # The flow of the length between the two, w^3/12/length.
+    exact = OPENING**3 / 12 / 30.0
+    assert flow(grid, k) == pytest.approx(exact, rel=0.08)
+
+
+def test_a_plane_keeps_its_area_and_adds_up() -> None:
+    grid = grid_around((0.0, 0.0), (20.0, 20.0), 1.0, fractures={BOTTOM: 0.1}, thickness=2.0)
+    plane = Plane(opening=OPENING, start=(5.2, 5.1), end=(12.0, 9.3))
+    k0 = np.full(grid.size, 1e-18)
+    added = with_planes(grid, k0, [plane]) - k0
+    area = (added * grid.volumes).sum() / (OPENING**3 / 12)
+    assert area == pytest.approx(2.0 * np.hypot(6.8, 4.2), rel=1e-9)
+    assert np.all(added[grid.row(BOTTOM)] == 0)
+    twice = with_planes(grid, k0, [plane, replace(plane, opening=2 * OPENING)]) - k0
+    assert twice == pytest.approx(9 * added)
+
+
+def test_a_disc_keeps_its_area_within_the_reservoir() -> None:
+    grid = grid_around((-5.0, -5.0, -5.0), (5.0, 5.0, 5.0), 1.0)
+    k0 = np.zeros(grid.size)
+    disc = Plane(opening=OPENING, center=(0.1, 0.2, 0.0), normal=(1.0, 2.0, 3.0), radius=3.0)
+    added = with_planes(grid, k0, [disc])
+    area = (added * grid.volumes).sum() / (OPENING**3 / 12)
+    assert area == pytest.approx(np.pi * 9.0, rel=1e-9)
+    half = with_planes(grid, k0, [replace(disc, center=(5.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0))])
+    assert (half * grid.volumes).sum() / (OPENING**3 / 12) == pytest.approx(
+        np.pi * 9.0 / 2, rel=0.02
+    )
+
+
+def test_the_row_of_a_fracture_carries_half_of_its_flow_and_holds_half_of_its_water() -> None:
+    model = fracture_wall(opening=OPENING, height=0.1)
+    row = model.grid.row(BOTTOM)
+    assert model.permeability[row] == pytest.approx(of_opening(OPENING, 0.1))
+    assert model.permeability[row] * 0.05 == pytest.approx(OPENING**3 / 24)
+    water = (model.porosity * model.grid.volumes)[row].sum()
+    assert water == pytest.approx(60.0 * OPENING / 2)
+
+
+def test_there_is_no_resistance_across_the_row_of_a_fracture() -> None:
+    model = fracture_wall()
+    faces = connections(model.grid)
+    through = faces.conductance(model.conductivity)
+    at_wall = np.flatnonzero((faces.lower == 0) & (faces.upper == 60))
+    first = np.diff(model.grid.edges[1])[1]
+    assert through[at_wall] == pytest.approx(2.5 * 1.0 / (first / 2))
+
+
+def test_conductance_is_that_of_two_cells_in_series_and_zero_through_a_tight_one() -> None:
+    grid = grid_around((0.0, 0.0), (3.0, 1.0), 1.0, thickness=2.0)
+    through = connections(grid).conductance(np.array([1.0, 3.0, 0.0]))
+    assert through == pytest.approx([2.0 / (0.5 / 1 + 0.5 / 3), 0.0])
+
+
+def test_well_index_is_that_of_peaceman_and_positive_in_thin_cells() -> None:
+    grid = grid_around((0.0, 0.0), (10.0, 10.0), 2.0, thickness=5.0)
+    model = reservoir(grid, [])
+    well = Well(name="a", cells=(12,), pressure=1e7, radius=0.1)
+    k = np.full(grid.size, 1e-13)
+    equivalent = 0.14 * np.hypot(2.0, 2.0)
+    assert well_indices(model, well, k) == pytest.approx(
+        2 * np.pi * 1e-13 * 5.0 / np.log(equivalent / 0.1)
+    )
+    thin = replace(well, radius=5.0)
+    assert well_indices(model, thin, k)[0] > 0
+
+
+def test_a_well_at_the_end_of_a_fracture_meets_half_a_cell() -> None:
+    model = fracture_wall(opening=OPENING)
+    index = well_indices(model, model.wells[0], model.permeability)
+    assert index == pytest.approx(OPENING**3 / 24 / 0.5)
+
+
+def test_a_well_of_a_body_in_space_is_parallel_to_gravity() -> None:
+    grid = grid_around((0.0, 0.0, 0.0), (4.0, 2.0, 8.0), 1.0)
+    k = np.ones(grid.size)
+    well = Well(name="a", cells=(5,), pressure=1e7)
+    grid = replace(grid, edges=(grid.edges[0], 2 * grid.edges[1], 4 * grid.edges[2]))
+    down = reservoir(grid, [well], gravity=(0.0, 0.0, -9.81))
+    along_y = reservoir(grid, [well], gravity=(0.0, -9.81, 0.0))
+    assert well_indices(down, well, k) == pytest.approx(
+        8 * np.pi / np.log(1.4 * np.hypot(1.0, 2.0))
+    )
+    assert well_indices(along_y, well, k) == pytest.approx(
+        4 * np.pi / np.log(1.4 * np.hypot(1.0, 4.0))
+    )
