@@ -12,7 +12,7 @@ from fem.test_adaptive import plate as adaptive_plate
 from fem.test_backtrack import front
 from staffa import evolution
 from staffa.backend.parallel import sum_over_ranks
-from staffa.errors import LoadError, SolveError
+from staffa.errors import InputError, LoadError, SolveError
 from staffa.evolution.coupling import Agreement, ThermalState, coupling_of
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
@@ -25,6 +25,7 @@ from staffa.runs.resume import resume
 from staffa.runs.run import Watcher
 from staffa.runs.run import run as run_case
 from support.bodies import body, quench, rock, run
+from support.commands import forked
 from support.restarting import After, assert_steps, small, stopped
 
 
@@ -79,6 +80,10 @@ class WaterBath:
     rate: float
     felt: float = 0.0
     passes: int = 20
+
+    def identity(self) -> tuple[float, ...]:
+        """Numbers of what it does."""
+        return self.rate, self.felt, self.passes
 
 
 class WaterBathed:
@@ -223,3 +228,50 @@ def test_no_file_of_the_loop_names_a_source_of_temperatures() -> None:
             for alias in node.names
         }
         assert not names & sources, f"{path.name} tells couplings apart"
+
+
+class Unnamed(Table):
+    """A registered load that does not tell what it is."""
+
+
+class Saying(Table):
+    """One that says what it is given to say."""
+
+    said: object = "the bath of March"
+
+    def identity(self):
+        """As it is told."""
+        if isinstance(self.said, Exception):
+            raise self.said
+        return self.said
+
+
+def saying(said: object, share: float = 9.0) -> Table:
+    load = Saying((0.0008, 0.002, 0.004), quench(share))
+    object.__setattr__(load, "said", said)
+    return load
+
+
+@pytest.mark.parametrize("said", ["", "a\nb", "x" * 301, [], [1.0, np.nan], None, OSError("no")])
+def test_a_registered_load_must_tell_what_it_is(said, tmp_path: Path) -> None:
+    for load in (saying(said), Unnamed(TIMES, quench(9.0))):
+        with pytest.raises(InputError, match=r"identity.* neither|does not tell|identity.. fails"):
+            run_case(small(), tmp_path / "run", temperature=load)
+        assert not (tmp_path / "run").exists()
+
+
+def test_a_registered_load_is_known_again_by_what_it_says(tmp_path: Path) -> None:
+    """By numbers here; not even the command line goes on without it."""
+    bath, directory = WaterBath(rate=800.0), tmp_path / "cut"
+    stopped(lambda: run_case(small(), directory, temperature=bath, watcher=Watcher(stop=After(9))))
+    manifest = open_run(directory).manifest
+    assert manifest.own_load.identity == "WaterBath" and manifest.own_load.values[0] == 800.0
+    assert manifest.scales == {} and set(manifest.taus) == {None} and manifest.profile == ""
+    with pytest.raises(InputError, match="with another load of the same name, WaterBath"):
+        resume(directory, temperature=WaterBath(rate=801.0))
+    with pytest.raises(InputError, match="with the load WaterBath of a script"):
+        resume(directory)
+    done = forked("resume", directory)
+    assert done.returncode == 2 and "the load WaterBath of a script" in done.stderr
+    resume(directory, temperature=bath)
+    assert {step.tau for step in open_run(directory).steps} == {None}

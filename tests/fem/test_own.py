@@ -16,7 +16,8 @@ from staffa.physics.trial import try_law, try_split
 from staffa.results.slab_table import table
 from staffa.results.summary import summary
 from staffa.runs.run import Watcher
-from staffa.setup.user_objects import Given, object_identity, unrecorded
+from staffa.setup.object_identity import object_identity
+from staffa.setup.user_objects import Given, unrecorded
 
 SLAB = [
     *("domain.h=0.1", "domain.size=[1.0, 0.5]", "damage.ell=0.2", "time.tau=[0.3, 0.6]"),

@@ -261,9 +261,15 @@ def test_only_keys_that_differ_are_listed_with_their_defaults(pair) -> None:
 def test_faces_that_a_shape_names_are_compared_too() -> None:
     case = ready_case("wellbore")
     other = parse_case(to_toml(case), ['heat.hole.T="60 °C"'])
-    sides = [SimpleNamespace(case=c, name=name) for c, name in ((case, "a"), (other, "b"))]
-    found = case_differences(SimpleNamespace(sides=sides, names=("a", "b")))
-    assert [row[0] for row in found.rows] == ["heat.hole"]
+
+    def differing(own_load: object) -> list[str]:
+        run = SimpleNamespace(manifest=SimpleNamespace(own_load=own_load))
+        sides = [SimpleNamespace(case=c, run=run) for c in (case, other)]
+        found = case_differences(SimpleNamespace(sides=sides, names=("a", "b")))
+        return [row[0] for row in found.rows]
+
+    assert differing(None) == ["heat.hole"]
+    assert differing("a load") == [], "the case's cooling does not act under a load of a script"
 
 
 def test_the_same_number_in_another_unit_is_no_difference(pair) -> None:

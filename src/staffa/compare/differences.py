@@ -27,7 +27,7 @@ def case_differences(pair: Pair) -> Table:
 
     Files that the cases name are told by the first digits of their SHA-256.
     """
-    rows = _rows(pair, lambda side: _keys(side.case), inline)
+    rows = _rows(pair, _keys, inline)
     rows += _rows(pair, lambda side: _files(side.case), _fact)
     return _table(pair, "case", rows, "The cases do not differ.")
 
@@ -61,13 +61,18 @@ def _rows(
     return tuple(row for row in told if row[1] != row[2])
 
 
-def _keys(case: Case) -> Iterator[tuple[str, Any]]:
+def _keys(side: Side) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of a case that act: a load of a script takes the place of its cooling."""
+    replaced = ("temperature", "heat") if side.run.manifest.own_load else ()
     for section in Case.model_fields:
-        table = getattr(case, section)
+        table = getattr(side.case, section)
         if not isinstance(table, BaseModel):
-            yield section, table
+            if section not in replaced:
+                yield section, table
             continue
-        yield from ((f"{section}.{key}", value) for key, value in table)  # names of faces too
+        for key, value in table:  # names of faces too
+            if section not in replaced or (section, key) == ("temperature", "face"):
+                yield f"{section}.{key}", value
 
 
 def _files(case: Case) -> Iterator[tuple[str, Any]]:

@@ -10,7 +10,7 @@ import numpy as np
 from staffa.errors import InputError, choices
 from staffa.evolution.schedule import Schedule
 from staffa.heat.thermal_body import Conduction
-from staffa.loads.closed_form import Face, Load, NoLoad
+from staffa.loads.closed_form import CoupledLoad, Face, Load, NoLoad
 from staffa.loads.forces import Forces
 from staffa.model.domain import Domain
 from staffa.model.initial_cracks import FlatCrack
@@ -205,7 +205,7 @@ class Problem:
     elements: str = LINEAR
     material: Material
     regions: Mapping[str, Material] = field(default_factory=dict)
-    load: Load | Conduction | ReservoirLoad
+    load: Load | CoupledLoad | Conduction | ReservoirLoad
     temperatures: Temperatures | None = None
     forces: Forces = field(default_factory=Forces)
     schedule: Schedule

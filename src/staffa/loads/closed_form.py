@@ -1,6 +1,6 @@
 """Temperatures known in closed form: of a face that is cooled by dT, and any other."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Protocol
@@ -19,6 +19,17 @@ class Load(Protocol):
 
     def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
         """Return the temperature change (K), shape (n,), at points x, shape (3, n), and time t."""
+        ...
+
+
+class CoupledLoad(Protocol):
+    """A source of temperatures whose values are not known beforehand, so that it must name itself.
+
+    A user's own is any object whose class `evolution.coupling.coupling_of` knows.
+    """
+
+    def identity(self) -> str | float | Sequence[float]:
+        """Return a short text, or numbers, by which a run that goes on knows it again."""
         ...
 
 

@@ -25,7 +25,7 @@ from staffa.evolution.step_quantities import (
 )
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.run_directory import Run
-from staffa.loads.closed_form import Load
+from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.physics.damage import DamageLaw
 from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
@@ -64,7 +64,7 @@ def resume(
     watcher: Watcher | None = None,
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
-    temperature: Load | None = None,
+    temperature: Load | CoupledLoad | None = None,
     quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Go on with a run from its last good checkpoint to its end, on any number of ranks; give the
@@ -77,7 +77,7 @@ def resume(
     watcher : follows the run; None for nobody.
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
-        `setup.user_objects.identity`.
+        `setup.object_identity`.
     quantities : those that `run` was given: by their names and units.
 
     Raises

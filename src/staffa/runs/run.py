@@ -28,7 +28,7 @@ from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
 from staffa.evolution.system import build
 from staffa.io import run_directory
-from staffa.loads.closed_form import Load
+from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.measure.tip import reach
 from staffa.model.domain import cell_count
 from staffa.physics.damage import DamageLaw
@@ -51,7 +51,7 @@ def run(
     watcher: Watcher | None = None,
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
-    temperature: Load | None = None,
+    temperature: Load | CoupledLoad | None = None,
     quantities: Sequence[Recorded] = (),
 ) -> tuple[Step, ...]:
     """Run a case to its end, give the steps that stand, and leave a run directory. Collective.

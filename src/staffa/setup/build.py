@@ -20,7 +20,6 @@ from staffa.case.values.elements import elements_of
 from staffa.case.values.given_files import factors, in_body
 from staffa.case.values.heat_equation import conduction
 from staffa.case.values.property_functions import in_space
-from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -33,7 +32,7 @@ from staffa.evolution.problem import (
 from staffa.evolution.schedule import Schedule
 from staffa.geometry.shapes import Round, Shape, meshed
 from staffa.heat.thermal_body import Conduction
-from staffa.loads.closed_form import Load
+from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.model.domain import Domain, block, body
 from staffa.model.supports import (
     Displacement,
@@ -51,7 +50,7 @@ from staffa.reservoir.reservoir_load import ReservoirLoad
 from staffa.setup.field_coverage import check_files
 from staffa.setup.rock import check_rock, materials, region_boxes
 from staffa.setup.simulators import reservoir_load
-from staffa.setup.user_objects import Given, tried_load, try_given
+from staffa.setup.user_objects import Given, known_load, try_given
 
 CASE = "give a Case, as staffa.read_case(path) or staffa.ready_case(name) makes one"
 COMM = "give a communicator of mpi4py, like MPI.COMM_WORLD"
@@ -63,7 +62,7 @@ def problem(
     comm: MPI.Comm = MPI.COMM_WORLD,
     damage: DamageLaw | None = None,
     split: EnergySplit | None = None,
-    temperature: Load | None = None,
+    temperature: Load | CoupledLoad | None = None,
 ) -> Problem:
     """Build the mesh and everything else that a case describes. Collective.
 
@@ -131,15 +130,14 @@ def problem(
 
 
 def _load(
-    case: Case, derived: Numbers, own: Load | None, domain: Domain, plan: Schedule
-) -> Load | Conduction | ReservoirLoad:
+    case: Case, derived: Numbers, own: Load | CoupledLoad | None, domain: Domain, plan: Schedule
+) -> Load | CoupledLoad | Conduction | ReservoirLoad:
     """Return the source of the temperature; one of a script's own is tried. Collective."""
     if own is None and case.reservoir is not None:
         return reservoir_load(case)
     if own is None:
         return conduction(case) if case.heat else load(case, derived)
-    if in_closed_form(own):
-        tried_load(own, domain, (plan.times[0], plan.times[-1]))
+    known_load(own, domain, (plan.times[0], plan.times[-1]))
     return own
 
 

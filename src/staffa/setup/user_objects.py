@@ -1,8 +1,7 @@
 """A law, a split and a load that a script gives in place of a case's: tried, and known again."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
-from hashlib import sha256
+from dataclasses import dataclass
 from typing import Any
 
 from staffa.backend.stack import MPI  # noqa: F401
@@ -11,19 +10,21 @@ import numpy as np
 import ufl
 
 from staffa.arguments import told
-from staffa.backend.parallel import best_candidate, max_over_ranks
+from staffa.backend.parallel import best_candidate, max_over_ranks, on_root
 from staffa.case.schema.case import Case
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
 from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import Problem
-from staffa.loads.closed_form import Load
+from staffa.heat.thermal_body import Conduction
+from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.model.domain import Domain
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.split import EnergySplit, of_principal
 from staffa.physics.trial import has_members, law_values, split_values, try_law, try_split
 from staffa.records.manifest import Own
+from staffa.setup.object_identity import object_identity, said_identity
 
 # How the arguments are called in sentences.
 WORDS = {"damage": "law", "split": "split", "temperature": "load"}
@@ -31,7 +32,6 @@ WORDS = {"damage": "law", "split": "split", "temperature": "load"}
 SAME = 1e-9
 # Functions of place by which a load is known, and the turns that each makes along x, y and z.
 WAVES, TURNS = 6, np.array([1.0, 2**0.5, 3**0.5]) / 2
-LONGEST, DEEPEST = 300, 4  # characters of an identity; records within records
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ class Given:
 
     damage: DamageLaw | None = None
     split: EnergySplit | None = None
-    temperature: Load | None = None
+    temperature: Load | CoupledLoad | None = None
 
     @property
     def names(self) -> frozenset[str]:
@@ -88,6 +88,29 @@ def _in_ufl(what: str, function: Callable[..., Any], *values: Any) -> None:
             f"{what} cannot be written in UFL ({type(error).__name__}: {error}); use arithmetic "
             f"alone, which floats, NumPy and UFL have in common"
         ) from error
+
+
+def known_load(load: Any, domain: Domain, at: tuple[float, ...]) -> Own:
+    """Return what identifies a load: its values, or what it says of itself. Collective.
+
+    Parameters
+    ----------
+    load : load in closed form, or one that `evolution.coupling.coupling_of` knows.
+    domain : the mesh.
+    at : times (s) at which a closed form is tried.
+
+    Raises
+    ------
+    InputError
+        It is no load, or does not tell its identity.
+    """
+    if in_closed_form(load):
+        values = tried_load(load, domain, at)
+        return Own(identity=object_identity(load), values=values, at=at)
+    if isinstance(load, Conduction) and not hasattr(load, "identity"):
+        return Own(identity=object_identity(load), at=at)
+    text, numbers = on_root(domain.comm, lambda: said_identity(load))
+    return Own(identity=text, values=numbers, at=at)
 
 
 def tried_load(load: Load, domain: Domain, at: tuple[float, ...]) -> tuple[float, ...]:
@@ -165,8 +188,7 @@ def _known(given: Given, setup: Problem, at: tuple[float, ...]) -> dict[str, Own
         found["split"] = Own(identity=object_identity(given.split), values=values)
     load = given.temperature
     if load is not None:
-        known = tried_load(load, setup.domain, at) if in_closed_form(load) else ()
-        found["temperature"] = Own(identity=object_identity(load), values=known, at=at)
+        found["temperature"] = known_load(load, setup.domain, at)
     return found
 
 
@@ -252,51 +274,3 @@ def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
         return False
     a, b = np.array(one), np.array(other)
     return bool(np.all(np.abs(a - b) <= SAME * max([1e-300, *np.abs(a), *np.abs(b)])))
-
-
-def object_identity(thing: Any) -> str:
-    """Return name and parameters of an object: its text `identity`, or its class with its fields.
-
-    The fields are those of a dataclass, else the attributes whose names do not begin with "_".
-    """
-    text = _identity(thing, DEEPEST)
-    if len(text) <= LONGEST:
-        return text
-    return f"{text[: LONGEST - 20]}... {sha256(text.encode()).hexdigest()[:16]}"
-
-
-def _identity(thing: Any, deepest: int) -> str:
-    said = getattr(thing, "identity", None)
-    if isinstance(said, str):
-        return said
-    name = type(thing).__qualname__.rpartition("<locals>.")[2]
-    if is_dataclass(thing):
-        own = {field.name: getattr(thing, field.name) for field in fields(thing)}
-    else:
-        known = getattr(thing, "__dict__", {})
-        own = {key: known[key] for key in sorted(known) if not key.startswith("_")}
-    listed = (f"{key}={_parameter(value, deepest)}" for key, value in own.items())
-    return f"{name}({', '.join(listed)})"
-
-
-def _parameter(value: Any, deepest: int) -> str:
-    """Return a parameter as text, the same in any process."""
-    if value is None or isinstance(value, bool | int | str | bytes | complex):
-        return repr(value)
-    if isinstance(value, float):
-        return repr(float(value))
-    if isinstance(value, np.generic):
-        return repr(value.item())
-    if isinstance(value, np.ndarray):
-        content = sha256(np.ascontiguousarray(value).tobytes()).hexdigest()[:16]
-        return f"array({value.shape}, {value.dtype}, {content})"
-    if deepest == 0:
-        return "..."
-    if isinstance(value, list | tuple):
-        return f"({', '.join(_parameter(item, deepest - 1) for item in value)})"
-    if isinstance(value, dict):
-        items = (f"{key!r}: {_parameter(item, deepest - 1)}" for key, item in value.items())
-        return f"{{{', '.join(items)}}}"
-    if isinstance(value, type) or not hasattr(type(value), "__dict__") or callable(value):
-        return str(getattr(value, "__qualname__", type(value).__qualname__))
-    return _identity(value, deepest - 1)
