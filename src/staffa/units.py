@@ -62,7 +62,7 @@ EXAMPLES = {
     "volume": "0.2 m^3",
     "volume per thickness": "0.2 m^2",
     "pressure": "20 MPa",
-    "pressure gradient": "-0.01 MPa/m",
+    "pressure gradient": "0.01 MPa/m",
     "permeability": "1e-15 m^2",
     "viscosity": "0.3 mPa s",
     "mass rate": "5 kg/s",

@@ -43,7 +43,7 @@ READY = {
     "squeezed": ("m", "m", "µm", "mm²", "h", "°C", "MPa", "kJ/m", "MN/m"),
     "wellbore": ("m", "m", "µm", "mm²", "h", "°C", "MPa", "kJ/m", "MN/m"),
     "ceramic-quench": ("mm", "mm", "µm", "mm²", "ms", "°C", "MPa", "J/m", "MN/m"),
-    "fracture-wall": ("m", "m", "mm", "m²", "d", "°C", "MPa", "MJ/m", "MN/m"),
+    "fracture-wall": ("m", "m", "µm", "cm²", "d", "°C", "MPa", "MJ/m", "MN/m"),
     "cell": ("",) * 9,
     "bar": ("",) * 9,
     "brick": ("",) * 9,

@@ -23,7 +23,7 @@ from staffa.case.values.reservoir_places import (
 from staffa.geometry.block import SIDES
 from staffa.physics.scales import diffusion_length
 
-THIN = 4.0  # half heights of a fracture's cells in sqrt(kappa t), from which they hinder no heat
+THIN = 4.0  # cells at the wall of a fracture in sqrt(kappa t), which see the cold rock
 BAND = 2.0  # regularization lengths: half of the width of damage
 FELT = 0.5  # diffusion lengths over an extent, from which its end is felt
 
@@ -97,9 +97,9 @@ def _of_cells(case: Case, derived: Numbers) -> Iterator[str]:
             thinner = at_most(case, 2 * first / THIN, "m")
             yield (
                 f"reservoir.fractures, side = {inline(side)}: its cells are "
-                f"{amount(case, fracture.height, 'm')} high, and half of that is a resistance to "
-                f"heat beside sqrt(kappa t) = {amount(case, first, 'm')} at the first step; take "
-                f"height <= {thinner}"
+                f"{amount(case, fracture.height, 'm')} high, and the cells of the wall begin with "
+                f"half of that, beside sqrt(kappa t) = {amount(case, first, 'm')} at the first "
+                f"step: they do not see the cold rock; take height <= {thinner}"
             )
     if not fractured_sides(case) and cell_size(case) > last:
         yield (

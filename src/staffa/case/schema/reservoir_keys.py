@@ -107,8 +107,8 @@ class FractureSide(CaseTable):
     side: str = Field(description="the side of the body along it", examples=["bottom"])
     opening: Length = OPENING
     height: Length = Field(
-        description="height of its cells, the half of which lies beyond the side: much less than "
-        "sqrt(kappa t)",
+        description="height of its cells, the half of which lies beyond the side; the cells beside "
+        "them begin as small",
         examples=["0.1 m"],
     )
 
