@@ -245,3 +245,11 @@ def two_ranks() -> str:
         f"{FROM_WHERE}",
     )
     return f"the ready case bar, {run.manifest.unknowns:,} unknowns, breaks as it should"
+
+
+def reservoir() -> str:
+    """Let the reservoir simulator take a step on five cells: only [reservoir] with darts needs
+    it."""
+    with told_as('cases with reservoir.simulator = "darts" cannot run here: {}'):
+        python = simulator_python()
+        return f"{answers(python)} in {python} answers"
