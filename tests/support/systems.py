@@ -14,8 +14,8 @@ from typing import Any
 
 from staffa.evolution.system import System
 
-# Systems built and not yet collected, each with a copy that shares its parts; and copies of those
-# collected since.
+# Systems that are not collected yet, each with a copy that shares its parts; and copies of those
+# that were collected and not destroyed.
 _built: dict[int, weakref.finalize] = {}
 _left: list[System] = []
 
@@ -29,7 +29,8 @@ def _noted(system: System, *args: Any, **kwargs: Any) -> None:
 
 def _leave(key: int, parts: System) -> None:
     del _built[key]
-    _left.append(parts)
+    if parts.alternation.u:  # not destroyed yet
+        _left.append(parts)
 
 
 System.__init__ = _noted  # type: ignore[method-assign]
@@ -43,6 +44,4 @@ def destroyed_when_left() -> Iterator[None]:
     if set(_built.values()) - before:
         gc.collect()  # a circle in Python may hold a system that nobody needs
     while _left:
-        parts = _left.pop()
-        if parts.alternation.u:  # not destroyed yet
-            parts.destroy()
+        _left.pop().destroy()
