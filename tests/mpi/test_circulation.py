@@ -7,6 +7,7 @@ import pytest
 
 from staffa.io.run_directory import open_run
 from staffa.runs.run import run
+from support.bodies import RANKS
 from support.circulation_cases import STRONG, wall
 from support.ranks import printed_on
 from support.restarting import assert_same
@@ -33,7 +34,7 @@ def on_ranks(ranks: int, directory: Path, settings: tuple[str, ...], *, cut: boo
     printed_on(ranks, RUN.format(directory=str(directory), settings=settings, cut=cut))
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_python) -> None:
     """Temperatures of the wells to 1e-9 K, and the same rock."""
     run(wall(*STRONG), tmp_path / "one")
@@ -49,7 +50,7 @@ def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_p
     assert np.ptp([step.heat.circulation.wells["out"].T for step in one.steps]) > 1.0
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", RANKS)
 def test_stopped_and_resumed_with_cracks(ranks: int, tmp_path: Path) -> None:
     """In closed form, so that it runs where there is no simulator."""
     run(wall(*SINGLE), tmp_path / "whole")
