@@ -13,6 +13,7 @@ from staffa.errors import InputError, SolveError, StaffaError, StoppedError
 from staffa.reservoir.child import Child, ChildError, environment
 from staffa.reservoir.darts import Darts
 from staffa.reservoir.interpreter import VARIABLE, answers, simulator_python
+from support.paths import TESTS
 from support.reservoirs import DAY, fracture_wall
 
 FRAMES = staffa.reservoir.message_frames.__file__
@@ -225,3 +226,18 @@ def test_a_write_to_a_dead_process_is_an_error_and_no_signal() -> None:
     command = [sys.executable, "-c", ENDS_BY_SIGNAL]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.stdout, done.returncode) == ("it ended with exit code 0\n", 0), done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("required", "code", "said"), [("0", 0, "1 skipped"), ("1", 1, "1 error")])
+def test_without_a_simulator_its_tests_are_skipped_or_where_it_is_required_fail(
+    required: str, code: int, said: str
+) -> None:
+    test = f"{TESTS}/reservoir/test_darts.py::test_it_answers_with_its_version"
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", test]
+    environment = os.environ | {VARIABLE: "/no/python", "STAFFA_REQUIRE_DARTS": required}
+    done = subprocess.run(
+        command, env=environment, cwd=TESTS.parent, capture_output=True, text=True
+    )
+    assert done.returncode == code and said in done.stdout, done.stdout
+    assert "make reservoir" in done.stdout

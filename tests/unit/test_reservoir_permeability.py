@@ -83,6 +83,13 @@ def test_the_row_of_a_fracture_carries_half_of_its_flow_and_holds_half_of_its_wa
     assert water == pytest.approx(60.0 * OPENING / 2)
 
 
+def test_a_wide_fracture_is_as_permeable_as_one_of_5_mm_and_holds_its_water() -> None:
+    wide, less = fracture_wall(opening=0.02), fracture_wall(opening=5e-3)
+    assert wide.permeability.tobytes() == less.permeability.tobytes()
+    row = wide.grid.row(BOTTOM)
+    assert wide.porosity[row] == pytest.approx(4 * less.porosity[row])
+
+
 def test_there_is_no_resistance_across_the_row_of_a_fracture() -> None:
     model = fracture_wall()
     faces = connections(model.grid)

@@ -73,9 +73,10 @@ class FlowCells(ReservoirBase):  # type: ignore[misc]
             engines.value_vector(a["conduction"] * HEAT),
         )
         view(mesh.volume)[:] = a["volume"]
-        view(mesh.poro)[:] = a["porosity"]
+        porosity = np.minimum(a["porosity"], 1 - 1e-6)  # rock that is not there conducts no heat
+        view(mesh.poro)[:] = porosity
         # The conductance is that of the whole face; the engine multiplies it by this, and 1 - phi.
-        view(mesh.rock_cond)[:] = 1 / (1 - a["porosity"])
+        view(mesh.rock_cond)[:] = 1 / (1 - porosity)
         view(mesh.heat_capacity)[:] = a["rho_c"] / KILO
         view(mesh.depth)[:] = a["depth"]
         view(mesh.op_num)[:] = 0

@@ -10,6 +10,9 @@ from scipy.spatial import cKDTree
 from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import Fracture, ReservoirModel
 
+# Opening (m) above which a fracture is no more permeable. Its pressure drop is that of some pascals
+# by then, and beside rock of 1e-20 m^2 Newton's method finds no solution from 20 mm on.
+WIDEST = 5e-3
 CELLS = 2  # over which a plane is spread: fluxes between two cells lose an oblique fracture else
 SAMPLES = 20  # points of a plane in the length of the smallest cell
 # Bounds of the number of points of a segment, and of rings of a disc.
@@ -39,12 +42,14 @@ class Plane:
 def of_opening(opening: np.ndarray | float, height: float) -> np.ndarray:
     """Return the permeability (m^2) of a row of cells beside half a fracture: w^3/(24 b).
 
+    An opening of more than `WIDEST` counts as that.
+
     Parameters
     ----------
     opening : opening w of the whole fracture (m).
     height : height of the whole fracture's cells (m); the row is half as high, b.
     """
-    return np.asarray(opening) ** 3 / (12 * height)
+    return np.minimum(opening, WIDEST) ** 3 / (12 * height)
 
 
 def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
@@ -92,7 +97,7 @@ def with_planes(
         largest = grid.sizes[crossed, : grid.dim].max(initial=0.0)
         radius = CELLS * largest if spread is None else spread
         spread_area = spreading(grid, radius, among) @ area
-        total += spread_area / grid.volumes * plane.opening**3 / 12
+        total += spread_area / grid.volumes * min(plane.opening, WIDEST) ** 3 / 12
     return total
 
 
