@@ -306,7 +306,9 @@ for step in march(problem, system):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("displacement", ["direct", "iterative"])
+@pytest.mark.parametrize(
+    "displacement", ["direct", pytest.param("iterative", marks=pytest.mark.long)]
+)
 def test_memory_does_not_grow(displacement: str) -> None:
     """Resident memory at step 500 within 2 % of that at step 50."""
     done = subprocess.run(
