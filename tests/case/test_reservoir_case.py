@@ -87,8 +87,8 @@ BAD = [
     ("reservoir.feedback=true", "reservoir.feedback = true", "leave it out"),
     ('reservoir.simulator="tough"', "reservoir.simulator", '"darts", "single", "fields"'),
     ('reservoir.python="/bin/sh"', "reservoir.python", "allow it with --outside"),
-    ('reservoir.openings={smallest="1 um"}', "has no key 'openings'", "it has agreement"),
-    ("reservoir.shadow=true", "has no key 'shadow'", "it has agreement"),
+    ('reservoir.openings={smallest="1 um"}', "has no key 'openings'", "it has beyond"),
+    ("reservoir.shadow=true", "has no key 'shadow'", "it has beyond"),
     # rock and water
     ("reservoir.temperature={}", "reservoir.temperature", "write"),
     ('reservoir.temperature="400 °C"', "reaches 400 °C", "constant properties"),
@@ -114,7 +114,6 @@ BAD = [
     ("reservoir.biot=1.5", "reservoir.biot = 1.5", "at most 1"),
     ("reservoir.biot=1.0", "reservoir.biot = 1", "leave it out (then it is 0)"),
     ("reservoir.tolerance=0.5", "reservoir.tolerance = 0.5", "at most 0.1"),
-    ("reservoir.agreement=0.5", "reservoir.agreement = 0.5", "between 1e-08 and 0.1"),
     # the reservoir around the body
     ('reservoir.h="1 mm"', "reservoir.h gives", "take a larger h"),
     ('reservoir.thickness="0 m"', "reservoir.thickness", "larger than zero"),

@@ -20,7 +20,7 @@ RANGES = {
     "permeability": (0.0, np.inf, "finite and larger than zero"),
     "porosity": (0.0, 1.0, "larger than 0 and less than 1"),
 }
-# The steam tables of liquid water end there (IAPWS-IF97, region 1).
+# Below the critical point, where properties of water change too fast to be interpolated.
 HOTTEST = 623.15  # K
 
 
