@@ -32,7 +32,7 @@ def check_files(case: Case, domain: Domain) -> None:
 
 
 def _check_series(case: Case, domain: Domain) -> None:
-    """Refuse files of a simulator that do not reach a vertex: later one rank would meet it alone."""
+    """Refuse files of a simulator that miss a vertex, which one rank would meet alone later."""
     keys = None if case.reservoir is None else case.reservoir.fields
     if keys is None:
         return
