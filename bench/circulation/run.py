@@ -3,7 +3,7 @@
     python -m bench.circulation.run
 
 Runs `fracture-wall` with open-DARTS on one rank. Writes `results.json`, from which
-docs/performance.md quotes. The part of the simulator is the time in which the run waits for it, over
+docs/performance.md quotes. The part of the simulator is the time that the run waits for it, over
 the time of all steps.
 """
 

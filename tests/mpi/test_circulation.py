@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from staffa.io.run_directory import open_run
+from staffa.io.run_directory import Run, open_run
 from staffa.runs.run import run
-from support.bodies import RANKS
 from support.circulation_cases import STRONG, wall
 from support.ranks import printed_on
-from support.restarting import assert_same
 
 RUN = """
 from pathlib import Path
@@ -21,25 +19,23 @@ from support.restarting import After, stopped
 
 directory, settings = Path({directory!r}), {settings!r}
 if {cut}:
-    stopped(lambda: run(wall(*settings), directory, watcher=Watcher(stop=After(12))))
+    stopped(lambda: run(wall(*settings), directory, watcher=Watcher(stop=After(4))))
     resume(directory)
 else:
     run(wall(*settings), directory)
 """
-SINGLE = ('reservoir.simulator="single"',)
+# Rock that nothing breaks, with a linear problem: the water is what is compared.
+PLAIN = (*STRONG, 'damage.split="none"')
+SINGLE = (*PLAIN, 'reservoir.simulator="single"')
 
 
-def on_ranks(ranks: int, directory: Path, settings: tuple[str, ...], *, cut: bool = False) -> None:
+def on_ranks(ranks: int, directory: Path, settings: tuple[str, ...], *, cut: bool) -> None:
     """Run the case on some ranks; stop it within and go on where it is `cut`."""
     printed_on(ranks, RUN.format(directory=str(directory), settings=settings, cut=cut))
 
 
-@pytest.mark.parametrize("ranks", RANKS)
-def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_python) -> None:
-    """Temperatures of the wells to 1e-9 K, and the same rock."""
-    run(wall(*STRONG), tmp_path / "one")
-    on_ranks(ranks, tmp_path / "more", STRONG)
-    one, more = open_run(tmp_path / "one"), open_run(tmp_path / "more")
+def assert_alike(one: Run, more: Run) -> None:
+    """Require temperatures of the wells that differ by 1e-9 K at most, and the same rock."""
     for step, other in zip(one.steps, more.steps, strict=True):
         wells, others = step.heat.circulation.wells, other.heat.circulation.wells
         for name, well in wells.items():
@@ -50,9 +46,16 @@ def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_p
     assert np.ptp([step.heat.circulation.wells["out"].T for step in one.steps]) > 1.0
 
 
-@pytest.mark.parametrize("ranks", RANKS)
-def test_stopped_and_resumed_with_cracks(ranks: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_python) -> None:
+    run(wall(*PLAIN), tmp_path / "one")
+    on_ranks(ranks, tmp_path / "more", PLAIN, cut=False)
+    assert_alike(open_run(tmp_path / "one"), open_run(tmp_path / "more"))
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_stopped_and_resumed(ranks: int, tmp_path: Path) -> None:
     """In closed form, so that it runs where there is no simulator."""
     run(wall(*SINGLE), tmp_path / "whole")
     on_ranks(ranks, tmp_path / "cut", SINGLE, cut=True)
-    assert_same(open_run(tmp_path / "cut"), open_run(tmp_path / "whole"), rel=1e-6)
+    assert_alike(open_run(tmp_path / "whole"), open_run(tmp_path / "cut"))

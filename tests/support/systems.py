@@ -14,8 +14,9 @@ from typing import Any
 
 from staffa.evolution.system import System
 
-# Systems that are not collected yet, each with a copy that shares its parts; and copies of those
-# that were collected and not destroyed.
+# Systems that are not collected yet, by their vector u, each with a copy that shares its parts; and
+# copies of those that were collected and not destroyed. Variants that `replace` makes of a system
+# share its u and its parts, and count once with it.
 _built: dict[int, weakref.finalize] = {}
 _left: list[System] = []
 
@@ -24,7 +25,9 @@ _init = System.__init__
 
 def _noted(system: System, *args: Any, **kwargs: Any) -> None:
     _init(system, *args, **kwargs)
-    _built[id(system)] = weakref.finalize(system, _leave, id(system), copy.copy(system))
+    handle = system.alternation.u.handle
+    if handle not in _built:
+        _built[handle] = weakref.finalize(system, _leave, handle, copy.copy(system))
 
 
 def _leave(key: int, parts: System) -> None:

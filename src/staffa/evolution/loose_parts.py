@@ -20,8 +20,7 @@ from staffa.model.supports import rigid_modes
 # Damage at all corners of a cell from which it connects nothing.
 BROKEN = 0.95
 # The residual stiffness of cracks stores less than this fraction of the other energy, unless it
-# carries a load, or is opened by moving supports. A load that it carries moves far, and its work is
-# above this fraction too.
+# carries a load, or is opened by moving supports.
 SHARE = 1e-2
 # The residual stiffness carries a part if it carries this fraction of the part's load.
 BORNE = 0.5
@@ -93,8 +92,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     if not dead or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
         return None
     known = solved or not energy.linear
-    rest = _stored_without_cracks(system) if known else 0.0
-    if known and energy.stored() - rest <= SHARE * rest:
+    if known and not _stores_much(system):
         return None
     labels, number = number_parts(alpha, BROKEN)
     n_owned = system.spaces.nodes.dofmap.index_map.size_local
@@ -115,8 +113,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     loads = _net(system, modes, mine, number + 1, applied=True)
     balanced = _net(system, modes, mine, number + 1, applied=False)[0] if known else loads[0]
     worst, most = -1, 0.0
-    works = _works(system, mine, number + 1) if known else np.full(number + 1, np.inf)
-    for k in np.flatnonzero(works > SHARE * rest).tolist():
+    for k in range(number + 1):
         strength, directions = np.linalg.eigh(resisted[k])
         free = directions[:, strength <= FREE * max(1.0, float(strength[-1]))]
         load, unborne = free.T @ loads[0][k], free.T @ balanced[k]
@@ -178,27 +175,13 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
     return int(number), labels.astype(np.int64)
 
 
-def _stored_without_cracks(system: System) -> float:
-    """Return the elastic energy without the residual stiffness of cracks. Collective."""
-    with system.energy.without_residual_stiffness():
-        return system.energy.stored()
-
-
-def _works(system: System, labels: np.ndarray, number: int) -> np.ndarray:
-    """Return the work of the loads on each part's displacement, shape (number,). Collective.
-
-    Parameters
-    ----------
-    system : the system.
-    labels : part of each owned node.
-    number : number of parts.
-    """
-    parts, forces = system.alternation, system.alternation.u.duplicate()
-    system.energy.applied(forces)
-    of_nodes = (readable(forces) * readable(parts.u)).reshape(len(labels), -1).sum(axis=1)
-    forces.destroy()
-    found = np.bincount(labels, weights=of_nodes, minlength=number)
-    return np.abs(sum_over_ranks(system.energy.comm, found))
+def _stores_much(system: System) -> bool:
+    """Return True if the residual stiffness of cracks stores a relevant energy. Collective."""
+    energy = system.energy
+    whole = energy.stored()
+    with energy.without_residual_stiffness():
+        rest = energy.stored()
+    return whole - rest > SHARE * rest
 
 
 def _net(
