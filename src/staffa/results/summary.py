@@ -142,7 +142,8 @@ def _state(run: Run) -> Iterator[Fact]:
     yield from _opposite_boundary(run)
     if measures.fluid:
         pressure = shown.stress.text(measures.fluid.pressure, 5)
-        text = f"pressure {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
+        acting = "acting pressure" if run.manifest.reservoir else "pressure"
+        text = f"{acting} {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
         yield Fact(name="fluid in cracks", text=text)
 
 

@@ -12,6 +12,9 @@ from staffa.reservoir.reservoir_load import ReservoirLoad
 from staffa.reservoir.simulator import ReservoirModel, Simulator
 from staffa.reservoir.single import SingleFracture
 
+# The closed form is exact, and its balance tells how well cells resolve it: at first not at all.
+UNRESOLVED = 1.0
+
 
 def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
     """Return the load of a case with a reservoir: files, or a simulator, which starts when the load
@@ -20,10 +23,10 @@ def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
     if keys.fields is not None:
         return keys.fields.series.reaching(case.outline.h)
     model = reservoir_model(case)
-    return ReservoirLoad(
-        model=model,
-        open=partial(_opened, keys.simulator, model, keys.interpreter),
-    )
+    opened = partial(_opened, keys.simulator, model, keys.interpreter)
+    if keys.simulator == "single":
+        return ReservoirLoad(model=model, open=opened, balance=UNRESOLVED)
+    return ReservoirLoad(model=model, open=opened)
 
 
 def _opened(simulator: str, model: ReservoirModel, python: str | None) -> Simulator:

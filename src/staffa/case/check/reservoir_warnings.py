@@ -7,6 +7,7 @@ import numpy as np
 from staffa.case.check.circulation_facts import not_found
 from staffa.case.check.cooling_warnings import of_plane_strain
 from staffa.case.check.cracking import first_and_last
+from staffa.case.check.water_pressure import pressure_warnings
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.reservoir_drop import coldest_water
 from staffa.case.schema.case import Case
@@ -25,6 +26,8 @@ from staffa.physics.scales import diffusion_length
 
 THIN = 4.0  # cells at the wall of a fracture in sqrt(kappa t), which see the cold rock
 BAND = 2.0  # regularization lengths: half of the width of damage
+BETWEEN = 10  # cells between two wells, at least
+EVEN = 0.01  # of the largest rate, by which rates may differ
 FELT = 0.5  # diffusion lengths over an extent, from which its end is felt
 
 
@@ -52,6 +55,9 @@ def reservoir_warnings(case: Case, derived: Numbers) -> Iterator[str]:
         )
     yield from _of_injection(case)
     yield from _of_pressures(case)
+    yield from _of_rates(case)
+    yield from pressure_warnings(case, derived)
+    yield from _of_distance(case)
     yield from _of_cells(case, derived)
     yield from _of_ends(case, derived)
 
@@ -87,6 +93,34 @@ def _of_pressures(case: Case) -> Iterator[str]:
                 f"{inline(well.pressure)}: {kind} that {takes} at first, since the rock has "
                 f"{amount(case, rock, 'Pa')} there; is that meant?"
             )
+
+
+def _of_rates(case: Case) -> Iterator[str]:
+    """Warn of given rates that bring more water in than out, or less."""
+    rates = [well.rate for well in reservoir_keys(case).wells]
+    known = [float(rate) for rate in rates if rate is not None]
+    more = sum(known)
+    if len(known) == len(rates) and abs(more) > EVEN * max(map(abs, known)):
+        way, end = ("in", "rises") if more > 0 else ("out", "falls")
+        yield (
+            f"reservoir.wells: {amount(case, abs(more), 'kg/s')} more go {way} than the other way, "
+            f"and the reservoir has no other end, so that its pressure {end} on and on; give the "
+            f'producer a pressure in place of its rate, like pressure = "20 MPa"'
+        )
+
+
+def _of_distance(case: Case) -> Iterator[str]:
+    """Warn of cells too large to tell the wells apart."""
+    wells = reservoir_keys(case).wells
+    pairs = [(a, b) for a in wells if a.injects for b in wells if not b.injects]
+    apart = min(float(np.linalg.norm(np.subtract(a.at, b.at))) for a, b in pairs)
+    if cell_size(case) * BETWEEN > apart:
+        yield (
+            f"reservoir.h: cells of {amount(case, cell_size(case), 'm')} are less than "
+            f"{BETWEEN} between an injector and a producer, {amount(case, apart, 'm')} apart, and "
+            f"the error of its temperature is in proportion to them; take h <= "
+            f"{at_most(case, apart / BETWEEN, 'm', digits=2)}"
+        )
 
 
 def _of_cells(case: Case, derived: Numbers) -> Iterator[str]:

@@ -20,8 +20,9 @@ RANGES = {
     "permeability": (0.0, np.inf, "finite and larger than zero"),
     "porosity": (0.0, 1.0, "larger than 0 and less than 1"),
 }
-# The steam tables of liquid water end there (IAPWS-IF97, region 1).
+# Below the critical point, where properties of water change too fast to be interpolated.
 HOTTEST = 623.15  # K
+COLDEST, HIGHEST = 274.15, 2e8  # K, Pa: beyond them the simulator has no properties of water
 
 
 def reservoir_values_are_possible(case: Case) -> None:
@@ -111,26 +112,41 @@ def water_is_liquid(case: Case) -> None:
     x = sampled(case)
     T, p = (in_space(value, case.dim)(x) for value in (keys.temperature, keys.pressure))
     hottest = float(T.max())
-    if hottest > HOTTEST:
-        raise InputError(
-            f"reservoir.temperature = {as_toml(keys.temperature)} reaches {hottest - 273.15:.4g} "
-            f'°C, and water = "{IAPWS}" is liquid up to 350 °C alone; take a lower one, or '
-            f"constant properties"
-        )
+    for worst in (float(T.min()), hottest):
+        _is_in_range(f"reservoir.temperature = {as_toml(keys.temperature)}", worst)
+    _is_compressed(case, f"reservoir.pressure = {as_toml(keys.pressure)}", float(p.max()))
     margin = p / saturation_pressure(T)
-    worst = int(np.argmin(margin))
-    if margin[worst] <= 1:
-        _boils(case, f"reservoir.pressure = {as_toml(keys.pressure)}", p[worst], T[worst])
+    worst_place = int(np.argmin(margin))
+    if margin[worst_place] <= 1:
+        where = f"reservoir.pressure = {as_toml(keys.pressure)}"
+        _boils(case, where, p[worst_place], T[worst_place])
     for number, well in enumerate(keys.wells, start=1):
-        coldest = float(well.T) if well.T is not None else hottest
         where = f"reservoir.wells, entry {number} ('{well.name}')"
-        if well.T is not None and well.T > HOTTEST:
-            raise InputError(
-                f"{where}, T = {inline(well.T)}: water is liquid up to 350 °C; take a lower one"
-            )
-        if well.pressure is not None and well.pressure <= saturation_pressure(np.array(coldest)):
-            said = f"{where}, pressure = {inline(well.pressure)}"
+        if well.T is not None:
+            _is_in_range(f"{where}, T = {inline(well.T)}", float(well.T))
+        if well.pressure is None:
+            continue
+        said = f"{where}, pressure = {inline(well.pressure)}"
+        _is_compressed(case, said, float(well.pressure))
+        coldest = float(well.T) if well.T is not None else hottest
+        if well.pressure <= saturation_pressure(np.array(coldest)):
             _boils(case, said, float(well.pressure), coldest)
+
+
+def _is_in_range(where: str, T: float) -> None:
+    if not COLDEST <= T <= HOTTEST:
+        raise InputError(
+            f'{where}: it reaches {T - 273.15:.4g} °C, and water = "{IAPWS}" is liquid water of 1 '
+            f"to 350 °C; take a temperature between these, or constant properties"
+        )
+
+
+def _is_compressed(case: Case, where: str, p: float) -> None:
+    if p > HIGHEST:
+        raise InputError(
+            f'{where}: it reaches {amount(case, p, "Pa")}, and water = "{IAPWS}" is known up to '
+            f"{amount(case, HIGHEST, 'Pa')}; take a lower pressure, or constant properties"
+        )
 
 
 def _boils(case: Case, where: str, p: float, T: float) -> None:

@@ -44,7 +44,6 @@ from staffa.case.schema.property_keys import (
     RandomPermeability,
 )
 from staffa.case.schema.series_keys import FieldsKeys
-from staffa.case.schema.tolerances import Agreement
 from staffa.errors import InputError
 from staffa.units import Quantity
 
@@ -255,7 +254,7 @@ class ReservoirKeys(CaseTable):
         Discriminator(kind),
     ] = Field(
         default=IAPWS,
-        description="properties of the water: iapws (IAPWS-IF97 steam tables), or constants",
+        description="properties of the water: iapws (IAPWS-95, liquid alone), or constants",
         examples=[
             {"rho": "1000 kg/m^3", "c": "4200 J/(kg K)", "mu": "0.3 mPa s", "k": "0.6 W/(m K)"}
         ],
@@ -288,10 +287,6 @@ class ReservoirKeys(CaseTable):
     tolerance: Annotated[PositiveNumber, Field(ge=1e-6, le=0.1)] = Field(
         default=1e-3,
         description="error of a step of the simulator over the drop from rock to injected water",
-    )
-    agreement: Agreement = Field(
-        default=1e-3,
-        description="how well temperature and cracks must agree at a step's end, with feedback",
     )
     _interpreter: str | None = PrivateAttr(default=None)
 
