@@ -8,16 +8,17 @@ A system that something still holds (a cached function, a fixture of a module) i
 import copy
 import gc
 import weakref
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from staffa.evolution.system import System
 
-# Systems that are not collected yet, by their vector u, each with a copy that shares its parts; and
-# copies of those that were collected and not destroyed. Variants that `replace` makes of a system
-# share its u and its parts, and count once with it.
-_built: dict[int, weakref.finalize] = {}
+# Number of systems that are not collected yet, by their vector u: variants that `replace` makes of
+# a system share its u and its parts. And a copy of the last one of each u that was collected and
+# not destroyed.
+_built: Counter[int] = Counter()
 _left: list[System] = []
 
 _init = System.__init__
@@ -25,15 +26,17 @@ _init = System.__init__
 
 def _noted(system: System, *args: Any, **kwargs: Any) -> None:
     _init(system, *args, **kwargs)
-    handle = system.alternation.u.handle
-    if handle not in _built:
-        _built[handle] = weakref.finalize(system, _leave, handle, copy.copy(system))
+    u = id(system.alternation.u)
+    _built[u] += 1
+    weakref.finalize(system, _leave, u, copy.copy(system))
 
 
-def _leave(key: int, parts: System) -> None:
-    del _built[key]
-    if parts.alternation.u:  # not destroyed yet
-        _left.append(parts)
+def _leave(u: int, parts: System) -> None:
+    _built[u] -= 1
+    if not _built[u]:
+        del _built[u]
+        if parts.alternation.u:  # not destroyed yet
+            _left.append(parts)
 
 
 System.__init__ = _noted  # type: ignore[method-assign]
@@ -42,9 +45,9 @@ System.__init__ = _noted  # type: ignore[method-assign]
 @contextmanager
 def destroyed_when_left() -> Iterator[None]:
     """Destroy, at the end, all systems that nothing holds any more."""
-    before = set(_built.values())
+    before = _built.total()
     yield
-    if set(_built.values()) - before:
+    if _built.total() > before:
         gc.collect()  # a circle in Python may hold a system that nobody needs
     while _left:
         _left.pop().destroy()
