@@ -57,6 +57,7 @@ def production_figure(manifest: Manifest, found: Sequence[Production]) -> Figure
     labels = ("production temperature", "power", "pressure in wells")
     for axes, label, key in zip(rows, labels, ("T", "power", "pressure"), strict=True):
         axes.set_ylabel(units[key].label(label))
+        axes.ticklabel_format(axis="y", useOffset=False)  # a small rise of a large pressure
     rows[1].set_ylim(bottom=min(0.0, rows[1].dataLim.ymin))
     rows[2].set_xlabel(manifest.shown.time.label("time"))
     if lines:
