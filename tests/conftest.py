@@ -1,6 +1,8 @@
 """Marks by folder: what lies in tests/mpi starts mpiexec. Compiling, and the simulator's Python."""
 
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("mpi")
         elif item.get_closest_marker("mpi"):
             raise pytest.UsageError(f"{item.nodeid} is marked mpi: such tests lie in tests/mpi")
+
+
+@pytest.fixture(autouse=True)
+def systems_are_destroyed() -> Iterator[None]:
+    """Destroy the systems that a test leaves behind; tests that load no DOLFINx build none."""
+    if "staffa.evolution.system" not in sys.modules:
+        yield
+        return
+    from support.systems import destroyed_when_left
+
+    with destroyed_when_left():
+        yield
 
 
 @pytest.fixture(scope="session")

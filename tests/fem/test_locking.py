@@ -45,7 +45,24 @@ CURES = dict(zip(CELLS, ("reduced", "quadratic") * 2, strict=True))
 # --- Lame's ring: fault F12 ---
 
 # Forms in 3-D take long to compile.
-ALL = [*CELLS[:2], *(pytest.param(cells, marks=pytest.mark.slow) for cells in CELLS[2:])]
+ALL = [
+    *CELLS[:2],
+    pytest.param("hexahedron", marks=pytest.mark.long),
+    pytest.param("tetrahedron", marks=pytest.mark.slow),
+]
+# Each split, and two splits on either kind of cells.
+DERIVED = [
+    ("triangle", "none"),
+    ("quadrilateral", "volumetric-deviatoric"),
+    ("triangle", "spectral"),
+    ("quadrilateral", "no-tension"),
+]
+OTHERS = [
+    pytest.param(cells, split, marks=pytest.mark.long)
+    for split in ("none", "volumetric-deviatoric", "spectral", "no-tension")
+    for cells in ("quadrilateral", "triangle")
+    if (cells, split) not in DERIVED
+]
 
 
 @pytest.mark.parametrize("cells", ALL)
@@ -212,7 +229,11 @@ def moved(made: Problem) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("cook", "h", "axis"), [(True, (3.0, 1.5), 1), (False, (0.1, 0.04), 0)], ids=["cook", "square"]
+    ("cook", "h", "axis"),
+    [
+        pytest.param(True, (3.0, 1.5), 1, id="cook"),
+        pytest.param(False, (0.1, 0.04), 0, id="square", marks=pytest.mark.long),
+    ],
 )
 def test_public_panels_move_as_mixed_elements_have_it(
     cook: bool, h: tuple[float, float], axis: int
@@ -269,8 +290,7 @@ def plate(cells: str, *settings: str, split: str = "none") -> Case:
     return parse_case(PLATE.format(cells=cells, split=split), settings)
 
 
-@pytest.mark.parametrize("split", ["none", "volumetric-deviatoric", "spectral", "no-tension"])
-@pytest.mark.parametrize("cells", CELLS[:2])
+@pytest.mark.parametrize(("cells", "split"), DERIVED + OTHERS)
 def test_forces_and_matrices_are_derivatives_of_one_energy(cells: str, split: str) -> None:
     """At a random state, by differences; a kernel with two quadrature rules once gave other
     matrices."""

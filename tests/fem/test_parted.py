@@ -13,8 +13,10 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
 from staffa.io.run_directory import open_run
 from staffa.loads.forces import Forces, Traction
+from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.split import SPLITS
+from staffa.records.status import Status
 from staffa.runs.run import run
 from support.bodies import body, rock
 
@@ -139,4 +141,37 @@ def test_parts_are_counted() -> None:
     assert loose_part(problem, system, solved=False) is not None
     system.state.alpha.x.array[:] = 1.0
     assert number_parts(system.state.alpha, 0.95)[1] == 0
+    system.destroy()
+
+
+def test_wide_cracks_are_no_load_that_nothing_carries() -> None:
+    """Cooled between two walls, a plate that is broken through opens wide; a fluid that hardly
+    presses moves nothing, though broken rock alone feels it."""
+
+    class Cold:
+        def temperature(self, x: np.ndarray, t: float) -> np.ndarray:
+            return np.full(x.shape[1], -t)
+
+    cracks = tuple(  # three columns of cells side by side: rock between them is broken all through
+        FlatCrack(center=(x, 0.25, 0.0), normal=(1.0, 0.0, 0.0), radius=1.0)
+        for x in (0.4875, 0.5125, 0.5375)
+    )
+    walls = tuple(
+        SideSupport(side=side, components={0: no_displacement}) for side in ("left", "right")
+    )
+    problem = body(
+        (1.0, 0.5),
+        0.025,
+        sides=walls,
+        material=rock(ell=0.1, Gc=100.0, cracks=cracks),
+        load=Cold(),
+        forces=Forces(crack_field=lambda x, t: 1e-9 * t * x[0]),
+        times=(1.0,),
+    )
+    system = build(problem)
+    (step,) = march(problem, system)
+    assert step.status is Status.CONVERGED
+    whole = system.energy.stored()
+    with system.energy.without_residual_stiffness():
+        assert whole > 1.01 * system.energy.stored(), "cracks must be wide"
     system.destroy()

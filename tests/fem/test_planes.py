@@ -121,7 +121,7 @@ def test_cells_are_kept_with_the_step_and_old_steps_have_none() -> None:
 
 
 @needs_gmsh
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cylinder_goes_from_its_case_to_its_pictures(tmp_path: Path) -> None:
     coarse = ("--set", "domain.h=0.25", "--set", "damage.ell=0.3", "--set", "time.tau=[0.6]")
     settings = [*coarse, "--set", "output.at=[0.6]", "--out", tmp_path / "run"]

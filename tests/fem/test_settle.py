@@ -93,7 +93,10 @@ def notched(guess: str = "coarser", pull: float = 1.5, **solvers: str) -> Proble
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("pull", [1.2, 1.5, 1.8])
+@pytest.mark.parametrize(
+    "pull",
+    [pytest.param(1.2, marks=pytest.mark.long), 1.5, pytest.param(1.8, marks=pytest.mark.long)],
+)
 def test_a_plate_that_has_a_crack_breaks_at_the_same_cost(pull: float) -> None:
     alone, guided = run(notched("none", pull))[-1], run(notched("coarser", pull))[-1]
     assert guided.effort.guesses == 1 and guided.audit.violations == ()

@@ -80,7 +80,15 @@ FORMS = {
 }
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    "form",
+    [
+        "secant table",
+        "tangent formula",
+        pytest.param("tangent table", marks=pytest.mark.long),
+        pytest.param("secant formula", marks=pytest.mark.long),
+    ],
+)
 def test_tangent_and_secant_expansion_give_one_strain(form: str, tmp_path) -> None:
     """WARP3D issue 7, MOOSE issue 4717: with secant coefficients the strain is
     alpha(T) (T - ref) - alpha(T0) (T0 - ref), here of a body that is free of stress at 120 °C."""

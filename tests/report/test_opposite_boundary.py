@@ -104,7 +104,11 @@ HELD = ("supports.left=rollers", "supports.right=rollers", "supports.top=rollers
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("supports", "through"), [(HELD, True), (("supports.section=stretch",), False)]
+    ("supports", "through"),
+    [
+        (HELD, True),
+        pytest.param(("supports.section=stretch",), False, marks=pytest.mark.long),
+    ],
 )
 def test_a_plate_between_rollers_cracks_through_and_both_say_so(
     supports: tuple[str, ...], through: bool, tmp_path: Path

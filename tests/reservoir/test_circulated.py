@@ -77,7 +77,7 @@ def test_its_account_and_its_record(whole: Run) -> None:
     assert pytest.approx(333.15) == whole.manifest.reservoir.wells["in"].T
 
 
-@pytest.mark.parametrize("step", [1, 3])
+@pytest.mark.parametrize("step", [pytest.param(1, marks=pytest.mark.long), 3])
 def test_stopped_and_resumed_it_has_the_same_bits(whole: Run, step: int, tmp_path: Path) -> None:
     class Before:
         """Asks to stop within a step."""

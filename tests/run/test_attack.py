@@ -717,7 +717,9 @@ def test_a_cache_that_cannot_be_written_to_is_replaced_and_named(tmp_path: Path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])
+@pytest.mark.parametrize(
+    "number", [signal.SIGHUP, pytest.param(signal.SIGQUIT, marks=pytest.mark.long)]
+)
 def test_a_run_whose_terminal_is_closed_is_saved(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "bar.toml").write_text(staffa("new", "bar", folder=tmp_path).stdout)
     many = ["--set", "time.t={start=0.001,stop=0.2,steps=2000}"]

@@ -142,6 +142,14 @@ def test_the_folder_of_a_process_goes_with_it() -> None:
     assert not folder.exists() and child.process.returncode == -9
 
 
+def test_a_process_that_never_starts_is_wrong_input_and_no_stop() -> None:
+    """There is no run yet that could go on."""
+    simulator = Darts(fracture_wall(), "/bin/true")
+    with pytest.raises(InputError, match=r"/bin/true does not start: it ended .*`staffa doctor`"):
+        simulator.start()
+    assert simulator.child is None
+
+
 def test_a_missing_program_is_named() -> None:
     with pytest.raises(ChildError, match="/no/python cannot be started"):
         Child(["/no/python"])

@@ -160,6 +160,12 @@ def test_pressure_falls_straight_along_the_fracture_and_rests_in_the_rock() -> N
     assert np.all(np.delete(flow.p, row) == 20e6)
 
 
+def test_before_the_first_step_the_pressure_is_that_of_the_rock() -> None:
+    """What water changes counts from there: else the pressure of circulation acts nowhere."""
+    model = fracture_wall()
+    assert np.array_equal(SingleFracture(model).start().p, model.p)
+
+
 def test_injection_at_the_other_end_mirrors_the_solution() -> None:
     model = fracture_wall()
     first, last = model.wells

@@ -6,7 +6,7 @@ import tempfile
 import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, singledispatchmethod
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ import ufl
 from dolfinx import fem
 from dolfinx.jit import get_options
 from ffcx.options import get_options as form_options
+from ufl.corealg.dag_traverser import DAGTraverser
 
 from staffa.backend.isolation import elsewhere
 from staffa.backend.lock import Lock
@@ -48,6 +49,23 @@ WITHOUT_LOCKS = 300
 # the first digits of their signatures. Measured: 54 ms a form where one folder has 9,000 of them.
 EXPRESSIONS = "expressions"
 FOLDERS = (*(f"{number:02x}" for number in range(256)), EXPRESSIONS)
+
+
+def _keep_no_traversers(kind: type = DAGTraverser) -> None:
+    """Let UFL's traversers go with their meshes, each of which has communicators of MPI.
+
+    In the first releases of Python 3.13 methods of single dispatch keep all objects that they were
+    called on (github.com/python/cpython, issue 127750).
+    """
+    for method in vars(kind).values():
+        if isinstance(method, singledispatchmethod) and hasattr(method, "_method_cache"):
+            method._method_cache = None
+    narrower: type
+    for narrower in kind.__subclasses__():
+        _keep_no_traversers(narrower)
+
+
+_keep_no_traversers()
 
 
 def form(expression: ufl.Form, comm: MPI.Comm) -> fem.Form:

@@ -10,8 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from staffa.backend.parallel import everywhere, max_over_ranks, sum_over_ranks
-from staffa.backend.vectors import readable
-from staffa.errors import PartedError
+from staffa.backend.vectors import readable, writable
+from staffa.errors import PartedError, SolveError
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System
 from staffa.model.fields import Spaces, vertices
@@ -92,7 +92,8 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     if not dead or not max_over_ranks(comm, alpha.x.array) >= BROKEN:
         return None
     known = solved or not energy.linear
-    if known and not _stores_much(system):
+    rest = _stored_without_cracks(system) if known else 0.0
+    if known and energy.stored() - rest <= SHARE * rest:
         return None
     labels, number = number_parts(alpha, BROKEN)
     n_owned = system.spaces.nodes.dofmap.index_map.size_local
@@ -118,7 +119,9 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
         free = directions[:, strength <= FREE * max(1.0, float(strength[-1]))]
         load, unborne = free.T @ loads[0][k], free.T @ balanced[k]
         size = float(np.linalg.norm(load))
-        if size > max(most, CANCELS * loads[1]) and np.linalg.norm(unborne) > BORNE * size:
+        if size <= max(most, CANCELS * loads[1]) or np.linalg.norm(unborne) <= BORNE * size:
+            continue
+        if not known or _carried(system, mine == k) > SHARE * rest:
             worst, most = k, size
     if worst < 0:
         return None
@@ -175,13 +178,35 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
     return int(number), labels.astype(np.int64)
 
 
-def _stores_much(system: System) -> bool:
-    """Return True if the residual stiffness of cracks stores a relevant energy. Collective."""
-    energy = system.energy
-    whole = energy.stored()
-    with energy.without_residual_stiffness():
-        rest = energy.stored()
-    return whole - rest > SHARE * rest
+def _stored_without_cracks(system: System) -> float:
+    """Return the elastic energy without the residual stiffness of cracks. Collective."""
+    with system.energy.without_residual_stiffness():
+        return system.energy.stored()
+
+
+def _carried(system: System, part: np.ndarray) -> float:
+    """Return the energy that the load on a part would store by itself. Collective.
+
+    Wide cracks store energy in their residual stiffness too, which no load has brought there.
+
+    Parameters
+    ----------
+    system : the system.
+    part : True for the owned nodes of the part.
+    """
+    forces, answer = (system.alternation.u.duplicate() for _ in range(2))
+    system.energy.applied(forces)
+    kept = writable(forces).reshape(len(part), -1)
+    kept[~part] = 0.0
+    answer.set(0.0)
+    try:
+        system.alternation.elastic.solve_forces(forces, answer)
+        return float(forces.dot(answer)) / 2
+    except SolveError:  # nothing resists it that a solver finds
+        return np.inf
+    finally:
+        forces.destroy()
+        answer.destroy()
 
 
 def _net(

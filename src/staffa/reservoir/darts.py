@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.errors import SolveError, StaffaError, StoppedError
+from staffa.errors import InputError, SolveError, StaffaError, StoppedError
 from staffa.records.circulation import Circulation, WellAccount
 from staffa.reservoir.child import PATIENCE, Child, ChildError
 from staffa.reservoir.simulator import Flow, ReservoirModel
@@ -82,16 +82,29 @@ class Darts:
     def _ask_twice(
         self, question: tuple[Any, Sequence[np.ndarray]] | None
     ) -> tuple[Any, list[np.ndarray]]:
-        """Ask, and ask a new process if the first one ends; no question only opens one."""
+        """Ask, and ask a new process if the first one ends; no question only opens one.
+
+        Raises
+        ------
+        InputError
+            None starts, before there is a first state.
+        StoppedError
+            The second one ends as well.
+        """
         try:
             return self._ask(question)
         except ChildError:
             try:
                 return self._ask(question)
             except ChildError as error:
+                name = f"the reservoir simulator {self.command[0]}"
+                if self.first is None:
+                    raise InputError(
+                        f"{name} does not start: {error}; `staffa doctor` tells what to install"
+                    ) from error
                 raise StoppedError(
-                    f"The reservoir simulator {self.command[0]} failed twice in one step: {error}. "
-                    "`staffa doctor` tells whether it works; then resume the run."
+                    f"{name} failed twice in one step: {error}; `staffa doctor` tells whether it "
+                    f"works"
                 ) from error
 
     def _ask(

@@ -54,6 +54,8 @@ class Server:
         self.allowed = head["tolerance"] * head["drop"]
         self.names = [well["name"] for well in head["wells"]]
         self.flow, self.index = named["flow"], named["index"]
+        # Water that runs into a fracture fills it in minutes, of which no rock knows.
+        self.rock = named["rho_c"] > 0
 
     def start(self) -> tuple[dict[str, Any], list[np.ndarray]]:
         """Return the first state."""
@@ -113,7 +115,8 @@ class Server:
     def _two_halves(self, before: np.ndarray, length: float) -> tuple[float, Any]:
         """Take a step at once and in two halves; return the difference (K), and the account.
 
-        The difference is infinite, and there is no account, if one of them does not converge.
+        The difference is that of rock. It is infinite, and there is no account, if one of them
+        does not converge.
         """
         if not self.model.step(length):
             return np.inf, None
@@ -125,7 +128,8 @@ class Server:
                 return np.inf, None
             now = [(well["mass"], well["heat"]) for well in self.model.wells_now()]
             account += length / 2 * np.array(now).reshape(-1, 2)
-        return float(np.abs(self.model.fields()[1] - at_once).max()), account
+        apart = np.abs(self.model.fields()[1] - at_once)
+        return float(apart[self.rock].max(initial=0.0)), account
 
     def _fields(self, wanted: float) -> list[np.ndarray]:
         p, T = self.model.fields()

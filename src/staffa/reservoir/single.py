@@ -1,5 +1,7 @@
 """Closed-form engine: one fracture along a side, without any other program."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from staffa.errors import InputError
@@ -55,8 +57,9 @@ class SingleFracture:
         self.drop = float(model.T[0] - (self.injector.T or 0.0))
 
     def start(self) -> Flow:
-        """Return the state before the first step; see `Simulator`."""
-        return self._flow(0.0)
+        """Return the state before the first step, at the pressure of the rock; see `Simulator`."""
+        first = self._flow(0.0)
+        return replace(first, p=np.array(self.model.p, dtype=float))
 
     def advance(
         self, flow: Flow, permeability: np.ndarray | None, duration: float

@@ -12,9 +12,8 @@ from staffa.reservoir.reservoir_load import ReservoirLoad
 from staffa.reservoir.simulator import ReservoirModel, Simulator
 from staffa.reservoir.single import SingleFracture
 
-# The heat that wells bring may differ by this from that stored. darts balances both. Of the closed
-# form the stored heat is a sum over the cells, which at an early step hardly resolve the cold rock.
-BALANCE = {"darts": 1e-7, "single": 0.1}
+# The closed form is exact, and its balance tells how well cells resolve it: at first not at all.
+UNRESOLVED = 1.0
 
 
 def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
@@ -24,11 +23,10 @@ def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
     if keys.fields is not None:
         return keys.fields.series.reaching(case.outline.h)
     model = reservoir_model(case)
-    return ReservoirLoad(
-        model=model,
-        open=partial(_opened, keys.simulator, model, keys.interpreter),
-        balance=BALANCE[keys.simulator],
-    )
+    opened = partial(_opened, keys.simulator, model, keys.interpreter)
+    if keys.simulator == "single":
+        return ReservoirLoad(model=model, open=opened, balance=UNRESOLVED)
+    return ReservoirLoad(model=model, open=opened)
 
 
 def _opened(simulator: str, model: ReservoirModel, python: str | None) -> Simulator:

@@ -5,6 +5,7 @@ from math import sqrt
 
 import numpy as np
 
+from staffa.case.check.water_pressure import presses_slightly
 from staffa.case.rules.initial_stress import equivalent
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.schema.case import Case
@@ -85,7 +86,8 @@ def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
     if not reasons:
         return
     safest = safest_split(case)
-    if case.damage.split == "none" and not only_pulled(case):
+    slight = only_pulled(case) or (case.reservoir is not None and presses_slightly(case, derived))
+    if case.damage.split == "none" and not slight:
         yield (
             f'damage.split = "none": rock under pressure ({reasons}) breaks as easily as under '
             f"tension, and its cracks close without resistance; leave damage.split out"

@@ -10,10 +10,14 @@ from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.case.schema.reservoir_keys import WaterKeys
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.applied_forces import forces
+from staffa.case.values.pressing_loads import WATER, pressing
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_places import fractured_sides, reservoir_keys, thickness
 from staffa.physics.water import COMPRESSIBILITY, EXPANSION, viscosity
 from staffa.reservoir.permeability import WIDEST
+
+# Part of the strength that presses no crack shut which cooling opens.
+SLIGHT = 0.02
 
 
 def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
@@ -32,6 +36,23 @@ def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
         return
     yield from _of_flow(case, resisted / share)
     yield from _of_cooled_pores(case, derived, resisted / share)
+
+
+def presses_slightly(case: Case, derived: Numbers) -> bool:
+    """Return True if only circulating water presses, by a small part of the strength.
+
+    Known of one fracture along a side of a 2-D body, whose wells drive the water.
+
+    Parameters
+    ----------
+    case : the case.
+    derived : its scales.
+    """
+    wells, sides = doublet(case), fractured_sides(case)
+    if case.dim != 2 or wells is None or len(sides) != 1 or pressing(case) != (WATER,):
+        return False
+    (fracture,) = sides.values()
+    return _rise(case, wells, float(fracture.opening)) < SLIGHT * derived.sigma_c
 
 
 def _of_flow(case: Case, allowed: float) -> Iterator[str]:

@@ -32,13 +32,14 @@ SAMPLES = 100
 # Part of a quantity: "20 °C" and a formula's 293.15 may differ in a digit.
 ROUND_OFF = 1e-9
 WARMS = "warming up again"
+WATER = "the pressure of the water (reservoir)"
 
 
 def pressing(case: Case) -> tuple[str, ...]:
     """Name the loads that may press rock, each with the reason; empty if only cooling acts."""
     found = [*_forces(case), *_moved(case)]
     if case.reservoir is not None:
-        found.append("the pressure of the water (reservoir)")
+        found.append(WATER)
     if case.temperature.profile != "none":
         found += _mismatch(case)
     if case.temperature.profile == FORMULA:
