@@ -20,6 +20,8 @@ from staffa.case.values.attached_files import attached
 from staffa.case.values.reservoir_model import reservoir_model
 from staffa.physics.saturation import saturation_pressure
 from staffa.reservoir.interpreter import VARIABLE
+from staffa.reservoir.reservoir_load import ReservoirLoad
+from staffa.setup.simulators import reservoir_load
 
 GOOD = """
 [domain]
@@ -453,7 +455,11 @@ def test_water_boils_below_the_pressure_of_the_steam_tables() -> None:
 
 
 def test_a_wall_can_be_computed_in_closed_form() -> None:
-    assert read([*CLOSED, injector('rate="5 g/s"', 'T="60 °C"')]).reservoir is not None
+    load = reservoir_load(read([*CLOSED, injector('rate="5 g/s"', 'T="60 °C"')]))
+    assert isinstance(load, ReservoirLoad)
+    engine = load.open()
+    _, account, _ = engine.advance(engine.start(), None, 3 * 86400.0)
+    assert 1e-7 < account.imbalance < load.balance, "a sum over cells, which the audit accepts"
 
 
 def table(folder: Path, name: str, rows: Sequence[tuple[float, float, float, float]]) -> None:

@@ -18,7 +18,7 @@ def test_the_scripts_of_the_tutorial_run(
     monkeypatch.chdir(tmp_path)
     known: dict[str, object] = {}
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert len(blocks) == 8
+    assert len(blocks) == 9
     for block in blocks:
         exec(compile(block, PAGE.name, "exec"), known)
-    assert len(capsys.readouterr().out.splitlines()) == 8
+    assert len(capsys.readouterr().out.splitlines()) == 9

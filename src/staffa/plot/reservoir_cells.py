@@ -25,6 +25,7 @@ from staffa.records.reservoir_facts import ReservoirFacts
 
 COLORS = "RdYlBu_r"
 FEW = 4  # panels
+AROUND = 0.25  # of the longest side of the body, of the reservoir beyond it
 BELOW = 0.5  # inches for the bar of colors
 CRACK = "#14100c"
 RIM: dict[str, Any] = {"edgecolor": "#555555", "linewidth": 0.6}
@@ -72,7 +73,8 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
     normal = section_axis(facts) if len(manifest.size) == 3 else 2
     across = [axis for axis in range(3) if axis != normal]
     x, y = (manifest.shown.length.of(edges[axis]) for axis in across)
-    size = (float(np.ptp(x)), float(np.ptp(y)))
+    view = [_view(ends, manifest, axis) for ends, axis in zip((x, y), across, strict=True)]
+    size = (view[0][1] - view[0][0], view[1][1] - view[1][0])
     columns, height = layout(size, len(moments))
     figure = new_figure(max(height, 2.2) + BELOW, gap=0.08)
     panels = figure.subplots(
@@ -91,7 +93,7 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
         axes.pcolormesh(x, y, T.T, cmap=COLORS, norm=colors, rasterized=True)
         _draw_cracks(axes, manifest, frame, normal, facts)
         _draw_wells(axes, manifest, facts, across)
-        axes.set(aspect="equal", title="", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        axes.set(aspect="equal", title="", xlim=view[0], ylim=view[1])
         axes.grid(False)
         axes.set_title(moment(manifest, frame.step), loc="left")
     for axes in panels[-1]:
@@ -101,6 +103,21 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
     bar = ScalarMappable(colors, COLORS)
     figure.colorbar(bar, ax=panels, location="bottom", shrink=0.5, aspect=40, label=unit.label("T"))
     return figure
+
+
+def _view(ends: np.ndarray, manifest: Manifest, axis: int) -> tuple[float, float]:
+    """Return the part of an axis that is drawn: that of the body, and a margin of the reservoir.
+
+    Parameters
+    ----------
+    ends : faces of the reservoir's cells, in the displayed unit.
+    manifest : description of the run.
+    axis : the axis.
+    """
+    of = manifest.shown.length.of
+    margin = AROUND * max(map(of, manifest.size))
+    lower, upper = (of(manifest.corner[axis] + s) for s in (0.0, manifest.size[axis]))
+    return max(float(ends[0]), lower - margin), min(float(ends[-1]), upper + margin)
 
 
 def section_axis(facts: ReservoirFacts) -> int:

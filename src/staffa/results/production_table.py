@@ -1,5 +1,6 @@
 """Production of a run: production.csv, and the numbers that an engineer asks for."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite, prod
 from typing import Any
@@ -44,6 +45,7 @@ MEANINGS = {
     "lost water": "injected and not produced by the end",
     "balance": "heat through the wells minus heat stored, over the latter",
 }
+TIMES = ("thermal breakthrough", "drawdown of 10 %", "10 K less")
 NEVER = "not by the end"
 
 
@@ -114,15 +116,28 @@ def production_numbers(run: Run) -> list[ProductionNumber]:
 
 def production_numbers_table(run: Run) -> Table:
     """Return these numbers as a table for people."""
+    notes = (
+        "Heat counts above that of the injected water. production.csv has the numbers of each "
+        "step and well, docs/circulation.md their formulas.",
+    )
     return Table(
         title="Production",
         columns=columns_of("number", "value"),
         rows=tuple((f"{one.name}: {one.meaning}", one.text) for one in production_numbers(run)),
-        notes=(
-            "Heat counts above that of the injected water. production.csv has the numbers of each "
-            "step and well, docs/circulation.md their formulas.",
-        ),
+        notes=(*notes, *_coarse_start(run)),
     )
+
+
+def _coarse_start(run: Run) -> Iterator[str]:
+    """Say that times within the first step are not resolved, if one is shown."""
+    found = production(run.manifest.reservoir, run.steps)
+    shown = {one.name: one.value for one in production_numbers(run)}
+    if found and any(shown[name] < found[0].time for name in TIMES):
+        first = run.manifest.shown.time.text(found[0].time)
+        yield (
+            f"The first step ends at {first}. A time within it is linear interpolation, and mostly "
+            "too early: take a shorter first step to resolve it."
+        )
 
 
 def production_lines(run: Run) -> list[tuple[str, str]]:

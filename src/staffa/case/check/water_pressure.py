@@ -124,7 +124,7 @@ def _of_cooled_pores(case: Case, derived: Numbers, allowed: float) -> Iterator[s
     needed = k * (undrained / allowed - 1) * derived.kappa / diffusivity
     yield (
         f"reservoir.permeability = {inline(keys.permeability)}: pores are so tight that their "
-        f"water loses some {amount(case, fall, 'Pa', digits=1)} as it cools, which acts in cracks "
+        f"water loses some {amount(case, fall, 'Pa')} as it cools, which acts in cracks "
         f"too and decides where they go; take reservoir.permeability >= "
         f"{at_least(case, needed, 'm^2', digits=1)}, or water of constant properties"
     )

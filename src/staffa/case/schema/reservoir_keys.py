@@ -47,7 +47,6 @@ from staffa.case.schema.series_keys import FieldsKeys
 from staffa.errors import InputError
 from staffa.units import Quantity
 
-SIMULATORS = ("darts", "single", "fields")
 IAPWS: Literal["iapws"] = "iapws"
 
 
