@@ -197,3 +197,42 @@ def test_a_run_is_driven_by_files_and_goes_on_with_the_same_alone(tmp_path: Path
     staffa.resume(tmp_path / "cut", temperature=known)
     assert_same(open_run(tmp_path / "cut"), open_run(tmp_path / "whole"))
     assert open_run(tmp_path / "whole").steps[-1].energies.elastic > 0
+
+
+WELL = """
+[domain]
+size = ["80 m", "80 m"]
+h = "1 m"
+[material]
+E = "40 GPa"
+Gc = "100 J/m^2"
+expansion = "8e-6 1/K"
+k = "2.5 W/(m K)"
+rho = "2700 kg/m^3"
+c = "850 J/(kg K)"
+[damage]
+ell = "3 m"
+[temperature]
+profile = "reservoir"
+[reservoir]
+simulator = "fields"
+fields = { t = ["0 s", "1 d"], files = ["a.vtu", "b.vtu"], T = "temperature" }
+[supports]
+left = "rollers"
+bottom = "rollers"
+[time]
+t = ["1 d"]
+"""
+
+
+def test_a_hole_in_the_mesh_of_a_file_is_refused_before_the_run(tmp_path: Path) -> None:
+    """That of a well, between the places at which a case is looked at as it is read."""
+    whole = pyvista.ImageData(dimensions=(161, 161, 1), spacing=(0.5, 0.5, 1.0))
+    whole.point_data["temperature"] = np.full(whole.n_points, 400.0)
+    off = np.abs(whole.cell_centers().points[:, :2] - 42.0).max(axis=1)
+    for name, least in (("a.vtu", 0.0), ("b.vtu", 1.5)):
+        whole.extract_cells(np.flatnonzero(off >= least)).save(tmp_path / name)
+    (tmp_path / "my.toml").write_text(WELL)
+    case = staffa.read_case(tmp_path / "my.toml")
+    said = refusal(lambda: staffa.problem(case))
+    assert "reservoir.fields: the mesh of a file does not reach every vertex" in said

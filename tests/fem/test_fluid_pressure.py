@@ -12,6 +12,7 @@ from staffa.evolution.problem import Backtracking, Problem, Solvers
 from staffa.evolution.session import Session, interpolated
 from staffa.evolution.snapshot import restore, snapshot
 from staffa.evolution.system import System, build
+from staffa.loads.closed_form import NoLoad
 from staffa.loads.forces import Forces, Traction
 from staffa.model.domain import block
 from staffa.model.fields import vertices
@@ -22,6 +23,7 @@ from staffa.records.step import Step, Stop
 from staffa.setup import build as case_to
 from staffa.setup.user_objects import Given, recorded, require_same
 from support.bodies import body, rock
+from support.circulation_cases import wall
 
 E, NU = 2.0, 0.25
 FLOOR = SideSupport(side="bottom", components={1: no_displacement})
@@ -301,3 +303,9 @@ def test_the_pressure_of_a_script_s_load_acts() -> None:
 def test_a_pressure_that_cannot_be(load, settings, words: str) -> None:
     with pytest.raises(InputError, match=words):
         case_to.problem(parse_case(SECTION, settings), temperature=load)
+
+
+def test_a_script_s_load_and_a_reservoir_are_refused_together() -> None:
+    """The prestress of the case would stay the total one, and the water be gone."""
+    with pytest.raises(InputError, match=r"takes the place of \[reservoir\].*take that table out"):
+        case_to.problem(wall('reservoir.simulator="single"'), temperature=NoLoad())

@@ -22,6 +22,7 @@ from staffa.case.values.given_files import factors, in_body
 from staffa.case.values.heat_equation import conduction
 from staffa.case.values.property_functions import in_space
 from staffa.errors import InputError
+from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
@@ -133,13 +134,18 @@ def problem(
 
 def _forces(case: Case, own: Load | CoupledLoad | None) -> Forces:
     """Return the forces of a case, and of the pressure that a script's load gives."""
+    if case.reservoir is not None and own is not None and in_closed_form(own):
+        raise InputError(
+            f"temperature = {told(own)}: it takes the place of [reservoir], whose water would then "
+            f'press nowhere; take that table out of the case, with temperature.profile = "none"'
+        )
     found = forces(case)
     if pressure_of(own) is None:
         return found
     if found.pore_pressure is not None or found.in_cracks:
         raise InputError(
             f"temperature = {told(own)}: it gives the pressure of the fluid in pores and cracks, "
-            f"and so do [forces] or [reservoir] of the case; leave one of them out"
+            f"and so does [forces] of the case; leave one of them out"
         )
     # In plane stress pores would press the plate apart.
     biot = 0.0 if case.plane_stress else found.biot

@@ -28,6 +28,20 @@ def check_files(case: Case, domain: Domain) -> None:
                 f"{where} = {as_toml(value)}: its mesh does not reach every vertex of the body's; "
                 f"take a file whose mesh covers it"
             )
+    _check_series(case, domain)
+
+
+def _check_series(case: Case, domain: Domain) -> None:
+    """Refuse files of a simulator that miss a vertex, which one rank would meet alone later."""
+    keys = None if case.reservoir is None else case.reservoir.fields
+    if keys is None:
+        return
+    there = keys.series.reaching(case.outline.h).reaches(_vertices(domain, None))
+    if any_over_ranks(domain.comm, not np.all(there)):
+        raise InputError(
+            "reservoir.fields: the mesh of a file does not reach every vertex of the body's; take "
+            "files whose meshes cover it, without holes"
+        )
 
 
 def _vertices(domain: Domain, side: str | None) -> np.ndarray:
