@@ -12,7 +12,7 @@ from staffa.compare.open_pair import read_pair
 from staffa.compare.pair import Pair
 from staffa.compare.side_by_side import common_times, results
 from staffa.display_units import Unit
-from staffa.io.run_directory import append_step, create
+from staffa.io.run_directory import Journal, create
 from staffa.records.manifest import Manifest
 from staffa.report.drawing import draw_pair
 from support.circulating import DAY, FAR, HOT, account, facts, manifest, step
@@ -47,7 +47,7 @@ def circulated(path: Path, fall: float, **changes: object) -> Manifest:
     create(path, CASE, of)
     for n, time in enumerate(TIMES):
         water = account(10 * DAY, HOT - n * fall, p_in=FAR + (4 - n) * 1e5 + 1e4 * fall)
-        append_step(path, step(n, time, water if of.reservoir else None))
+        Journal(path).append(step(n, time, water if of.reservoir else None))
     return of
 
 

@@ -15,7 +15,7 @@ import staffa
 from report.test_report import assert_shows_something
 from staffa.display_units import Unit
 from staffa.io.production_rows import WellRow, first_time, production, well_rows
-from staffa.io.run_directory import append_step, create, open_run
+from staffa.io.run_directory import Journal, create, open_run
 from staffa.plot.frames import read_frames
 from staffa.plot.production_curves import closed_form_temperature
 from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments, section_axis
@@ -186,7 +186,7 @@ def test_times_are_linear_between_steps_and_infinite_if_not_reached() -> None:
 def made_up(path: Path, steps=STEPS, **changes: object) -> staffa.io.run_directory.Run:
     create(path, "", manifest([1e5, 3e5], **changes))
     for one in steps:
-        append_step(path, one)
+        Journal(path).append(one)
     return open_run(path)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import erfc
 
 from staffa.io.reservoir_fields import cell_mesh, write_reservoir
-from staffa.io.run_directory import Run, append_step, create, fields_name, open_run
+from staffa.io.run_directory import Journal, Run, create, fields_name, open_run
 from staffa.io.vtkhdf import write_vtkhdf
 from staffa.records.circulation import Circulation, WellAccount
 from staffa.records.manifest import Manifest
@@ -90,7 +90,7 @@ def fracture_run(path: Path, steps: int = 12, *, every: float = 10 * DAY, **chan
         if kept:
             write_both(path, n, time)
         water = account(every, fracture_temperature(time), p_in=FAR + 5e5 / (n + 1))
-        append_step(path, step(n, time, water, fields=fields_name(n) if kept else None))
+        Journal(path).append(step(n, time, water, fields=fields_name(n) if kept else None))
     return open_run(path)
 
 
@@ -141,5 +141,5 @@ def boxed_run(path: Path) -> Run:
     write_reservoir(path, 0, edges, T=T, p=np.full_like(T, FAR), k=np.full_like(T, 1e-18))
     made = account(10 * DAY, HOT)
     water = replace(made, wells=dict(zip(wells, made.wells.values(), strict=True)))
-    append_step(path, step(0, 10 * DAY, water, fields=fields_name(0)))
+    Journal(path).append(step(0, 10 * DAY, water, fields=fields_name(0)))
     return open_run(path)
