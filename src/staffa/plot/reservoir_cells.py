@@ -25,6 +25,7 @@ from staffa.records.reservoir_facts import ReservoirFacts
 
 COLORS = "RdYlBu_r"
 FEW = 4  # panels
+NEAR_END = 0.8  # of the axis, from which names of wells stand on their left
 AROUND = 0.25  # of the longest side of the body, of the reservoir beyond it
 BELOW = 0.5  # inches for the bar of colors
 CRACK = "#14100c"
@@ -191,7 +192,10 @@ def _draw_wells(
     for name, well in facts.wells.items():
         x, y = (of(well.at[axis]) for axis in across)
         axes.plot([x], [y], "o", color=BLACK, markerfacecolor="white", markersize=5, clip_on=False)
+        ends = _view(of(np.array(facts.edges[across[0]])), manifest, across[0])
+        last = x > ends[0] + NEAR_END * (ends[1] - ends[0])
         axes.annotate(
-            name, (x, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
+            name, (x, y), xytext=(-4 if last else 4, 4), ha="right" if last else "left",
+            textcoords="offset points", fontsize=7.5,
             annotation_clip=False, path_effects=[withStroke(linewidth=2, foreground="white")],
         )  # fmt: skip
