@@ -23,7 +23,11 @@ from staffa.plot.style import write_picture
 from staffa.records.circulation import Circulation, WellAccount
 from staffa.records.reservoir_facts import FractureFlow, WellFacts
 from staffa.report.drawing import draw
-from staffa.results.production_table import production_numbers, production_table
+from staffa.results.production_table import (
+    production_numbers,
+    production_numbers_table,
+    production_table,
+)
 from staffa.results.summary import summary
 from support.circulating import (
     COLD,
@@ -247,6 +251,14 @@ def test_numbers_of_the_whole_run_are_in_its_units(tmp_path: Path) -> None:
     lines = {fact.name: fact.text for fact in summary(run)}
     assert lines["reservoir"] == "made-up 1.0, 540 cells, wells 'in', 'out'"
     assert lines["production"].startswith("186 °C, 5.214 kW, 1.614 GJ since the start; thermal")
+
+
+def test_a_breakthrough_within_the_first_step_is_noted(tmp_path: Path) -> None:
+    """That of this fracture comes after some 10 days: within a first step of 100 d, not of 10 d."""
+    for every, noted in ((10 * DAY, False), (100 * DAY, True)):
+        run = fracture_run(tmp_path / f"{every:g}", 5, every=every)
+        notes = production_numbers_table(run).notes
+        assert any("The first step ends at" in note for note in notes) is noted, (every, notes)
 
 
 def test_closed_forms_are_a_single_fracture_and_parallel_ones_where_they_feel_each_other() -> None:
