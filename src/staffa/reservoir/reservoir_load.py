@@ -30,5 +30,12 @@ class ReservoirLoad:
             told.update(edges.tobytes())
         for name in ("permeability", "porosity", "conductivity", "rho_c", "T", "p"):
             told.update(getattr(model, name).tobytes())
-        told.update(repr((model.water, tuple(model.wells), model.gravity)).encode())
+        rest = (
+            model.water,
+            tuple(model.wells),
+            model.gravity,
+            tuple(model.fractures),
+            model.tolerance,
+        )
+        told.update(repr(rest).encode())
         return told.hexdigest()
