@@ -161,7 +161,7 @@ def test_pressure_falls_straight_along_the_fracture_and_rests_in_the_rock() -> N
 
 
 def test_before_the_first_step_the_pressure_is_that_of_the_rock() -> None:
-    """What water changes counts from there: else the pressure of circulation acts nowhere."""
+    """Changes by water count from there: else the pressure of circulation acts nowhere."""
     model = fracture_wall()
     assert np.array_equal(SingleFracture(model).start().p, model.p)
 

@@ -81,7 +81,8 @@ def wells_are_inside(case: Case) -> None:
     keys = case.reservoir
     if keys is None or keys.simulator == "fields":
         return
-    grid, found = reservoir_grid(case), {}
+    grid = reservoir_grid(case)
+    found: dict[int, str] = {}
     for number, well in enumerate(keys.wells, start=1):
         where = f"reservoir.wells, entry {number} ('{well.name}'), at = {inline(well.at)}"
         if len(well.at) != case.dim:
