@@ -189,7 +189,12 @@ BAD = [
     ),
     (
         wells(OUT, '{name="in",at=["30 m","0 m"],rate="1 kg/s",T="60 °C"}'),
-        "'out' is at the same place",
+        "'out' is in the same cell",
+        "move one",
+    ),
+    (
+        wells(OUT, '{name="in",at=["29.8 m","0 m"],rate="1 kg/s",T="60 °C"}'),
+        "'out' is in the same cell",
         "move one",
     ),
     (

@@ -105,7 +105,10 @@ class Server:
                 wanted = length * max(min(factor, 0.5), LEAST)
                 continue
             if account is None:
-                raise ConvergenceError(f"no step of {length:.1e} s converges")
+                raise ConvergenceError(
+                    f"no step of {length:.1e} s converges, as where the rock at a well does not "
+                    f"take its rate, or water comes to boil"
+                )
             sums += account
             left, steps = left - length, steps + 2
             # A step that was cut short by the end says little of the one that was wanted.

@@ -5,7 +5,8 @@ import re
 from staffa.case.schema.case import Case
 from staffa.case.schema.reservoir_keys import WellKeys
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.reservoir_places import is_in_reservoir, reservoir_extent
+from staffa.case.values.reservoir_model import reservoir_grid
+from staffa.case.values.reservoir_places import is_in_reservoir, reservoir_extent, well_place
 from staffa.errors import InputError
 
 # Names of columns, and of parts of pictures' names.
@@ -76,11 +77,12 @@ def wells_are_apart(case: Case) -> None:
 
 
 def wells_are_inside(case: Case) -> None:
-    """Require places in the reservoir, no two wells at one."""
+    """Require places in the reservoir, no two wells in one cell."""
     keys = case.reservoir
     if keys is None or keys.simulator == "fields":
         return
-    found: dict[tuple[float, ...], str] = {}
+    grid = reservoir_grid(case)
+    found: dict[int, str] = {}
     for number, well in enumerate(keys.wells, start=1):
         where = f"reservoir.wells, entry {number} ('{well.name}'), at = {inline(well.at)}"
         if len(well.at) != case.dim:
@@ -90,6 +92,9 @@ def wells_are_inside(case: Case) -> None:
                 f"{where} lies outside of the reservoir, {reservoir_extent(case)}; move it in, or "
                 f"let reservoir.beyond reach it"
             )
-        other = found.setdefault(tuple(map(float, well.at)), well.name)
+        other = found.setdefault(grid.cell_at(well_place(case, well)), well.name)
         if other != well.name:
-            raise InputError(f"{where}: '{other}' is at the same place; move one of them")
+            raise InputError(
+                f"{where}: '{other}' is in the same cell of the reservoir, and the water of one "
+                f"would come out of the other; move one of them, or take a smaller reservoir.h"
+            )
