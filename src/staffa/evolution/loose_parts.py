@@ -50,12 +50,13 @@ class LoosePart:
         """Return a message on the part, with the way out."""
         place = ", ".join(f"{c:.3g}" for c in self.place)
         what = "rock, broken all through," if self.broken else "part"
+        instead = ", or take a larger damage.residual_stiffness" if self.broken else ""
         return (
             f"the load cannot be carried any more, the body is in two: nothing supports the {what} "
             f"around ({place}), {self.share:.0%} of the body, against {' and '.join(self.loads)}. "
             f"Earlier steps are kept; shorter time steps find the load at which it breaks. "
             f"To go further take smaller loads, prescribe displacements in their place, or support "
-            f"that part by [supports]"
+            f"that part by [supports]{instead}"
         )
 
 
@@ -251,7 +252,7 @@ def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) 
         f"what acts on '{t.side}'" for t in forces.sides if _touches(problem, system, t.side, mine)
     ]
     names += ["its weight"] if forces.gravity is not None else []
-    pores = forces.fluid or forces.pore_pressure is not None
+    pores = (forces.fluid or forces.pore_pressure is not None) and forces.biot > 0
     names += ["the fluid in cracks"] if forces.in_cracks else []
     names += ["the pressure in its pores"] if pores else []
     place = tuple(middle.tolist())
