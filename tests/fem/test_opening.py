@@ -19,6 +19,7 @@ from staffa.loads.closed_form import HalfSpace
 from staffa.loads.forces import Forces
 from staffa.measure.crack import Gauge, crack_volume
 from staffa.measure.network import Network, normals
+from staffa.measure.opening import evened
 from staffa.measure.tracing import network
 from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport
@@ -181,3 +182,14 @@ def test_a_pressed_crack_holds_what_its_energy_says(
     found = seen(problem, tmp_path / "fields.vtkhdf")
     assert found.network.volume == pytest.approx(fluid, rel=within)
     assert found.opening.max() == pytest.approx(4 * fluid / (np.pi * a), rel=0.09)
+
+
+def test_a_point_of_a_network_without_a_size_has_no_opening() -> None:
+    """Networks that are cut off may leave a point of no element, or of one without length."""
+    points = np.array(
+        [[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0], [3.0, 1, 0], [3.0, 1, 0], [5.0, 0, 0]]
+    )
+    elements, sizes = np.array([[0, 1], [1, 2], [3, 4]]), np.array([1.0, 1.0, 0.0])
+    gathered = np.array([0.5, 1.0, 0.5, 0.0, 0.0, 0.0])[:, None]
+    even = evened(gathered, points, elements, sizes, 0.3)[:, 0]
+    assert even == pytest.approx([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], abs=1e-12)

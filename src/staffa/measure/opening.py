@@ -96,7 +96,7 @@ def evened(
     """Return values per size of the network, averaged over a width, shape (n, k).
 
     The result w solves (M + width^2 K) w = V, with the lumped mass M and the stiffness K of the
-    network. The integral and a constant do not change.
+    network. The integral and a constant do not change. Points without a size have the value 0.
 
     Parameters
     ----------
@@ -115,7 +115,10 @@ def evened(
     tie = share / np.maximum(square, (SHORTEST * width) ** 2)
     ties = coo_array((np.tile(tie, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     stiffness = diags_array(ties.sum(axis=1)) - ties
-    return np.asarray(splu((diags_array(mass) + width**2 * stiffness).tocsc()).solve(gathered))
+    # A point of no element, or of one without size, has no mean: its value is 0.
+    empty = mass == 0
+    found = splu((diags_array(mass + empty) + width**2 * stiffness).tocsc()).solve(gathered)
+    return np.where(empty[:, None], 0.0, found)
 
 
 def outward(points: np.ndarray, elements: np.ndarray) -> np.ndarray:
