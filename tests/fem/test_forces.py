@@ -403,3 +403,24 @@ def test_stress(split: str, state: str, elasticity) -> None:
         np.broadcast_to(expected, (len(system.energy.stress()), 3, 3)), abs=2e-7
     )
     system.destroy()
+
+
+def test_a_load_is_asked_once_for_each_end_of_a_step() -> None:
+    """The work of a step looks at its two ends again and again."""
+    asked = []
+
+    def pressure(x: np.ndarray, t: float) -> np.ndarray:
+        asked.append(t)
+        return t * (1 + x[0])
+
+    pores = Forces(pore_pressure=pressure, crack_field=pressure)
+    system = build(body((1.0, 0.5), 0.25, material=strong("plane strain"), forces=pores))
+    external = system.energy.external
+    asked.clear()
+    for t in (1.0, 2.0, 1.0, 2.0, 1.0):
+        external.at(t)
+        _, cracks = external.fields
+        x = cracks.function_space.tabulate_dof_coordinates()
+        assert cracks.x.array == pytest.approx(t * (1 + x[:, 0]))
+    assert set(asked) == {1.0, 2.0} and asked == sorted(asked)
+    system.destroy()

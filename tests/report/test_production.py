@@ -1,4 +1,4 @@
-"""Production of runs that are made up: columns, numbers, pictures and page."""
+"""Production of runs that are written by hand: columns, numbers, pictures and page."""
 
 import csv
 from dataclasses import replace
@@ -187,7 +187,7 @@ def test_times_are_linear_between_steps_and_infinite_if_not_reached() -> None:
     assert first_time(found, [nan, 0.1], 0.05) == pytest.approx(1.5e5)
 
 
-def made_up(path: Path, steps=STEPS, **changes: object) -> staffa.io.run_directory.Run:
+def written(path: Path, steps=STEPS, **changes: object) -> staffa.io.run_directory.Run:
     create(path, "", manifest([1e5, 3e5], **changes))
     for one in steps:
         Journal(path).append(one)
@@ -195,7 +195,7 @@ def made_up(path: Path, steps=STEPS, **changes: object) -> staffa.io.run_directo
 
 
 def test_the_table_names_its_si_units_and_leaves_empty_what_is_not_known(tmp_path: Path) -> None:
-    run = made_up(tmp_path)
+    run = written(tmp_path)
     read = list(csv.DictReader(StringIO(production_table(run).csv())))
     assert list(read[0]) == [
         "step", "time_s", "well", "rate_kg_per_s", "T_K", "pressure_Pa", "power_W", "heat_J",
@@ -210,7 +210,7 @@ def test_the_table_names_its_si_units_and_leaves_empty_what_is_not_known(tmp_pat
 
 
 def test_the_table_is_a_frame_and_the_scalars_are_in_that_of_the_steps(tmp_path: Path) -> None:
-    run = made_up(tmp_path)
+    run = written(tmp_path)
     frame = staffa.open_run(tmp_path).production_frame()
     assert list(frame.columns) == list(WellRow._fields) and len(frame) == 4
     assert frame["power"].iloc[3] == pytest.approx(5213.88) and isnan(frame["area"].iloc[0])
@@ -225,7 +225,7 @@ def test_a_run_without_water_has_no_production(tmp_path: Path) -> None:
         ("empty", {}, []),
         ("still", {}, [step(1, 1e5, None)]),
     ):
-        run = made_up(tmp_path / name, steps, **changes)
+        run = written(tmp_path / name, steps, **changes)
         assert production_table(run).rows == () and production_numbers(run) == []
         assert list(run.production_frame().columns) == list(WellRow._fields)
         assert not any(column.startswith("production_") for column in run.to_frame())
@@ -241,7 +241,7 @@ def test_numbers_of_the_whole_run_are_in_its_units(tmp_path: Path) -> None:
         "time": Unit(name="d", size=DAY),
         "stress": Unit(name="MPa", size=1e6),
     }
-    run = made_up(tmp_path, units=units)
+    run = written(tmp_path, units=units)
     text = {one.name: one.text for one in production_numbers(run)}
     assert text["thermal breakthrough"] == f"{1.2e5 / DAY:.4g} d"
     assert text["drawdown of 10 %"] == "not by the end"
@@ -249,7 +249,7 @@ def test_numbers_of_the_whole_run_are_in_its_units(tmp_path: Path) -> None:
     assert text["energy"] == "1.614 GJ" and text["power"] == "5.214 kW"
     assert text["lost water"] == "40 kg" and text["recovered"] == "1.614"
     lines = {fact.name: fact.text for fact in summary(run)}
-    assert lines["reservoir"] == "made-up 1.0, 540 cells, wells 'in', 'out'"
+    assert lines["reservoir"] == "tried 1.0, 540 cells, wells 'in', 'out'"
     assert lines["production"].startswith("186 °C, 5.214 kW, 1.614 GJ since the start; thermal")
 
 
@@ -291,7 +291,7 @@ def renamed(run_path: Path, **changes: object) -> staffa.io.run_directory.Run:
         if s.heat and (water := s.heat.circulation)
     ]
     of = facts(wells={NAMES[name]: well for name, well in known.items()})
-    return made_up(run_path, steps, reservoir=of, **changes)
+    return written(run_path, steps, reservoir=of, **changes)
 
 
 def test_the_page_has_a_section_with_pictures_table_and_sentences(tmp_path: Path) -> None:
@@ -320,7 +320,7 @@ def test_names_of_wells_are_text_in_page_and_pictures(tmp_path: Path) -> None:
 
 
 def test_one_step_is_drawn_as_dots_and_has_its_numbers(tmp_path: Path) -> None:
-    run = made_up(tmp_path, STEPS[:1])
+    run = written(tmp_path, STEPS[:1])
     assert len(production_table(run).rows) == 2
     drawn = draw(run)
     assert (tmp_path / "production.csv").exists()
@@ -343,7 +343,7 @@ def test_a_lost_or_foreign_file_of_the_reservoir_is_named(tmp_path: Path) -> Non
 
 def test_water_that_comes_at_the_rocks_temperature_has_no_breakthrough(tmp_path: Path) -> None:
     waters = [account(1e5, HOT), account(2e5, HOT)]
-    run = made_up(tmp_path, [step(1, 1e5, waters[0]), step(2, 3e5, waters[1])])
+    run = written(tmp_path, [step(1, 1e5, waters[0]), step(2, 3e5, waters[1])])
     text = {one.name: one.text for one in production_numbers(run)}
     assert text["thermal breakthrough"] == text["10 K less"] == "not by the end"
     assert text["exchange area"] == "-" and float(text["balance"]) == pytest.approx(0, abs=1e-12)

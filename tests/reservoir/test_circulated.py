@@ -169,7 +169,7 @@ def test_the_rock_sees_the_simulator_alone() -> None:
     system, steps, temperatures = marched(WALL, adaptive)
     assert any(step.status is Status.REJECTED for step in steps), "there must be one"
     coupling, setup_model = system.coupling, system.coupling.model
-    alone = Darts(setup_model, coupling._simulators[0].command[0])
+    alone = Darts(setup_model, coupling.engine.command[0])
     flow, time = alone.start(), 0.0
     stand = [step for step in steps if step.status is Status.CONVERGED]
     assert not any(step.effort.halvings for step in stand), "else it was asked at other times too"

@@ -1,4 +1,4 @@
-"""Runs whose circulation is made up: wells, rock and water in numbers that a hand can follow."""
+"""Runs whose circulation is given: wells, rock and water in numbers that a hand can follow."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ LENGTH, FLOW = 60.0, 2e-5  # of the fracture (m), and in it (m^2/s)
 def facts(**changes: object) -> ReservoirFacts:
     """A layer of 1 m of 60 m x 30 m, an injector at its left end and a producer at its right."""
     whole = ReservoirFacts(
-        simulator="made-up 1.0", thickness=1.0, T=HOT, T_injected=COLD, pressure=FAR,
+        simulator="tried 1.0", thickness=1.0, T=HOT, T_injected=COLD, pressure=FAR,
         conductivity=K, rho_c=RHO_C, water_rho=1000.0, water_c=4200.0, heat_in_place=1e9,
         wells={
             "in": WellFacts(at=(0.5, -0.025, 0.5), T_rock=HOT, p_rock=FAR, rate=0.02, T=COLD),

@@ -21,7 +21,7 @@ CAPACITY = 0.999 * 2.3e6 + 0.001 * 4.2e6
 
 
 def facts(model: ReservoirModel) -> ReservoirFacts:
-    return reservoir_facts(model, "made-up 1.0", LOWER, UPPER)
+    return reservoir_facts(model, "tried 1.0", LOWER, UPPER)
 
 
 def test_a_fracture_along_a_side_has_its_numbers_by_hand() -> None:
@@ -119,7 +119,7 @@ def test_three_dimensions_have_no_thickness_and_water_of_iapws_nominal_numbers()
     edges = np.linspace(0.0, 4.0, 5)
     grid = Grid(edges=(edges, edges, edges), dim=3)
     model = reservoir(grid, [Well(name="a", cells=(0,), rate=-1.0)], water=None)
-    found = reservoir_facts(model, "made-up", (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
+    found = reservoir_facts(model, "tried", (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
     assert found.thickness is None and found.flow is None
     assert (found.water_rho, found.water_c) == (1000.0, 4200.0)
     assert found.T_injected is None and found.heat_in_place is None

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -110,8 +111,8 @@ class StepHistory:
         self.states.append(number)
 
     def _write(self, number: int, alpha: np.ndarray, thermal: ThermalState) -> None:
-        fields = {"alpha": alpha, "memory": thermal.memory, **thermal.fields()}
-        np.savez(self._file(number), allow_pickle=False, **fields)
+        fields: dict[str, Any] = {"memory": thermal.memory, **thermal.fields()}
+        np.savez(self._file(number), alpha=alpha, **fields)
 
     def state(self, number: int) -> tuple[np.ndarray, ThermalState]:
         """The damage and the thermal state, by their number in `states`."""

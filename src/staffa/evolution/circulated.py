@@ -26,6 +26,7 @@ class Circulated:
     ----------
     simulator : name and version of the simulator.
     model : the reservoir.
+    engine : the simulator itself, on rank 0; None elsewhere.
     """
 
     agreement = None
@@ -44,12 +45,12 @@ class Circulated:
         self._T_at_rest = self._weights @ load.model.T
         # In 2-D the heat of the body counts for a unit of thickness.
         self._thickness = float(np.ptp(grid.edges[2])) if grid.dim == 2 else 1.0
-        self._simulators: list[Simulator] = []
+        self.engine: Simulator | None = None
 
         def begin() -> str:
-            self._simulators.append(load.open())
-            self._simulators[0].start()  # it tells its version
-            return self._simulators[0].name
+            self.engine = load.open()
+            self.engine.start()  # it tells its version
+            return self.engine.name
 
         self.simulator = on_root(self._comm, begin)
 
@@ -105,9 +106,8 @@ class Circulated:
 
     def destroy(self) -> None:
         """See `ThermalCoupling`: end the simulator."""
-        for simulator in self._simulators:
-            simulator.close()
-        self._simulators.clear()
+        if self.engine is not None:
+            self.engine.close()
 
     def _ask(
         self, question: Callable[[Simulator], tuple[Flow, Circulation, int]]
@@ -116,7 +116,8 @@ class Circulated:
         memory = [np.zeros(0)]
 
         def ask() -> tuple[np.ndarray, np.ndarray, Circulation, int]:
-            flow, circulation, inner = question(self._simulators[0])
+            assert self.engine is not None
+            flow, circulation, inner = question(self.engine)
             memory.append(np.concatenate([flow.T, flow.p, flow.hidden]))
             return flow.T, flow.p, circulation, inner
 

@@ -11,6 +11,7 @@ from dolfinx import fem
 
 from staffa.backend import jit
 from staffa.evolution.backtrack import StepHistory
+from staffa.evolution.circulated import Circulated
 from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.problem import Problem
 from staffa.evolution.snapshot import Snapshot, copied, restore
@@ -65,6 +66,12 @@ class Session:
     def state(self) -> State:
         """Displacement, damage and temperature on the current mesh."""
         return self.system.state
+
+    @property
+    def circulated(self) -> Circulated | None:
+        """Coupling to a reservoir simulator; None without one."""
+        coupling = self.system.coupling
+        return coupling if isinstance(coupling, Circulated) else None
 
     @property
     def toughness_factor(self) -> float:

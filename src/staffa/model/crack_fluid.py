@@ -29,10 +29,8 @@ class CrackFluid(EnergyDerivatives):
 
     def pressure_in_cracks(self) -> float:
         """Return the fluid's mean pressure over damaged rock (Pa), weighted with the damage."""
-        damage = self._integral(self._cracks_open["damage"])
-        if not damage:
-            return 0.0
-        return self._integral(self._cracks_open["pressed"]) / damage
+        damage, pressed = map(self._integral, self._pressed)
+        return pressed / damage if damage else 0.0
 
     def crack_volume(self) -> float:
         """Return the crack volume, see `external_loads.crack_volume_density`; in 2-D an area."""
@@ -47,15 +45,18 @@ class CrackFluid(EnergyDerivatives):
         self._vector(self._cracks_open["widening"], self._sums_u, out)
 
     @cached_property
+    def _pressed(self) -> tuple[fem.Form, fem.Form]:
+        """Forms of the damage, and of the fluid's pressure in it, compiled at their first use."""
+        alpha = self.state.alpha
+        damage, pressed = alpha * self._dx, self.external.in_cracks * alpha * self._dx
+        return jit.form(damage, self.comm), jit.form(pressed, self.comm)
+
+    @cached_property
     def _cracks_open(self) -> dict[str, fem.Form]:
         """Forms of the crack volume, compiled at their first use."""
         volume, cold, u, v = self._in_cracks
-        alpha = self.state.alpha
         form = partial(jit.form, comm=self.comm)
-        pressed = self.external.in_cracks * alpha * self._dx
         return {
-            "damage": form(alpha * self._dx),
-            "pressed": form(pressed),
             "volume": form(volume),
             "swelling": form(cold),
             "widening": form(ufl.derivative(volume, u, v)),

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 from staffa.backend.stack import MPI  # noqa: F401
 
@@ -16,6 +17,9 @@ from staffa.model.domain import Domain
 from staffa.model.fields import Spaces, vertices
 from staffa.model.strain import Coefficient
 
+# Times whose values are kept: the ends of a step.
+ENDS = 2
+
 
 @dataclass(frozen=True, kw_only=True)
 class Varying:
@@ -29,6 +33,8 @@ class Varying:
 
     field: fem.Function
     value: InSpaceAndTime
+    # Values at the times asked for last: the work of a step asks for its two ends again and again.
+    _known: dict[float, np.ndarray] = dataclass_field(default_factory=dict, repr=False)
 
     def at(self, x: np.ndarray, t: float) -> None:
         """Set the field to the values of a time.
@@ -38,6 +44,14 @@ class Varying:
         x : vertices (m), shape (3, n), at which a continuous field has its values.
         t : time (s).
         """
+        if t not in self._known:
+            self._evaluate(x, t)
+            self._known[t] = self.field.x.array.copy()
+            while len(self._known) > ENDS:
+                self._known.pop(next(iter(self._known)))
+        self.field.x.array[:] = self._known[t]
+
+    def _evaluate(self, x: np.ndarray, t: float) -> None:
         if self.field.function_space.ufl_element().discontinuous:
             self.field.interpolate(lambda points: self.value(points, t))
             return
@@ -93,7 +107,9 @@ class External:
         self.p_at_rest = fem.Function(spaces.alpha, name="p at rest")
         self._acting = self._pressure_of_fluid(p)
         self.pore_pressure = self._in_pores()
-        self._in_cracks = self._acting or self._vary(forces.crack_field, spaces.alpha)
+        self._in_cracks = self._acting
+        if self._acting is None:
+            self._in_cracks = self._vary(forces.crack_field, spaces.alpha)
         self.at(0.0)
 
     def _vary(self, value: InSpaceAndTime | None, space: fem.FunctionSpace) -> fem.Function | None:

@@ -28,7 +28,7 @@ def reservoir_facts(
     """
     grid, water = model.grid, model.water or NOMINAL
     volumes = volumes_within(grid, lower, upper)
-    rho_c = _capacity(model, water)
+    rho_c = model.capacity(water)
     T, T_in = float(np.average(model.T, weights=volumes)), _injected(model.wells)
     hot = None if T_in is None else float((volumes * rho_c) @ (model.T - T_in))
     return ReservoirFacts(
@@ -47,11 +47,6 @@ def reservoir_facts(
         flow=_flow(model, water, lower, upper),
         edges=tuple(tuple(map(float, edges)) for edges in grid.edges),
     )
-
-
-def _capacity(model: ReservoirModel, water: ConstantWater) -> np.ndarray:
-    """Return the heat capacity of each cell with its water (J/(m^3 K)), shape (n_cells,)."""
-    return np.asarray((1 - model.porosity) * model.rho_c + model.porosity * water.rho * water.c)
 
 
 def volumes_within(grid: Grid, lower: Sequence[float], upper: Sequence[float]) -> np.ndarray:
@@ -123,7 +118,7 @@ def _flow(
         q=2 * rate / (water.rho * float(np.ptp(grid.edges[2]))),
         length=length,
         half_spacing=float(np.ptp(edges)) - half,
-        stored=float(_capacity(model, water)[row].mean()) * half,
+        stored=float(model.capacity(water)[row].mean()) * half,
     )
 
 

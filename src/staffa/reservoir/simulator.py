@@ -99,6 +99,11 @@ class ReservoirModel:
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     fractures: Sequence[Fracture] = ()
 
+    def capacity(self, water: ConstantWater) -> np.ndarray:
+        """Return the heat capacity of each cell with its water (J/(m^3 K)), shape (n_cells,)."""
+        of_water = self.porosity * water.rho * water.c
+        return np.asarray((1 - self.porosity) * self.rho_c + of_water)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Flow:

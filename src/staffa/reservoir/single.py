@@ -50,8 +50,7 @@ class SingleFracture:
         other = next(axis for axis in range(3) if axis not in (self.along, side))
         self.width = float(grid.edges[other][-1] - grid.edges[other][0])
         self.row = grid.row(self.fracture.side)
-        self.capacity = model.porosity * self.water.rho * self.water.c
-        self.capacity = self.capacity + (1 - model.porosity) * model.rho_c
+        self.capacity = model.capacity(self.water)
         depth = float(abs((sides[-1] if end < 0 else sides[0]) - wall))
         self.heat = self._heat(depth)
         self.drop = float(model.T[0] - (self.injector.T or 0.0))

@@ -16,7 +16,6 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import CHANGEABLE, attached, case_identity
 from staffa.case.values.pressing_loads import pressing
 from staffa.errors import InputError, StaffaError
-from staffa.evolution.circulated import Circulated
 from staffa.evolution.problem import Problem
 from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import (
@@ -154,8 +153,8 @@ def _pressed(old: Case, case: Case) -> str | None:
 
 def _tell_of_simulator(session: Session, manifest: Manifest, watcher: Watcher) -> None:
     """Say that the reservoir simulator has another version than before, if it has."""
-    coupling, before = session.system.coupling, manifest.reservoir
-    if before and isinstance(coupling, Circulated) and coupling.simulator != before.simulator:
+    coupling, before = session.circulated, manifest.reservoir
+    if before and coupling and coupling.simulator != before.simulator:
         now = coupling.simulator
         watcher.said(f"numbers may differ a little: before {before.simulator} and now {now}")
 

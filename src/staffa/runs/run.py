@@ -22,7 +22,6 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.case.values.attached_files import attached, case_identity
 from staffa.case.values.default_split import for_any_load
 from staffa.errors import StaffaError, StoppedError
-from staffa.evolution.circulated import Circulated
 from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.march import march_session
 from staffa.evolution.problem import Problem
@@ -295,8 +294,8 @@ def describe(
 
 
 def _reservoir(session: Session) -> ReservoirFacts | None:
-    coupling, domain = session.system.coupling, session.domain
-    if not isinstance(coupling, Circulated):
+    coupling, domain = session.circulated, session.domain
+    if coupling is None:
         return None
     upper = tuple(np.add(domain.lower, domain.size).tolist())
     return reservoir_facts(coupling.model, coupling.simulator, domain.lower, upper)

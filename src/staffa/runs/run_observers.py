@@ -13,7 +13,6 @@ from staffa.backend.parallel import any_over_ranks, best_candidate, on_root
 from staffa.case.schema.case import Case
 from staffa.case.schema.probe_keys import Line
 from staffa.errors import StoppedError
-from staffa.evolution.circulated import Circulated
 from staffa.evolution.measures import releasing
 from staffa.evolution.observers import Observers
 from staffa.evolution.output_fields import field_values
@@ -143,8 +142,8 @@ def _saving(
 
 def _save_reservoir(session: Session, directory: Path, index: int) -> None:
     """Write the fields of the reservoir's cells beside those of a step. Collective."""
-    coupling, thermal = session.system.coupling, session.system.thermal
-    if not isinstance(coupling, Circulated):
+    coupling, thermal = session.circulated, session.system.thermal
+    if coupling is None:
         return
     model = coupling.model
 
