@@ -8,8 +8,8 @@ from staffa.records.reservoir_facts import FractureFlow, ReservoirFacts, WellFac
 from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
 
-# Water in closed forms where a simulator takes that of IAPWS: c is within 2 % of it from 20 to
-# 200 °C at 20 MPa, and only rho c enters together with a volume rate.
+# Water in closed forms where a simulator takes that of IAPWS-95. At 20 MPa its c is 4,126 J/(kg K)
+# at 20 °C, 4,400 at 200 °C and 4,209 in the mean. Only rho c enters together with a volume rate.
 NOMINAL = ConstantWater(rho=1000.0, c=4200.0, mu=3e-4)
 LEAK = 1e-3  # of the flow, beside a fracture whose closed form has tight rock
 ALIKE = 1e-6  # relative difference of numbers that are the same
