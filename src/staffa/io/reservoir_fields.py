@@ -20,12 +20,16 @@ class ReservoirFields:
     T : temperature (K), shape (n,).
     p : pressure (Pa), shape (n,).
     k : permeability (m^2), shape (n,).
+    w : opening of cracks (m), shape (n,); None where cracks do not change the flow.
+    A : area of cracks in a unit of volume (1/m), shape (n,); None likewise.
     """
 
     grid: VtkMesh
     T: np.ndarray
     p: np.ndarray
     k: np.ndarray
+    w: np.ndarray | None = None
+    A: np.ndarray | None = None
 
 
 def write_reservoir(
@@ -36,6 +40,8 @@ def write_reservoir(
     T: np.ndarray,
     p: np.ndarray,
     k: np.ndarray,
+    w: np.ndarray | None = None,
+    A: np.ndarray | None = None,
 ) -> str:
     """Write the fields of the cells at a step, and return the file's name in the run directory.
 
@@ -48,9 +54,14 @@ def write_reservoir(
     edges : coordinates of the faces of the cells (m) along x and y, in 3-D also z.
     T, p, k : temperature (K), pressure (Pa) and permeability (m^2) of the cells, shape (n,), the
         first axis fastest.
+    w, A : opening of cracks (m) and their area in a unit of volume (1/m), likewise; None where
+        cracks do not change the flow.
     """
     name = reservoir_name(fields_name(index))
-    write_vtkhdf(directory / name, cell_mesh(edges), {}, {"T": T, "p": p, "k": k})
+    fields = {"T": T, "p": p, "k": k}
+    if w is not None and A is not None:
+        fields |= {"w": w, "A": A}
+    write_vtkhdf(directory / name, cell_mesh(edges), {}, fields)
     return name
 
 
@@ -68,11 +79,11 @@ def read_reservoir(directory: Path, fields: str) -> ReservoirFields:
         There is no such file, or it is damaged.
     """
     grid, values = read_vtkhdf(directory / reservoir_name(fields))
-    found = [values[name] for name in ("T", "p", "k")]
-    if any(of.shape != (len(grid.cells),) for of in found):
+    names = ("T", "p", "k", *(name for name in ("w", "A") if name in values))
+    found = {name: values[name] for name in names}
+    if any(of.shape != (len(grid.cells),) for of in found.values()):
         raise ValueError("it has not one value in each cell")
-    T, p, k = found
-    return ReservoirFields(grid=grid, T=T, p=p, k=k)
+    return ReservoirFields(grid=grid, **found)
 
 
 def cell_mesh(edges: Sequence[np.ndarray]) -> VtkMesh:

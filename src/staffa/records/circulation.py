@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from staffa.records.crack_flow import CrackFlow
+
 
 @dataclass(frozen=True, kw_only=True)
 class WellAccount:
@@ -48,12 +50,15 @@ class Circulation:
         Mass of water that the reservoir gained (kg).
     heat_stored
         Heat that the reservoir gained, beyond the rock's body too (J).
+    cracks
+        Cracks that the water flowed in; None where cracks do not change the flow.
     """
 
     duration: float
     wells: dict[str, WellAccount] = field(default_factory=dict)
     mass_stored: float = 0.0
     heat_stored: float = 0.0
+    cracks: CrackFlow | None = None
 
     def then(self, later: "Circulation") -> "Circulation":
         """Return the account of this step and of the next one, of the same wells."""
@@ -62,6 +67,7 @@ class Circulation:
             wells={name: well.then(later.wells[name]) for name, well in self.wells.items()},
             mass_stored=self.mass_stored + later.mass_stored,
             heat_stored=self.heat_stored + later.heat_stored,
+            cracks=later.cracks,
         )
 
     @property

@@ -55,6 +55,25 @@ class FractureFlow:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CrackRule:
+    """How cracks of the rock change the permeability of the reservoir's cells.
+
+    Attributes
+    ----------
+    smallest
+        Lower bound of the opening that water flows in (m).
+    largest
+        Upper bound of that opening (m).
+    spread
+        Radius over which cracks are spread (m).
+    """
+
+    smallest: float
+    largest: float
+    spread: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class ReservoirFacts:
     """The reservoir of a run before the first step.
 
@@ -90,6 +109,8 @@ class ReservoirFacts:
         Flow along fractures, where a closed form of the production temperature applies.
     edges
         Coordinates of the faces of the reservoir's cells along x, y and z (m).
+    cracks
+        Rule by which cracks change the flow; None where they do not.
     """
 
     simulator: str
@@ -106,3 +127,4 @@ class ReservoirFacts:
     wells: dict[str, WellFacts] = field(default_factory=dict)
     flow: FractureFlow | None = None
     edges: tuple[tuple[float, ...], ...] = ()
+    cracks: CrackRule | None = None

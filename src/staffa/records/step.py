@@ -91,6 +91,9 @@ class Heat:
         Difference to which both agree in the end, over the largest change of temperature.
     circulation
         Account of the water and of its wells; None where no water circulates.
+    shadow
+        Account of the same water without what cooling does to cracks: with the permeability before
+        the first step. None where it is not computed.
     seconds
         Time that all of it took (s).
     """
@@ -103,6 +106,7 @@ class Heat:
     passes: int = 0
     gap: float = 0.0
     circulation: Circulation | None = None
+    shadow: Circulation | None = None
     seconds: float = field(default=0.0, compare=False)
 
     def then(self, other: "Heat") -> "Heat":
@@ -120,13 +124,15 @@ class Heat:
             substeps=self.substeps + other.substeps,
             passes=self.passes + other.passes,
             gap=max(self.gap, other.gap),
-            circulation=(
-                self.circulation.then(other.circulation)
-                if self.circulation and other.circulation
-                else self.circulation or other.circulation
-            ),
+            circulation=_both(self.circulation, other.circulation),
+            shadow=_both(self.shadow, other.shadow),
             seconds=self.seconds + other.seconds,
         )
+
+
+def _both(one: Circulation | None, other: Circulation | None) -> Circulation | None:
+    """Return the account of a step and of the next one, or the one that is given."""
+    return one.then(other) if one and other else one or other
 
 
 @dataclass(frozen=True, kw_only=True)
