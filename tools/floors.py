@@ -47,6 +47,7 @@ LIGHT = [
     "staffa.records.json_form",
     "staffa.records.tip_release",
     "staffa.records.circulation",
+    "staffa.records.crack_flow",
     "staffa.records.manifest",
     "staffa.records.reservoir_facts",
     "staffa.geometry.block",

@@ -55,6 +55,7 @@ t = ["3 days", "20 days"]
 IN = 'name="in",at=["0 m","0 m"]'
 OUT = '{name="out",at=["30 m","0 m"],pressure="20 MPa"}'
 SOLID = ('domain.size=["30 m","30 m","15 m"]',)
+TWO_WAYS = "reservoir.feedback=true"
 STRAIN = 'material.plane="strain"'
 CLOSED = (
     'reservoir.simulator="single"',
@@ -86,11 +87,14 @@ BAD = [
     ('material.kappa="1 mm^2/s"', "material.kappa", "give k, rho and c"),
     ('temperature.dT="100 K"', "temperature.dT", "where [reservoir] says what does"),
     ("time={tau=[0.1]}", "time.tau = [0.1]", "give time.t, with units"),
-    ("reservoir.feedback=true", "reservoir.feedback = true", "leave it out"),
     ('reservoir.simulator="tough"', "reservoir.simulator", '"darts", "single", "fields"'),
     ('reservoir.python="/bin/sh"', "reservoir.python", "allow it with --outside"),
-    ('reservoir.openings={smallest="1 um"}', "has no key 'openings'", "it has beyond"),
-    ("reservoir.shadow=true", "has no key 'shadow'", "it has beyond"),
+    ('reservoir.feedback="both"', "reservoir.feedback", "true or false"),
+    ('reservoir.openings={smallest="1 um"}', "reservoir.openings = ", "feedback = true"),
+    ("reservoir.shadow=false", "reservoir.shadow = false", "feedback = true"),
+    ("reservoir.agreement=1e-4", "reservoir.agreement = 0.0001", "feedback = true"),
+    ('reservoir.coupling="explicit"', "reservoir.coupling", "feedback = true"),
+    ('reservoir.coupling="once"', "reservoir.coupling", '"iterated", "explicit"'),
     # rock and water
     ("reservoir.temperature={}", "reservoir.temperature", "write"),
     ('reservoir.temperature="400 °C"', "reaches 400 °C", "constant properties"),
@@ -232,6 +236,40 @@ TOGETHER = [
     ((*CLOSED, injector('pressure="30 MPa"', 'T="60 °C"')), "two wells", '"darts"'),
     (('reservoir.simulator="fields"',), "reservoir.fields is missing", "files = [...]"),
     ((FIELDS[2],), "reservoir.fields", "a.vtu"),
+    ((*CLOSED, TWO_WAYS), "reservoir.feedback = true", 'take "darts"'),
+    ((*FIELDS, TWO_WAYS), "reservoir.fields", "a.vtu"),
+    (
+        (TWO_WAYS, 'reservoir.coupling="explicit"', "reservoir.agreement=1e-4"),
+        "reservoir.agreement = 0.0001",
+        '"explicit"',
+    ),
+    ((TWO_WAYS, "reservoir.agreement=0.5"), "reservoir.agreement", "0.1"),
+    (
+        (TWO_WAYS, 'reservoir.openings={smallest="2 mm",largest="1 mm"}'),
+        "reservoir.openings.smallest = ",
+        "change one",
+    ),
+    (
+        (TWO_WAYS, 'reservoir.openings={smallest="0 mm"}'),
+        "reservoir.openings.smallest",
+        "larger than zero",
+    ),
+    (
+        (TWO_WAYS, 'reservoir.openings={largest="1 cm"}'),
+        "reservoir.openings.largest = ",
+        "that or less",
+    ),
+    (
+        (TWO_WAYS, 'reservoir.openings={spread="5 m"}'),
+        "reservoir.openings.spread = ",
+        "at least 6 m",
+    ),
+    (
+        (TWO_WAYS, 'reservoir.openings={largest="0.1 mm"}'),
+        'side = "bottom": opening = "0.2 mm"',
+        "change one",
+    ),
+    ((TWO_WAYS, 'reservoir.openings={width="1 mm"}'), "has no key 'width'", "it has"),
 ]
 
 

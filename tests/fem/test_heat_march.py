@@ -9,7 +9,8 @@ from fem.test_backtrack import front
 from staffa.errors import SolveError
 from staffa.evolution import backtrack
 from staffa.evolution import march as loop
-from staffa.evolution.advance import advance_to, agree
+from staffa.evolution.advance import advance_to
+from staffa.evolution.agree import agree
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem

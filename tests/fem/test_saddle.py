@@ -10,7 +10,7 @@ from fem.test_stability import ELL, perfect_bar, uniform
 from staffa.case.reading.read import parse_case
 from staffa.errors import SolveError
 from staffa.evolution import saddle
-from staffa.evolution.advance import Advance, Origin
+from staffa.evolution.advanced_step import Advance, Origin
 from staffa.evolution.audit import _second_order
 from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import march

@@ -14,7 +14,7 @@ from staffa.case.reading.read import parse_case
 from staffa.case.reading.ready_cases import ready_case
 from staffa.errors import InputError, SolveError
 from staffa.evolution import march as loop
-from staffa.evolution.advance import Advance
+from staffa.evolution.advanced_step import Advance
 from staffa.io.run_directory import open_run
 from staffa.records.status import Status
 from staffa.runs.resume import resume, take

@@ -8,7 +8,8 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 
 from staffa.backend.parallel import max_over_ranks
-from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED, Advance
+from staffa.evolution.advance import BALANCE_ALLOWED, RISE_ALLOWED
+from staffa.evolution.advanced_step import Advance
 from staffa.evolution.coupling import ThermalState
 from staffa.evolution.energy_gaps import relative_difference
 from staffa.evolution.equilibrate import irreversible

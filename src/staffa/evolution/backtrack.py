@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, Origin, agree
+from staffa.evolution.advanced_step import Advance, Origin
+from staffa.evolution.agree import agree
 from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads, settle
 from staffa.evolution.problem import Problem

@@ -10,7 +10,7 @@ from staffa.arguments import require
 from staffa.backend.parallel import require_together
 from staffa.backend.vectors import readable
 from staffa.errors import PartedError, SolveError, StoppedError
-from staffa.evolution.advance import Advance
+from staffa.evolution.advanced_step import Advance
 from staffa.evolution.audit import Before, audit
 from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads

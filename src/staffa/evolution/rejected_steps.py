@@ -3,7 +3,7 @@
 import numpy as np
 
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance
+from staffa.evolution.advanced_step import Advance
 from staffa.evolution.backtrack import Better, StepHistory
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System

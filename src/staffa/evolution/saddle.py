@@ -9,7 +9,8 @@ import numpy as np
 from staffa.backend.parallel import max_over_ranks
 from staffa.backend.vectors import readable, writable
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree
+from staffa.evolution.advanced_step import Advance
+from staffa.evolution.agree import agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.snapshot import copied, restore, snapshot

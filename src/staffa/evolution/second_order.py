@@ -7,7 +7,8 @@ import numpy as np
 
 from staffa.backend.vectors import readable
 from staffa.errors import SolveError
-from staffa.evolution.advance import Advance, agree
+from staffa.evolution.advanced_step import Advance
+from staffa.evolution.agree import agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
 from staffa.evolution.saddle import MOST, go_along, tested

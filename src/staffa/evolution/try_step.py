@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from staffa.errors import PartedError
-from staffa.evolution.advance import Advance, advance_to
+from staffa.evolution.advance import advance_to
+from staffa.evolution.advanced_step import Advance
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.loose_parts import require_whole
 from staffa.evolution.problem import Problem

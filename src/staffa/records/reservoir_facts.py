@@ -56,7 +56,7 @@ class FractureFlow:
 
 @dataclass(frozen=True, kw_only=True)
 class CrackRule:
-    """How cracks of the rock change the permeability of the reservoir's cells.
+    """Rule by which cracks of the rock change the permeability of the reservoir's cells.
 
     Attributes
     ----------

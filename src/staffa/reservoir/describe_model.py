@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from staffa.records.reservoir_facts import FractureFlow, ReservoirFacts, WellFacts
+from staffa.records.reservoir_facts import CrackRule, FractureFlow, ReservoirFacts, WellFacts
 from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
 
@@ -16,7 +16,11 @@ ALIKE = 1e-6  # relative difference of numbers that are the same
 
 
 def reservoir_facts(
-    model: ReservoirModel, simulator: str, lower: Sequence[float], upper: Sequence[float]
+    model: ReservoirModel,
+    simulator: str,
+    lower: Sequence[float],
+    upper: Sequence[float],
+    cracks: CrackRule | None = None,
 ) -> ReservoirFacts:
     """Return the record of a reservoir before the first step.
 
@@ -25,6 +29,7 @@ def reservoir_facts(
     model : the reservoir.
     simulator : name and version of its simulator.
     lower, upper : corners of the box around the body (m), shape (2 or 3,).
+    cracks : rule by which cracks change the flow; None where they do not.
     """
     grid, water = model.grid, model.water or NOMINAL
     volumes = volumes_within(grid, lower, upper)
@@ -46,6 +51,7 @@ def reservoir_facts(
         wells={well.name: _well(model, well) for well in model.wells},
         flow=_flow(model, water, lower, upper),
         edges=tuple(tuple(map(float, edges)) for edges in grid.edges),
+        cracks=cracks,
     )
 
 

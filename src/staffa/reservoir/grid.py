@@ -100,6 +100,25 @@ class Grid:
             places[axis] = place
         return int(np.ravel_multi_index(places, self.shape, order="F"))
 
+    def cells_around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cell of each point, shape (n_points,), and True for those within all cells.
+
+        The cell of a point outside is one of those at the end.
+
+        Parameters
+        ----------
+        points : coordinates (m), shape (n_points, dim or more).
+        """
+        places = np.zeros((3, len(points)), dtype=np.int64)
+        inside = np.ones(len(points), dtype=bool)
+        for axis in range(self.dim):
+            edges, x = self.edges[axis], points[:, axis]
+            inside &= (x >= edges[0]) & (x <= edges[-1])
+            place = np.searchsorted(edges, x, side="right") - 1
+            places[axis] = np.clip(place, 0, len(edges) - 2)
+        x, y, z = places
+        return np.asarray(np.ravel_multi_index((x, y, z), self.shape, order="F")), inside
+
     def weights(self, points: np.ndarray) -> csr_matrix:
         """Return the matrix of interpolation from values in cells to values at points.
 

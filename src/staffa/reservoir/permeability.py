@@ -73,6 +73,12 @@ def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
     return csr_matrix(shares @ diags_array(1 / np.where(totals > 0, totals, 1.0)))
 
 
+def rock_cells(grid: Grid) -> np.ndarray:
+    """Return the indices of the cells that are not in the row of a fracture, shape (n,)."""
+    rows = [grid.row(side) for side in grid.rows]
+    return np.setdiff1d(np.arange(grid.size), np.concatenate([*rows, []]).astype(np.int64))
+
+
 def with_planes(
     grid: Grid, permeability: np.ndarray, planes: Sequence[Plane], spread: float | None = None
 ) -> np.ndarray:
@@ -88,8 +94,7 @@ def with_planes(
     planes : the fractures.
     spread : radius over which they are spread (m); None for twice the largest cell that they cross.
     """
-    rows = [grid.row(side) for side in grid.rows]
-    among = np.setdiff1d(np.arange(grid.size), np.concatenate([*rows, []]).astype(np.int64))
+    among = rock_cells(grid)
     total = np.array(permeability, dtype=float)
     for plane in planes:
         area = _area_in_cells(grid, plane)
@@ -131,14 +136,7 @@ def _water_of(fracture: Fracture) -> float:
 def _area_in_cells(grid: Grid, plane: Plane) -> np.ndarray:
     """Return the area (m^2) of a plane in each cell, shape (n_cells,)."""
     points, areas = _segment(grid, plane) if plane.center is None else _disc(grid, plane)
-    places, inside = [], np.ones(len(points), dtype=bool)
-    for axis in range(3):
-        edges = grid.edges[axis]
-        x = points[:, axis] if axis < grid.dim else np.full(len(points), edges.mean())
-        inside &= (x >= edges[0]) & (x <= edges[-1])
-        place = np.searchsorted(edges, x, side="right") - 1
-        places.append(np.clip(place, 0, len(edges) - 2))
-    cells = np.ravel_multi_index(places, grid.shape, order="F")
+    cells, inside = grid.cells_around(points)
     return np.bincount(cells[inside], weights=areas[inside], minlength=grid.size)
 
 

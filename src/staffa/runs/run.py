@@ -298,7 +298,8 @@ def _reservoir(session: Session) -> ReservoirFacts | None:
     if coupling is None:
         return None
     upper = tuple(np.add(domain.lower, domain.size).tolist())
-    return reservoir_facts(coupling.model, coupling.simulator, domain.lower, upper)
+    rule = coupling.feedback.rule if coupling.feedback else None
+    return reservoir_facts(coupling.model, coupling.simulator, domain.lower, upper, rule)
 
 
 def _why_split(case: Case, derived: Numbers) -> str:

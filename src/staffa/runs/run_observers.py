@@ -142,16 +142,15 @@ def _saving(
 
 def _save_reservoir(session: Session, directory: Path, index: int) -> None:
     """Write the fields of the reservoir's cells beside those of a step. Collective."""
-    coupling, thermal = session.circulated, session.system.thermal
+    coupling, system = session.circulated, session.system
     if coupling is None:
         return
-    model = coupling.model
-
-    def write() -> None:
-        flow, edges = coupling.flow(thermal.read()), model.grid.edges[: model.grid.dim]
-        write_reservoir(directory, index, edges, T=flow.T, p=flow.p, k=model.permeability)
-
-    on_root(session.comm, write)
+    grid = coupling.model.grid
+    fields = coupling.cell_fields(system.thermal.read(), system.cracks)
+    on_root(
+        session.comm,
+        lambda: write_reservoir(directory, index, grid.edges[: grid.dim], **fields),
+    )
 
 
 def _pausing(comm: MPI.Comm, watcher: Watcher) -> Callable[[], None]:

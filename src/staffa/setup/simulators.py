@@ -4,11 +4,11 @@ from functools import partial
 
 from staffa.case.schema.case import Case
 from staffa.case.values.reservoir_model import reservoir_model
-from staffa.case.values.reservoir_places import reservoir_keys
+from staffa.case.values.reservoir_places import crack_rule, reservoir_keys
 from staffa.properties.field_series import FieldSeries
 from staffa.reservoir.darts import Darts
 from staffa.reservoir.interpreter import simulator_python
-from staffa.reservoir.reservoir_load import ReservoirLoad
+from staffa.reservoir.reservoir_load import Feedback, ReservoirLoad
 from staffa.reservoir.simulator import ReservoirModel, Simulator
 from staffa.reservoir.single import SingleFracture
 
@@ -26,7 +26,16 @@ def reservoir_load(case: Case) -> ReservoirLoad | FieldSeries:
     opened = partial(_opened, keys.simulator, model, keys.interpreter)
     if keys.simulator == "single":
         return ReservoirLoad(model=model, open=opened, balance=UNRESOLVED)
-    return ReservoirLoad(model=model, open=opened)
+    return ReservoirLoad(model=model, open=opened, feedback=_feedback(case))
+
+
+def _feedback(case: Case) -> Feedback | None:
+    """Return the rule by which cracks change the flow; None where they do not."""
+    keys, rule = reservoir_keys(case), crack_rule(case)
+    if rule is None:
+        return None
+    agreement = keys.agreement if keys.coupling == "iterated" else None
+    return Feedback(rule=rule, agreement=agreement, shadow=keys.shadow)
 
 
 def _opened(simulator: str, model: ReservoirModel, python: str | None) -> Simulator:

@@ -15,6 +15,7 @@ from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_places import (
+    BAND,
     beyond,
     bounds,
     cell_size,
@@ -25,7 +26,6 @@ from staffa.geometry.block import SIDES
 from staffa.physics.scales import diffusion_length
 
 THIN = 4.0  # cells at the wall of a fracture in sqrt(kappa t), which see the cold rock
-BAND = 2.0  # regularization lengths: half of the width of damage
 BETWEEN = 10  # cells between two wells, at least
 EVEN = 0.01  # of the largest rate, by which rates may differ
 FELT = 0.5  # diffusion lengths over an extent, from which its end is felt

@@ -30,6 +30,7 @@ from staffa.case.rules.cooling_rules import (
     formula_of_temperature_gives_numbers,
     measures_are_inside,
 )
+from staffa.case.rules.feedback_rules import feedback_is_possible
 from staffa.case.rules.file_rules import files_count_as_the_case, files_cover_the_body
 from staffa.case.rules.force_rules import (
     forces_fit_the_body,
@@ -168,6 +169,7 @@ RULES = (
     water_is_liquid,
     fields_reach_the_end,
     single_describes_it,
+    feedback_is_possible,
     reservoir_is_the_only_water,
     forces_say_something,
     forces_fit_the_body,

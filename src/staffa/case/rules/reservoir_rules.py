@@ -1,9 +1,9 @@
 """Rules on the table [reservoir]: what goes with it, and what each simulator needs."""
 
 from staffa.case.schema.case import Case
+from staffa.case.schema.fracture_keys import FractureSide
 from staffa.case.schema.heat_keys import Even
 from staffa.case.schema.quantity_text import is_scaled
-from staffa.case.schema.reservoir_keys import FractureSide
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.reservoir_places import beyond, reservoir_cells
 from staffa.errors import InputError, choices
@@ -57,10 +57,6 @@ def reservoir_has_its_profile(case: Case) -> None:
         raise InputError(
             "[reservoir] needs units, since water has its own properties, and this case is scaled; "
             'give every number a unit, like h = "0.5 m"'
-        )
-    if case.reservoir.feedback:
-        raise InputError(
-            "reservoir.feedback = true: cracks do not change the permeability yet; leave it out"
         )
 
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from staffa.case.rules.time_rules import times_given
 from staffa.case.schema.case import Case
+from staffa.case.schema.fracture_keys import FractureLine, FractureSide
 from staffa.case.schema.quantity_text import amount
-from staffa.case.schema.reservoir_keys import IAPWS, FractureLine, FractureSide
+from staffa.case.schema.reservoir_keys import IAPWS
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_model import reservoir_model

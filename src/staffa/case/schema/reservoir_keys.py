@@ -1,6 +1,6 @@
 """The table [reservoir]: rock, water and wells of a reservoir, and who computes their flow."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
     Discriminator,
@@ -34,6 +34,7 @@ from staffa.case.schema.field_types import (
     kind,
 )
 from staffa.case.schema.file_access import FileAccess
+from staffa.case.schema.fracture_keys import FractureKeys, OpeningKeys
 from staffa.case.schema.heat_keys import Even, Geotherm, Given
 from staffa.case.schema.property_keys import (
     PLACE,
@@ -44,6 +45,7 @@ from staffa.case.schema.property_keys import (
     RandomPermeability,
 )
 from staffa.case.schema.series_keys import FieldsKeys
+from staffa.case.schema.tolerances import Agreement
 from staffa.errors import InputError
 from staffa.units import Quantity
 
@@ -96,61 +98,6 @@ class ReservoirBox(Box):
     )
 
 
-OPENING = Field(description="opening of the fracture", examples=["0.2 mm"])
-
-
-class FractureSide(CaseTable):
-    """A fracture along a side of the body, whose other wall is the mirror image of the body."""
-
-    side: str = Field(description="the side of the body along it", examples=["bottom"])
-    opening: Length = OPENING
-    height: Length = Field(
-        description="height of its cells, the half of which lies beyond the side; the cells beside "
-        "them begin as small",
-        examples=["0.1 m"],
-    )
-
-
-class FractureLine(CaseTable):
-    """A straight fracture of a 2-D reservoir."""
-
-    start: tuple[Position, ...] = Field(description="one end", examples=[["0 m", "5 m"]])
-    end: tuple[Position, ...] = Field(description="the other end", examples=[["60 m", "5 m"]])
-    opening: Length = OPENING
-
-
-class FractureDisc(CaseTable):
-    """A flat round fracture of a 3-D reservoir."""
-
-    center: tuple[Position, ...] = Field(
-        description="middle of the disc", examples=[["30 m", "30 m", "10 m"]]
-    )
-    radius: Length = Field(description="radius of the disc", examples=["20 m"])
-    normal: tuple[Number, ...] = Field(
-        description="a direction across the disc, of any length", examples=[[0.0, 0.0, 1.0]]
-    )
-    opening: Length = OPENING
-
-
-def _form_of_fracture(value: Any) -> str:
-    """Return the kind of a fracture, by its keys."""
-    if isinstance(value, dict):
-        if "side" in value:
-            return "a side"
-        return "a disc" if {"center", "radius", "normal"} & set(value) else "a segment"
-    if isinstance(value, FractureSide):
-        return "a side"
-    return "a segment" if isinstance(value, FractureLine) else "a disc"
-
-
-FractureKeys = Annotated[
-    Annotated[FractureSide, Tag("a side")]
-    | Annotated[FractureLine, Tag("a segment")]
-    | Annotated[FractureDisc, Tag("a disc")],
-    Discriminator(_form_of_fracture),
-]
-
-
 class WellKeys(CaseTable):
     """A well at a point: an injector, which has a temperature, or a producer."""
 
@@ -198,7 +145,30 @@ class ReservoirKeys(CaseTable):
         "and pressure from files of any other simulator",
     )
     feedback: Flag = Field(
-        default=False, description="whether cracks change the permeability; only false so far"
+        default=False,
+        description="darts only: whether water flows in the cracks too, and in fractures along "
+        "sides that open; otherwise cracks do not change the flow",
+    )
+    openings: OpeningKeys = Field(
+        default_factory=OpeningKeys,
+        description="with feedback: bounds of the openings that water flows in, and the radius "
+        "over which cracks are spread in the cells",
+        examples=[{"smallest": "20 um", "largest": "2 mm", "spread": "2 m"}],
+    )
+    coupling: Literal["iterated", "explicit"] = Field(
+        default="iterated",
+        description="with feedback: iterated: the flow of a step has the cracks that it ends "
+        "with; explicit: those that it began with",
+    )
+    agreement: Agreement = Field(
+        default=1e-3,
+        description="with feedback, iterated: largest difference between two temperatures in turn "
+        "at the end of a step, over their largest change",
+    )
+    shadow: Flag = Field(
+        default=True,
+        description="with feedback: whether the flow is computed once more with the permeability "
+        "before the first step, so that production is told with and without cracks",
     )
     python: FilePath | None = Field(
         default=None,

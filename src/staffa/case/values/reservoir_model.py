@@ -4,7 +4,8 @@ import numpy as np
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.field_types import ONE
-from staffa.case.schema.reservoir_keys import FractureDisc, FractureLine, WaterKeys
+from staffa.case.schema.fracture_keys import FractureDisc, FractureLine
+from staffa.case.schema.reservoir_keys import WaterKeys
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_places import (
     beyond,

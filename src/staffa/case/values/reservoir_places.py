@@ -3,19 +3,17 @@
 import numpy as np
 
 from staffa.case.schema.case import Case
-from staffa.case.schema.reservoir_keys import (
-    FractureDisc,
-    FractureLine,
-    FractureSide,
-    ReservoirKeys,
-    WellKeys,
-)
+from staffa.case.schema.fracture_keys import FractureDisc, FractureLine, FractureSide
+from staffa.case.schema.reservoir_keys import ReservoirKeys, WellKeys
 from staffa.geometry.block import SIDES
 from staffa.geometry.places import SAME
+from staffa.records.reservoir_facts import CrackRule
 from staffa.reservoir.grid import FAR
+from staffa.reservoir.permeability import CELLS
 from staffa.reservoir.simulator import Fracture
 
 ALONG = 21  # sampled places along each axis
+BAND = 2.0  # regularization lengths: half of the width of damage
 
 
 def reservoir_keys(case: Case) -> ReservoirKeys:
@@ -58,6 +56,24 @@ def cell_size(case: Case) -> float:
     """Return the edge of the reservoir's cells in the body (m)."""
     h = reservoir_keys(case).h
     return 2 * float(case.outline.h) if h is None else float(h)
+
+
+def least_spread(case: Case) -> float:
+    """Return the smallest radius (m) over which cracks may be spread: two cells and 2 ell."""
+    return max(CELLS * cell_size(case), BAND * float(case.damage.ell))
+
+
+def crack_rule(case: Case) -> CrackRule | None:
+    """Return the rule by which cracks change the flow; None where they do not."""
+    keys = reservoir_keys(case)
+    if not keys.feedback:
+        return None
+    given = keys.openings
+    return CrackRule(
+        smallest=float(given.smallest),
+        largest=float(given.largest),
+        spread=least_spread(case) if given.spread is None else float(given.spread),
+    )
 
 
 def thickness(case: Case) -> float:
