@@ -46,6 +46,7 @@ def reservoir_facts(
         wells={well.name: _well(model, well) for well in model.wells},
         flow=_flow(model, water, lower, upper),
         edges=tuple(tuple(map(float, edges)) for edges in grid.edges),
+        tolerance=model.tolerance,
     )
 
 
