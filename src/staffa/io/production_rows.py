@@ -193,8 +193,10 @@ def production(
     found: list[Production] = []
     elapsed = heat = injected = produced = stored = 0.0
     for step in steps:
-        now = step.heat and (step.heat.circulation if cracks else step.heat.shadow)
-        if facts is None or now is None or not now.duration > 0:
+        if facts is None or step.heat is None:
+            continue
+        now = step.heat.circulation if cracks else step.heat.shadow
+        if now is None or not now.duration > 0:
             continue
         elapsed += now.duration
         heat -= sum(well.heat for well in now.wells.values())

@@ -77,7 +77,7 @@ def draw_openings(
     A : area of cracks in a unit of volume (1/m), shape (n, m).
     scale : scale of openings (mm).
     """
-    shown = np.ma.masked_where(~middles_of_cracks(A), np.maximum(MM * w, scale.vmin))
+    shown = np.ma.masked_where(~middles_of_cracks(A), np.maximum(MM * w, scale.vmin or 0.0))
     axes.pcolormesh(*edges, shown.T, cmap=OPENINGS, norm=scale, rasterized=True)
 
 

@@ -39,7 +39,8 @@ class CrackChanges:
 
         It is 0 in a step without a producer.
         """
-        return np.nan_to_num(np.array([one.T - other.T for one, other in self.pairs]))
+        changes = [one.T - other.T for one, other in self.pairs]
+        return np.array([change if isfinite(change) else 0.0 for change in changes])
 
     @property
     def resolved_T(self) -> float:

@@ -192,7 +192,8 @@ def _units(run: Run, found: Sequence[Production]) -> dict[str, Unit]:
 def production_numbers_table(run: Run) -> Table:
     """Return these numbers as a table for people, with cracks and without where both are known."""
     numbers, effect = production_numbers(run), crack_effect(run)
-    names, cells = ("value",), [(one.text,) for one in numbers]
+    names: tuple[str, ...] = ("value",)
+    cells: list[tuple[str, ...]] = [(one.text,) for one in numbers]
     if production(run.manifest.reservoir, run.steps, cracks=False):
         names = ("with cracks", "without", "difference")
         cells = [(one.text, one.text_without, one.change) for one in numbers]
