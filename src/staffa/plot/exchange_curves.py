@@ -14,6 +14,7 @@ from staffa.plot.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, legend_above, 
 from staffa.records.manifest import Manifest
 
 WIDE = 30.0  # largest over smallest value from which an axis is logarithmic
+ABOVE = 0.08  # space above the lines, over their largest value
 Value = Callable[[Production], float]
 
 
@@ -88,5 +89,6 @@ def _limit(axes: Axes, known: np.ndarray) -> None:
     elif known.min() > 0 and known.max() > WIDE * known.min():
         axes.set_yscale("log")
     else:
-        axes.set_ylim(bottom=min(0.0, axes.dataLim.ymin))
+        low, high = axes.dataLim.intervaly
+        axes.set_ylim(min(0.0, low), (1 + ABOVE) * high if high > 0 else 1.0)
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))

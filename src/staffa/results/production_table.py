@@ -55,7 +55,7 @@ MEANINGS = {
     "widest crack": "largest opening in a cell at the end",
 }
 TIMES = ("thermal breakthrough", "drawdown of 10 %", "10 K less")
-AMOUNTS = ("power", "energy", "peak pressure", "pressure difference", "impedance", "exchange area")
+AMOUNTS = ("power", "energy", "pressure difference", "impedance", "exchange area")
 NEVER = "not by the end"
 ROUND_OFF = 1e-9  # relative difference of equal numbers
 
