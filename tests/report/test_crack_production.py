@@ -32,7 +32,7 @@ def run(tmp_path: Path):
 
 
 def test_the_numbers_without_cracks_are_those_of_a_run_that_has_none(run, tmp_path: Path) -> None:
-    """What a row has of its shadow is what the row of such a run has of itself, to the bit."""
+    """A row has of its shadow the bits that the row of such a run has of itself."""
     alone = shadowed_run(tmp_path / "alone", WITHOUT_CRACKS, WITHOUT_CRACKS, dp=(5e5, 5e5))
     frame, other = run.production_frame(), alone.production_frame()
     for name in WITHOUT:
@@ -137,7 +137,7 @@ def test_openings_are_drawn_in_the_cells_along_the_middle_of_cracks(tmp_path: Pa
 
 @pytest.mark.parametrize("spread", [2, 3])
 def test_a_single_row_of_cells_is_left_of_a_straight_crack(spread: int) -> None:
-    """Spread over so many cells to each side."""
+    """Spread over this number of cells to each side."""
     A = np.maximum(0, 1 - np.abs(np.arange(9) - 4) / spread)[:, None] * np.ones(5)
     assert middles_of_cracks(A).sum(axis=1).tolist() == [0, 0, 0, 0, 5, 0, 0, 0, 0]
     assert not middles_of_cracks(np.zeros((3, 3))).any()

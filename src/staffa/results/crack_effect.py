@@ -43,9 +43,9 @@ WHY = {
     Effect.NOTHING: "This is consistent with dead ends, along which no pressure difference drives "
     "water, or with cracks that are too narrow to take a part of the flow.",
     Effect.MORE_ROCK: "This is consistent with water that goes through more rock: the exchange "
-    "area is larger, and the cold comes later.",
+    "area is larger, and cold water comes later.",
     Effect.SHORT_CIRCUIT: "This is consistent with a short circuit, an easier way from injector to "
-    "producer past less rock: the cold comes earlier, and at a lower impedance.",
+    "producer past less rock: cold water comes earlier, and at a lower impedance.",
     Effect.UNTOLD: UNTOLD,
 }
 
