@@ -69,7 +69,7 @@ def test_each_number_of_the_production_stands_twice_with_its_difference(run) -> 
     assert lines["drawdown of 10 %"] == ("not by the end", "23.33 d", "-")
     assert lines["10 K less"] == ("26.19 d", "21.43 d", "+4.76 d")
     assert lines["peak pressure"][:2] == ("20.3 MPa", "20.5 MPa")
-    assert lines["pressure difference"] == ("0.3 MPa", "0.5 MPa", "-0.2 MPa (-40 %)")
+    assert lines["pressure difference"] == ("300 kPa", "500 kPa", "-200 kPa (-40 %)")
     assert lines["impedance"] == ("15 MPa·s/kg", "25 MPa·s/kg", "-10 MPa·s/kg (-40 %)")
     assert lines["crack area"] == ("240 m²", "-", "-")
     assert lines["widest crack"][0] == "1.2 mm"
