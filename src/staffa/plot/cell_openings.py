@@ -1,6 +1,6 @@
 """Cracks in the colors of their openings in the cells of a reservoir, over its temperature."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ PALE = ListedColormap(colormaps[COLORS](np.linspace(0, 1, 256)) * (1 - WHITE) + 
 OPENINGS = LinearSegmentedColormap.from_list("openings", ["#8fd18a", "#1f7a3a", "#04140a"])
 LINE = 0.6  # points around a triangle, so that narrow bands of damage show
 MM = 1e3
-DECADES = 2.0  # the scale of openings is at least so long that equal ones are not told apart
+DECADES = 2.0  # of the scale at most: the flow in narrower cracks is a millionth
 
 
 def crack_openings(facts: ReservoirFacts, found: Sequence[ReservoirFields]) -> LogNorm | None:
@@ -99,6 +99,26 @@ class CellOpenings:
         colors = self.at(*np.meshgrid(x, y, indexing="ij"))
         shown = np.ma.masked_where(~cracked, colors)
         axes.pcolormesh(x, y, shown.T, cmap=OPENINGS, norm=self.scale, shading="nearest")
+
+
+def cell_openings(
+    edges: tuple[np.ndarray, np.ndarray],
+    section: Callable[[np.ndarray], np.ndarray],
+    w: np.ndarray | None,
+    scale: LogNorm | None,
+) -> CellOpenings | None:
+    """Return the openings in the cells of a section; None where these are not known.
+
+    Parameters
+    ----------
+    edges : faces of its cells along both axes, in the displayed unit.
+    section : function from values of all cells to those of the section.
+    w : opening of cracks in all cells (m), shape (n_cells,).
+    scale : scale of openings (mm).
+    """
+    if w is None or scale is None:
+        return None
+    return CellOpenings(edges=edges, w=section(w), scale=scale)
 
 
 def openings_bar(figure: Figure, panels: np.ndarray, scale: LogNorm, place: Any) -> None:

@@ -21,6 +21,7 @@ from staffa.plot.cell_openings import (
     COLORS,
     PALE,
     CellOpenings,
+    cell_openings,
     crack_openings,
     openings_bar,
 )
@@ -103,18 +104,17 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
         frame, found = moments[number]
         T = section(values[number]).T
         axes.pcolormesh(x, y, T, cmap=warm, norm=colors, rasterized=True)
-        colored = None
-        if openings is not None and found.w is not None:
-            colored = CellOpenings(edges=(x, y), w=section(found.w), scale=openings)
+        colored = cell_openings((x, y), section, found.w, openings)
         _draw_cracks(axes, manifest, frame, normal, facts, colored)
         _draw_wells(axes, manifest, facts, across)
         axes.set(aspect="equal", title="", xlim=view[0], ylim=view[1])
         axes.grid(False)
         axes.set_title(moment(manifest, frame.step), loc="left")
+    names = [manifest.shown.length.label("xyz"[axis]) for axis in across]
     for axes in panels[-1]:
-        axes.set_xlabel(manifest.shown.length.label("xyz"[across[0]]))
+        axes.set_xlabel(names[0])
     for axes in panels[:, 0]:
-        axes.set_ylabel(manifest.shown.length.label("xyz"[across[1]]))
+        axes.set_ylabel(names[1])
     bar: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 40}
     figure.colorbar(ScalarMappable(colors, warm), ax=panels, label=unit.label("T"), **bar)
     if openings is not None:
