@@ -142,7 +142,7 @@ CHECKS = {
             "A fracture of 1 mm, 60 m long, beside tight rock of 200 °C; 0.01 kg/s of water of "
             "60 °C flow in half of it, in a layer of 1 m. Cracks go 8 m into the wall, every 5 m: "
             "dead ends, and the same with cracks along the flow that connect them. Their "
-            "permeability is spread over 2.25 cells of 0.5 m, the same in all directions, where "
+            "permeability is spread over 2.25 cells of 0.5 m, along the crack, where "
             "nothing else is said. And a plan view: a layer of 50 mD, 50 m thick, two wells 300 m "
             "apart, 5 kg/s, and one crack of 0.3 mm. The figures of dead ends tell how much the "
             "spreading alone lets through."
