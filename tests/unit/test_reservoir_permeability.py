@@ -8,7 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.linalg import spsolve
 
 from staffa.reservoir.grid import Grid, grid_around
-from staffa.reservoir.permeability import Plane, of_opening, with_planes
+from staffa.reservoir.permeability import CELLS, Plane, of_opening, with_planes
 from staffa.reservoir.simulator import Well
 from staffa.reservoir.two_point import connections, well_indices
 from support.reservoirs import BOTTOM, fracture_wall, reservoir
@@ -32,21 +32,37 @@ def flow(grid: Grid, k: np.ndarray) -> float:
     return float((matrix[left] @ p).sum())
 
 
-@pytest.mark.parametrize("degrees", [0.0, 10.0, 26.6, 45.0])
-def test_an_oblique_fracture_keeps_its_flow(degrees: float) -> None:
-    grid = grid_around((0.0, 0.0), (41.0, 41.0), 1.0)
+def kept(degrees: float, cells: float, n: int = 41) -> float:
+    """Return the flow through an oblique fracture across a square, over that of w^3/12.
+
+    Parameters
+    ----------
+    degrees : angle to the drop of pressure.
+    cells : radius over which it is spread, in cells.
+    n : number of cells along the square.
+    """
+    grid = grid_around((0.0, 0.0), (float(n), float(n)), 1.0)
     angle = np.radians(degrees)
-    half = 15.0 * np.array([np.cos(angle), np.sin(angle)])
-    middle = np.array([20.5, 20.5])
-    # From a fracture of unlimited conductivity to another: the fracture between them is measured.
-    tight = np.full(grid.size, 1e-30)
-    x = grid.centers[:, 0]
-    tight[(x < (middle - half)[0]) | (x > (middle + half)[0])] = 1.0
-    plane = Plane(opening=OPENING, start=tuple(middle - 1.2 * half), end=tuple(middle + 1.2 * half))
-    k = with_planes(grid, tight, [plane])
-    # The flow of the length between the two, w^3/12/length.
-    exact = OPENING**3 / 12 / 30.0
-    assert flow(grid, k) == pytest.approx(exact, rel=0.08)
+    half, middle = n / 2 * np.array([1.0, np.tan(angle)]), np.array([n / 2, n / 2])
+    plane = Plane(opening=OPENING, start=tuple(middle - half), end=tuple(middle + half))
+    k = with_planes(grid, np.full(grid.size, 1e-20), [plane], None if cells == CELLS else cells)
+    length = (n - 1) / np.cos(angle)  # between the middles of the first and the last cells
+    return flow(grid, k) / (OPENING**3 / 12 / length)
+
+
+@pytest.mark.parametrize(("cells", "tolerance"), [(CELLS, 0.08), (CELLS + 1, 0.04)])
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 26.6, 45.0])
+def test_an_oblique_fracture_keeps_its_flow(degrees: float, cells: float, tolerance: float) -> None:
+    assert kept(degrees, cells) == pytest.approx(1.0, abs=tolerance)
+
+
+@pytest.mark.parametrize(("cells", "least"), [(CELLS, 0.87), (CELLS + 1, 0.9)])
+def test_a_long_oblique_fracture_loses_more_of_its_flow(cells: float, least: float) -> None:
+    """Near the ends, where the pressure is given, some water finds a shorter way."""
+    short, long = 41, 81
+    resistances = {n: (n - 1) / kept(45.0, cells, n) for n in (short, long)}
+    of_the_middle = (long - short) / (resistances[long] - resistances[short])
+    assert least < of_the_middle < kept(45.0, cells, short)
 
 
 def test_a_plane_keeps_its_area_and_adds_up() -> None:
