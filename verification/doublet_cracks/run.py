@@ -37,9 +37,9 @@ def members() -> dict[str, list[str]]:
     half_steps = [f"{t / DAY:g} days" for a, b in pairwise(ends) for t in ((a + b) / 2, b)]
     return {
         AS_GIVEN: [],
-        "steps halved": [f"time.t={json.dumps(half_steps)}"],
         "cells of the reservoir halved": [f"reservoir.h={float(case.reservoir.h) / 2:g} m"],
         "cells of the rock halved": [f"domain.h={float(case.domain.h) / 2:g} m"],
+        "steps halved": [f"time.t={json.dumps(half_steps)}"],
         "largest opening doubled": [
             f"reservoir.openings.largest={2 * float(case.reservoir.openings.largest):g} m"
         ],
