@@ -137,7 +137,7 @@ CHECKS = {
         text=(
             "The ready case `doublet-cracks`: four cracks between two wells in granite, which "
             "cooling opens and joins, so that water runs in cracks from well to well. The produced "
-            "energy after 200 days with cracks, less that of the same water without what cooling "
+            "energy after 160 days with cracks, less that of the same water without what cooling "
             "does to them. One thing is changed at a time, at the same ell and the same spread of "
             "cracks over the cells."
         ),
