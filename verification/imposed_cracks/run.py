@@ -40,6 +40,10 @@ def walls() -> dict[str, Produced]:
         bare: (ALONG, [], None),
         ENDS.format(1) + ", each in one row of cells": (ALONG, dead_ends(1e-3), IN_ONE_CELL),
         **{ENDS.format(mm): (ALONG, dead_ends(mm / 1e3), None) for mm in (0.1, 0.3, 1)},
+        **{
+            f"leaning by 15 degrees: {mm} mm": (ALONG, dead_ends(mm / 1e3, 15.0), None)
+            for mm in (0.1, 0.3, 1)
+        },
         **{NETWORK.format(mm): (ALONG, network(mm / 1e3), None) for mm in (0.1, 0.3, 1)},
         fine: (FINE, [], None),
         ENDS.format(0.3) + ", half the spread": (FINE, dead_ends(3e-4), CELLS * FINE),

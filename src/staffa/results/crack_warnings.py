@@ -10,6 +10,7 @@ from staffa.records.reservoir_facts import CrackRule
 
 LEAK = 4.0  # spacing over spread below which neighbors share their water
 ACTS = 0.01  # share of the cracks from which a bound is told
+DETOUR = 0.1  # of the flow in a fracture, by cubes of openings, beside which a band takes a part
 FULL = 0.01  # water in cracks over injected water, from which it counts
 Met = tuple[Production, CrackFlow]
 
@@ -29,6 +30,7 @@ def crack_warnings(run: Run) -> list[str]:
     shown = run.manifest.shown
     return [
         *_near(found, rule, shown),
+        *_beside(found, rule, shown),
         *_bounds(found, rule, shown),
         *_water(found, shown),
     ]
@@ -41,12 +43,34 @@ def _near(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
         return
     spacing, time = least
     unit = shown.length
+    last = unit.text(apart[-1][0], 3)
     yield (
-        f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)}, nearer than four "
-        f"times the {unit.text(rule.spread, 3)} over which they are spread: the bands of neighbors "
-        f"overlap, and water passes from one to the next. Take a smaller damage.ell and smaller "
+        f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)} ({last} at the end), "
+        f"nearer than four times the {unit.text(rule.spread, 3)} over which they are spread: "
+        f"oblique neighbors share their water. Take a smaller damage.ell and smaller "
         f"cells, reservoir.h, which bound reservoir.openings.spread."
     )
+
+
+def _beside(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
+    """Yield a sentence where the bands of cracks take water of a fracture that they end in."""
+
+    def within(opening: float) -> float:
+        return min(max(opening, rule.smallest), rule.largest)
+
+    for one, c in found:
+        for side, at in sorted(c.sides.items()):
+            crack, fracture = within(c.widest), within(at.narrowest)
+            if c.area and (crack / fracture) ** 3 > DETOUR:
+                share = f"{1e3 * crack:.2g} mm beside {1e3 * fracture:.2g} mm"
+                yield (
+                    f"Cracks are about as wide for the water as the fracture along the side "
+                    f"'{side}' that they end in, {share} at {shown.time.text(one.time)}. In cells "
+                    f"they are bands, and water of the fracture goes around in them, also where "
+                    f"they lead nowhere: a change of the production by degrees may be this alone. "
+                    f"Cracks along the axes of the cells do not do it (docs/circulation.md)."
+                )
+                return
 
 
 def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
@@ -80,7 +104,9 @@ def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str
 def _water(found: Sequence[Met], shown: Shown) -> Iterator[str]:
     """Yield a sentence where the water in cracks counts beside the injected water."""
     shares = [
-        (one.facts.water_rho * c.volume / one.injected, one) for one, c in found if one.injected > 0
+        (one.facts.water_rho * (c.volume + c.opened) / one.injected, one)
+        for one, c in found
+        if one.injected > 0
     ]
     if not shares:
         return
