@@ -26,6 +26,7 @@ else:
 """
 # Rock that nothing breaks, with a linear problem: the water is what is compared.
 PLAIN = (*STRONG, 'damage.split="none"')
+TWO_WAYS = (*PLAIN, "reservoir.feedback=true")
 SINGLE = (*PLAIN, 'reservoir.simulator="single"')
 
 
@@ -51,6 +52,21 @@ def test_before_cracks_the_water_is_the_same(ranks: int, tmp_path: Path, darts_p
     run(wall(*PLAIN), tmp_path / "one")
     on_ranks(ranks, tmp_path / "more", PLAIN, cut=False)
     assert_alike(open_run(tmp_path / "one"), open_run(tmp_path / "more"))
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_a_fracture_that_opens_carries_the_same_water(
+    ranks: int, tmp_path: Path, darts_python
+) -> None:
+    run(wall(*TWO_WAYS), tmp_path / "one")
+    on_ranks(ranks, tmp_path / "more", TWO_WAYS, cut=False)
+    one, more = open_run(tmp_path / "one"), open_run(tmp_path / "more")
+    assert_alike(one, more)
+    for step, other in zip(one.steps, more.steps, strict=True):
+        assert other.heat.passes == step.heat.passes > 0
+        mine, others = (s.heat.circulation.cracks.sides["bottom"] for s in (step, other))
+        assert others.widest == pytest.approx(mine.widest, rel=1e-9)
+        assert other.heat.shadow.wells["out"].T == step.heat.shadow.wells["out"].T
 
 
 @pytest.mark.parametrize("ranks", [2, 3])

@@ -20,15 +20,15 @@ from staffa.reservoir.crack_permeability import CrackedCells
 from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import Fracture
 
-DEGREE = 4  # up to which alpha^4 times a strain is integrated exactly
+DEGREE = 4  # of the polynomials that are integrated exactly
 
 
 class CracksInCells:
     """Sort the cracks of a state into the cells of a reservoir. Collective.
 
-    An element belongs to the cell that its middle lies in. Its cracks have an area of half the
+    An element belongs to the cell that its middle lies in. The area of its cracks is half the
     variation of alpha^4, which counts a crack as 1 whatever the profile of its damage is, and
-    diffuse damage hardly at all; and a volume of alpha^4 div u.
+    diffuse damage hardly at all. Their volume is that of `model.openings`.
 
     Parameters
     ----------
@@ -44,15 +44,17 @@ class CracksInCells:
         self._thickness = float(np.ptp(grid.edges[2])) if grid.dim == 2 else 1.0
         self._alpha, self._u = fem.Function(spaces.alpha), fem.Function(spaces.u)
         self._sums = fem.Function(spaces.cell)
-        cracked, test = self._alpha**4, ufl.TestFunction(spaces.cell)
-        slope = ufl.grad(cracked)
-        dx = axis.volume(domain, DEGREE)
-        area = 0.5 * ufl.sqrt(ufl.dot(slope, slope)) * test * dx
-        volume = cracked * axis.divergence(domain, self._u) * test * dx
-        self._forms = [jit.form(form, domain.comm) for form in (area, volume)]
+        slope, dx = ufl.grad(self._alpha**4), axis.volume(domain, DEGREE)
+        area = 0.5 * ufl.sqrt(ufl.dot(slope, slope)) * ufl.TestFunction(spaces.cell) * dx
+        self._area = jit.form(area, domain.comm)
+        vectors = fem.functionspace(domain.mesh, ("Discontinuous Lagrange", 0, (domain.dim,)))
+        self._slopes = fem.Function(vectors)
+        slopes = ufl.dot(ufl.grad(self._alpha), ufl.TestFunction(vectors)) * dx
+        self._slope = jit.form(slopes, domain.comm)
         mesh = domain.mesh
         n_owned = mesh.topology.index_map(mesh.topology.dim).size_local
-        middles = spaces.cell.tabulate_dof_coordinates()[spaces.cell.dofmap.list[:n_owned, 0]]
+        self._elements = spaces.cell.dofmap.list[:n_owned, 0]
+        middles = spaces.cell.tabulate_dof_coordinates()[self._elements]
         self._cells, _ = grid.cells_around(middles)
         self._walls = [_Wall(domain, grid, fracture) for fracture in fractures]
 
@@ -64,17 +66,31 @@ class CracksInCells:
         cracks : damage and displacement.
         """
         self._alpha.x.array[:], self._u.x.array[:] = cracks.alpha, cracks.u
-        area, volume = (
-            np.bincount(
-                self._cells,
-                weights=self._thickness * cell_integrals(form, self._sums),
-                minlength=self._grid.size,
-            )
-            for form in self._forms
-        )
-        area, volume = sum_over_ranks(self._comm, np.array([area, volume]))
+        area = self._thickness * cell_integrals(self._area, self._sums)
+        volume = self._thickness * cracks.volumes()
+        across = (area[:, None, None] * self._normals()).reshape(len(area), -1)
+        sums = [self._in_cells(part) for part in (area, volume, *across.T)]
+        area, volume, *tensor = sum_over_ranks(self._comm, np.array(sums))
         walls = [wall.moved(self._u) for wall in self._walls]
-        return CrackedCells(area=area, volume=volume, walls=np.concatenate([*walls, np.zeros(0)]))
+        dim = self._grid.dim
+        return CrackedCells(
+            area=area,
+            volume=volume,
+            across=np.stack(tensor, axis=-1).reshape(-1, dim, dim),
+            walls=np.concatenate([*walls, np.zeros(0)]),
+        )
+
+    def _in_cells(self, of_elements: np.ndarray) -> np.ndarray:
+        return np.bincount(self._cells, weights=of_elements, minlength=self._grid.size)
+
+    def _normals(self) -> np.ndarray:
+        """Return n_i n_j of the damage's slope in each element, shape (n_elements, dim, dim)."""
+        self._slopes.x.array[:] = 0.0
+        fem.assemble_vector(self._slopes.x.array, self._slope)
+        slopes = self._slopes.x.array.reshape(-1, self._grid.dim)[self._elements]
+        squares = (slopes**2).sum(axis=1)
+        found = slopes[:, :, None] * slopes[:, None, :]
+        return np.asarray(found / np.where(squares > 0, squares, 1.0)[:, None, None])
 
 
 class _Wall:

@@ -96,7 +96,11 @@ class System:
     @property
     def cracks(self) -> Cracks:
         """The cracks as they are, for the coupling; a view."""
-        return Cracks(alpha=self.state.alpha.x.array, u=self.state.u.x.array)
+        return Cracks(
+            alpha=self.state.alpha.x.array,
+            u=self.state.u.x.array,
+            volumes=lambda: self.energy.openings.volumes(),
+        )
 
     def begin(self) -> None:
         """Start a time step with the solvers that were asked for."""

@@ -45,10 +45,13 @@ class Cracks:
     ----------
     alpha : damage at the vertices, ghosts included, shape (n_local,).
     u : displacement (m) at the nodes, ghosts included, shape (n_nodes * dim,), as computed last.
+    volumes : function that returns the volume of open cracks in each cell that this rank owns
+        (m^3; m^2 in 2-D), shape (n,), of the fields as they are. Collective.
     """
 
     alpha: np.ndarray
     u: np.ndarray
+    volumes: Callable[[], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)

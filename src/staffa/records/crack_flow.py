@@ -44,8 +44,8 @@ class CrackFlow:
     permeability
         Largest permeability of a cell with cracks (m^2).
     spacing
-        Mean distance of cracks (m), as far as it is below five times the spread; None without
-        cracks.
+        Distance of half of the area of cracks to the next crack, across it (m), at most five times
+        the spread; None without cracks.
     sides
         Opening of fractures along sides, by the side.
     """

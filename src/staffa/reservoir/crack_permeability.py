@@ -7,12 +7,14 @@ import numpy as np
 from staffa.geometry.block import SIDES
 from staffa.records.crack_flow import CrackFlow, SideOpening
 from staffa.records.reservoir_facts import CrackRule
+from staffa.reservoir.crack_spacing import crack_spacing
 from staffa.reservoir.permeability import of_opening, rock_cells, spreading
 from staffa.reservoir.simulator import Fracture, ReservoirModel
 
 # Share of the area that a straight crack has in a unit of volume, 2/(pi spread), below which the
 # opening of a cell is not told: nothing of a crack but the end of its damage is there.
 FEW = 0.1
+SEEN = 5.0  # spreads within which the next crack is looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,12 +25,15 @@ class CrackedCells:
     ----------
     area : area of cracks in each cell (m^2), shape (n_cells,).
     volume : volume of open cracks in each cell (m^3), shape (n_cells,).
+    across : sum of area times n_i n_j in each cell (m^2), with n the normals of cracks, shape
+        (n_cells, dim, dim).
     walls : displacement (m) of the wall into the body, at each cell of the rows of fractures, the
         fractures in their order in the model, shape (n_rows,).
     """
 
     area: np.ndarray
     volume: np.ndarray
+    across: np.ndarray
     walls: np.ndarray
 
 
@@ -110,21 +115,10 @@ class CrackPermeability:
             at_smallest=share(free < rule.smallest),
             at_largest=share(free > rule.largest),
             permeability=float(k[cracked].max(initial=0.0)),
-            spacing=self._spacing(area) if cracked.any() else None,
+            spacing=crack_spacing(model.grid, cracks.area, cracks.across, SEEN * rule.spread),
             sides=sides,
         )
         return CrackedPermeability(k=k, w=w, A=A, account=account)
-
-    def _spacing(self, area: np.ndarray) -> float:
-        """Return the mean distance of cracks (m): volume over area, seen over two radii.
-
-        Spreading has a variance of radius^2/(dim + 2) along each axis; repeated so often it is that
-        of a Gaussian of two radii. A single crack counts as one every five radii then.
-        """
-        seen = area
-        for _ in range(4 * (self.model.grid.dim + 2)):
-            seen = self._spreading @ seen
-        return float(area.sum() / (area @ (seen / self.model.grid.volumes)))
 
     def _name(self, fracture: Fracture) -> str:
         sides = SIDES[self.model.grid.dim]
