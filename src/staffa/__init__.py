@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from staffa.evolution.step_quantities import StepQuantity as StepQuantity
     from staffa.evolution.system import build as build
     from staffa.io.run_directory import open_run as open_run
+    from staffa.results.crack_effect import crack_effect as crack_effect
     from staffa.runs.resume import resume as resume
     from staffa.runs.run import run as run
     from staffa.setup.build import problem as problem
@@ -22,6 +23,7 @@ else:
         "Case": "staffa.case.schema.case",
         "StepQuantity": "staffa.evolution.step_quantities",
         "build": "staffa.evolution.system",
+        "crack_effect": "staffa.results.crack_effect",
         "march": "staffa.evolution.march",
         "open_run": "staffa.io.run_directory",
         "parse_case": "staffa.case.reading.read",

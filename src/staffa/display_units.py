@@ -9,12 +9,17 @@ LENGTHS = {"km": 1e3, "m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 0.0}
 # Units of time (s), the longest first.
 DAY, YEAR = 86400.0, 365.25 * 86400.0
 TIMES = {"a": YEAR, "d": DAY, "h": 3600.0, "min": 60.0, "s": 1.0, "ms": 1e-3, "µs": 1e-6}
-PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+PREFIXES = {
+    **{"P": 1e15, "T": 1e12, "G": 1e9, "M": 1e6, "k": 1e3},
+    **{"": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9},
+}
 METERS = {"km": 1e3, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
 # A crack's mean opening over the depth of the body, as an order of magnitude.
 SLENDER = 1e-5
 POWERS = {1: "", 2: "²", 3: "³"}
-PLAIN = str.maketrans({"²": "2", "³": "3", "µ": "u", "μ": "u", "°": "deg", "·": "_", "*": "_"})
+PLAIN = str.maketrans(
+    {"²": "2", "³": "3", "µ": "u", "μ": "u", "°": "deg", "·": "_", "*": "_", "%": "percent"}
+)
 
 
 @dataclass(frozen=True, kw_only=True)

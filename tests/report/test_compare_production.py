@@ -15,7 +15,7 @@ from staffa.display_units import Unit
 from staffa.io.run_directory import Journal, create
 from staffa.records.manifest import Manifest
 from staffa.report.drawing import draw_pair
-from support.circulating import DAY, FAR, HOT, account, facts, manifest, step
+from support.circulating import DAY, FAR, HOT, account, facts, manifest, shadowed_run, step
 
 CASE = """title = "A wall"
 [domain]
@@ -126,3 +126,19 @@ def test_pressures_and_temperatures_of_bodies_of_two_sizes_are_compared(tmp_path
     assert found["production temperature (°C)"][2] == "+9 K"
     assert found["produced energy (GJ)"][2] == "-" and not pair.alike
     assert replace(pair, mixed=False).dim == 2
+
+
+def test_runs_with_cracks_and_without_are_compared_by_all_four(tmp_path: Path) -> None:
+    """Falls of 0, 7 and 28 K without cracks: 14 K, a tenth, at a third of the last 10 days."""
+    for name, falls in (("a", [0.0, 3.5, 14.0]), ("b", [0.0, 7.0, 35.0])):
+        shadowed_run(tmp_path / name, falls, [0.0, 7.0, 28.0], dp=(3e5, 5e5))
+        (tmp_path / name / "case.toml").write_text(CASE)
+    pair = read_pair(tmp_path / "a", tmp_path / "b")
+    found = rows(pair)
+    assert found["production temperature (°C)"] == ("186", "165", "-21 K")
+    assert found["production temperature without cracks (°C)"] == ("172", "172", "0")
+    assert found["drawdown of 10 % (d)"] == ("-", "22.5", "-")
+    assert found["drawdown of 10 % without cracks (d)"] == ("23.33", "23.33", "0")
+    assert found["peak pressure (MPa)"][:2] == ("20.3", "20.3")
+    assert found["peak pressure without cracks (MPa)"][:2] == ("20.5", "20.5")
+    assert found["exchange area without cracks (m²)"][2] == "0"

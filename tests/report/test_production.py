@@ -14,8 +14,9 @@ from scipy.special import erfcinv
 import staffa
 from report.test_report import assert_shows_something
 from staffa.display_units import Unit
-from staffa.io.production_rows import WellRow, first_time, production, well_rows
+from staffa.io.production_rows import first_time, production
 from staffa.io.run_directory import Journal, create, open_run
+from staffa.io.well_rows import WellRow, well_rows
 from staffa.plot.frames import read_frames
 from staffa.plot.production_curves import closed_form_temperature
 from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments, section_axis
@@ -200,8 +201,12 @@ def test_the_table_names_its_si_units_and_leaves_empty_what_is_not_known(tmp_pat
     assert list(read[0]) == [
         "step", "time_s", "well", "rate_kg_per_s", "T_K", "pressure_Pa", "power_W", "heat_J",
         "drawdown", "recovered", "impedance_Pa_s_per_kg", "injectivity_kg_per_s_per_Pa", "area_m2",
-        "lost_kg", "balance",
+        "lost_kg", "balance", "T_without_K", "pressure_without_Pa", "power_without_W",
+        "heat_without_J", "drawdown_without", "impedance_without_Pa_s_per_kg",
+        "injectivity_without_kg_per_s_per_Pa", "area_without_m2", "crack_area_m2",
+        "crack_volume_m3",
     ]  # fmt: skip
+    assert {read[3][f"{name}"] for name in read[0] if "_without" in name or "crack" in name} == {""}
     assert (read[0]["well"], read[0]["T_K"], read[0]["drawdown"]) == ("in", "333.15", "")
     assert (
         float(read[3]["drawdown"]) == pytest.approx(0.1)
@@ -297,14 +302,14 @@ def renamed(run_path: Path, **changes: object) -> staffa.io.run_directory.Run:
 def test_the_page_has_a_section_with_pictures_table_and_sentences(tmp_path: Path) -> None:
     run = fracture_run(tmp_path)
     drawn = draw(run)
-    assert {"production", "reservoir"} <= {path.stem for path in drawn.pictures}
-    for name in ("production", "reservoir"):
+    assert {"production", "exchange", "reservoir"} <= {path.stem for path in drawn.pictures}
+    for name in ("production", "exchange", "reservoir"):
         assert_shows_something(tmp_path / "pictures" / f"{name}.png")
     assert tmp_path / "production.csv" in drawn.tables
     page = (tmp_path / "report.html").read_text()
     section = page.split("<h2>Production</h2>")[1].split("<h2>")[0]
     assert (
-        section.count("<img") == 2 and "Dotted line: a fracture in rock without cracks" in section
+        section.count("<img") == 3 and "Dotted line: a fracture in rock without cracks" in section
     )
     assert "thermal breakthrough: first time at which the drawdown is above 1 %" in section
     assert page.split("<h2>Pictures</h2>")[1].count("The temperature of the reservoir") == 0

@@ -7,12 +7,19 @@ from pathlib import Path
 import numpy as np
 from scipy.special import erfc
 
+from staffa.display_units import Unit
 from staffa.io.reservoir_fields import cell_mesh, write_reservoir
 from staffa.io.run_directory import Journal, Run, create, fields_name, open_run
 from staffa.io.vtkhdf import write_vtkhdf
 from staffa.records.circulation import Circulation, WellAccount
+from staffa.records.crack_flow import CrackFlow
 from staffa.records.manifest import Manifest
-from staffa.records.reservoir_facts import FractureFlow, ReservoirFacts, WellFacts
+from staffa.records.reservoir_facts import (
+    CrackRule,
+    FractureFlow,
+    ReservoirFacts,
+    WellFacts,
+)
 from staffa.records.status import Status
 from staffa.records.step import Energies, Heat, Measures, Step
 
@@ -22,6 +29,15 @@ K, RHO_C, WATER = 2.5, 2.3e6, 4.2e6
 SIZE = (60.0, 30.0)
 EDGES = (np.linspace(0.0, 60.0, 31), np.array([-0.05, *np.linspace(0.0, 30.0, 16), 34.0, 42.0]))
 BOX = ((-20.0, 60.0, 41), (0.0, 30.0, 16), (0.0, 40.0, 21))  # ends and faces along each axis
+RULE = CrackRule(smallest=2e-5, largest=2e-3, spread=8.0)
+CRACKS = CrackFlow(area=240.0, volume=0.08, widest=1.2e-3, permeability=4e-12)
+UNITS = {
+    "length": Unit(name="m"),
+    "opening": Unit(name="mm", size=1e-3),
+    "time": Unit(name="d", size=DAY),
+    "stress": Unit(name="MPa", size=1e6),
+    "temperature": Unit(name="°C", zero=273.15),
+}
 LENGTH, FLOW = 60.0, 2e-5  # of the fracture (m), and in it (m^2/s)
 
 
@@ -114,15 +130,19 @@ def write_both(path: Path, index: int, time: float) -> None:
     )
 
 
-def boxed_run(path: Path) -> Run:
-    """A run of one step of a 3-D body, in a larger reservoir that is cold around its injector."""
+def boxed_run(path: Path, *, cracks: bool = False) -> Run:
+    """A run of one step of a 3-D body, in a larger reservoir that is cold around its injector.
+
+    cracks: with planes across x every 6 m, whose opening falls with depth, as the water meets them.
+    """
     size, edges = (40.0, 30.0, 20.0), [np.linspace(*ends) for ends in BOX]
     wells = {
         "in $a$": WellFacts(at=(5.0, 15.0, 10.0), T_rock=HOT, p_rock=FAR, rate=0.02, T=COLD),
         "out": WellFacts(at=(35.0, 15.0, 18.0), T_rock=HOT, p_rock=FAR, pressure=FAR),
     }
     sides = tuple(tuple(map(float, axis)) for axis in edges)
-    known = facts(wells=wells, flow=None, thickness=None, edges=sides)
+    rule = RULE if cracks else None
+    known = facts(wells=wells, flow=None, thickness=None, edges=sides, cracks=rule)
     create(
         path, 'title = "A box"\n', manifest([10 * DAY], size=size, h=2.0, L=20.0, reservoir=known)
     )
@@ -138,8 +158,50 @@ def boxed_run(path: Path) -> Run:
     middles = np.meshgrid(*((axis[1:] + axis[:-1]) / 2 for axis in edges), indexing="ij")
     apart = [axis - at for axis, at in zip(middles, wells["in $a$"].at, strict=True)]
     T = (HOT - 140 * np.exp(-np.square(apart).sum(axis=0) / 64)).ravel(order="F")
-    write_reservoir(path, 0, edges, T=T, p=np.full_like(T, FAR), k=np.full_like(T, 1e-18))
+    w = A = None
+    if cracks:
+        X, _, Z = (axis.ravel(order="F") for axis in middles)
+        A = np.maximum(0, 1 - np.abs((X + 3) % 6 - 3) / 2) / 2 * ((Z > 0) & (Z < 8) & (X > 0))
+        w = np.where(A > 0, 1e-3 * np.exp(-Z / 2), 0.0)
+    write_reservoir(path, 0, edges, T=T, p=np.full_like(T, FAR), k=np.full_like(T, 1e-18), w=w, A=A)
     made = account(10 * DAY, HOT)
     water = replace(made, wells=dict(zip(wells, made.wells.values(), strict=True)))
     Journal(path).append(step(0, 10 * DAY, water, fields=fields_name(0)))
+    return open_run(path)
+
+
+def shadowed_run(
+    path: Path,
+    falls: Sequence[float],
+    without: Sequence[float],
+    *,
+    dp: tuple[float, float] = (5e5, 5e5),
+    rates: tuple[float, float] = (0.02, 0.02),
+    cracks: CrackFlow | None = CRACKS,
+    every: float = 10 * DAY,
+    **changes: object,
+) -> Run:
+    """A run of equal steps without fields, whose water falls by given degrees (K).
+
+    Parameters
+    ----------
+    path : its directory.
+    falls, without : fall of the production temperature at the end of each step (K), with cracks
+        and without.
+    dp : pressure of the injector above that of the producer (Pa), with cracks and without.
+    rates : mass rate (kg/s), with cracks and without.
+    cracks : cracks at each step.
+    every : length of a step (s).
+    changes : of the reservoir's facts.
+    """
+    times = [every * (n + 1) for n in range(len(falls))]
+    known = facts(**({"cracks": RULE, "flow": None} | changes))
+    create(path, "", manifest(times, units=UNITS, reservoir=known))
+    for n, (time, *fall) in enumerate(zip(times, falls, without, strict=True)):
+        water, shadow = (
+            account(every, HOT - lost, rate=rate, p_in=FAR + drop)
+            for lost, rate, drop in zip(fall, rates, dp, strict=True)
+        )
+        heat = Heat(circulation=replace(water, cracks=cracks), shadow=shadow)
+        Journal(path).append(replace(step(n, time, None), heat=heat))
     return open_run(path)

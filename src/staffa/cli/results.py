@@ -99,6 +99,8 @@ def _print_table(found: Table, *, titled: bool = False) -> None:
     if found.rows:
         if titled:
             out.print(f"[bold]{escape(found.title)}[/bold]")
+        if found.lead:
+            out.print(escape(found.lead))
         grid = Grid(*map(escape, found.header))
         for lines in (found.lines, found.total_lines):
             for line in lines:

@@ -33,6 +33,9 @@ READINGS = {
     "produced power": ("production_power", "power"),
     "produced energy": ("production_heat", "heat"),
     "highest pressure": ("production_pressure", "pressure"),
+    "production temperature without cracks": ("production_T_without", "T"),
+    "produced energy without cracks": ("production_heat_without", "heat"),
+    "highest pressure without cracks": ("production_pressure_without", "pressure"),
 }
 WATER = ("T", "power", "heat", "pressure")  # kinds of units of runs whose water circulates
 IF_ANY = ("energy of loads", "work of friction")  # left out where they vanish

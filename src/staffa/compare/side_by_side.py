@@ -1,15 +1,16 @@
 """The results of two runs side by side, at the end and at the times of both, as tables."""
 
 from collections.abc import Iterator
-from math import isfinite
+from math import isfinite, isnan
 from typing import NamedTuple
 
 import numpy as np
 
 from staffa.compare.agreement import ROUND_OFF, gaps, percent
 from staffa.compare.pair import READINGS, Pair, Side, caveats
+from staffa.display_units import Unit
 from staffa.results.columns import by_depth
-from staffa.results.production_table import production_numbers
+from staffa.results.production_table import TIMES, production_numbers
 from staffa.results.slab_table import run_arrests
 from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
 
@@ -18,6 +19,7 @@ TOLD = (
     *("cracks", "spacing", "deepest crack", "crack size", "total energy"),
     "production temperature",
 )
+WITHOUT = " without cracks"  # ending of the name of a number of the shadow
 ANY_SIZE = ("length", "T", "pressure")  # kinds of numbers that do not grow with the body
 APART = (
     " Apart: the difference of the total energies over the larger of them, parts below zero "
@@ -111,15 +113,20 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
 
 
 def _production(pair: Pair, side: Side) -> Iterator[Number]:
-    """Give when the water of a run gets colder, and its highest pressure."""
-    found = {one.name: one.value for one in production_numbers(side.run)}
+    """Give when the water of a run gets colder, and its pressures, with cracks and without."""
+    found = {one.name: one for one in production_numbers(side.run)}
     if not found or pair.clock != "t":
         return
-    for name in ("thermal breakthrough", "10 K less"):
-        when = found[name] / side.time
-        yield Number(f"{name}{_in_brackets(pair.time_unit)}", when if isfinite(when) else None)
-    pressure = side.water["pressure"]
-    yield Number(pressure.header("peak pressure"), pressure.of(found["peak pressure"]))
+    units = dict.fromkeys(TIMES, Unit(name=pair.time_unit.strip(), size=side.time))
+    units |= dict.fromkeys(("peak pressure", "pressure difference"), side.water["pressure"])
+    units |= {"exchange area": Unit(name="m²")}
+    for name, unit in units.items():
+        values = {"": found[name].value, WITHOUT: found[name].without}
+        for ending, value in values.items():
+            if ending and isnan(value):
+                continue
+            shown = unit.of(value) if isfinite(value) else None
+            yield Number(unit.header(f"{name}{ending}"), shown, name == "exchange area")
 
 
 def _at_depths(pair: Pair, side: Side) -> Iterator[Number]:

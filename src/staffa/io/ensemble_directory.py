@@ -11,7 +11,8 @@ from staffa.errors import InputError
 from staffa.io.run_directory import MANIFEST, Run, open_run
 
 RESULTS = "ensemble.csv"
-BESIDE = (RESULTS, "cells.csv", "report.html", "pictures")
+PRODUCTION_MEANS = "production_means.csv"
+BESIDE = (RESULTS, PRODUCTION_MEANS, "cells.csv", "report.html", "pictures")
 MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
 OWN = ("output", "solver")  # tables that `staffa resume` may change in one member
 SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random property

@@ -1,12 +1,12 @@
-"""Production of a run: the water of each step, of all wells together and of each, in SI units."""
+"""Production of a run: the water of each step, with cracks and without, in SI units."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf, nan, sqrt
 from statistics import NormalDist
-from typing import NamedTuple
 
 from staffa.records.circulation import Circulation, WellAccount
+from staffa.records.crack_flow import CrackFlow
 from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.records.step import Step
 
@@ -14,26 +14,6 @@ from staffa.records.step import Step
 BREAKTHROUGH = 0.01
 LATE = 0.1  # drawdown that is felt
 COOLER = 10.0  # K
-
-
-class WellRow(NamedTuple):
-    """Well at the end of a step, as docs/circulation.md defines its numbers; NaN without one."""
-
-    step: int
-    time: float
-    well: str
-    rate: float
-    T: float
-    pressure: float
-    power: float
-    heat: float
-    drawdown: float
-    recovered: float
-    impedance: float
-    injectivity: float
-    area: float
-    lost: float
-    balance: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +28,7 @@ class Production:
     now : account of the step.
     elapsed : time since the water flows (s).
     heat : heat that the surface got since the start, above that of the injected water (J).
-    lost : mass injected and not produced since the start (kg).
+    injected, produced : mass that wells brought into the rock, and took out, since the start (kg).
     stored : heat that the reservoir gained since the start (J).
     """
 
@@ -58,8 +38,19 @@ class Production:
     now: Circulation
     elapsed: float
     heat: float
-    lost: float
+    injected: float
+    produced: float
     stored: float
+
+    @property
+    def lost(self) -> float:
+        """Mass injected and not produced since the start (kg)."""
+        return self.injected - self.produced
+
+    @property
+    def cracks(self) -> CrackFlow | None:
+        """Cracks that the water flows in; None where they do not change the flow."""
+        return self.now.cracks
 
     @property
     def power(self) -> float:
@@ -90,17 +81,17 @@ class Production:
     @property
     def T(self) -> float:
         """Temperature of the produced water, mixed (K)."""
-        return _mean(self.producers, {name: well.T for name, well in self.producers.items()})
+        return _mean(self.producers, lambda name, well: well.T)
 
     @property
     def fall(self) -> float:
         """Temperature of the rock at the producers before the first step, minus T (K)."""
-        return _mean(self.producers, {name: self.fall_at(name) for name in self.producers})
+        return _mean(self.producers, lambda name, well: self.fall_at(name))
 
     @property
     def drawdown(self) -> float:
         """Drawdown of the produced water, mixed."""
-        return _mean(self.producers, {name: self.drawdown_at(name) for name in self.producers})
+        return _mean(self.producers, lambda name, well: self.drawdown_at(name))
 
     @property
     def pressure(self) -> float:
@@ -111,6 +102,26 @@ class Production:
     def area(self) -> float:
         """Exchange area of all producers (m^2)."""
         return sum(self.area_at(name) for name in self.producers) if self.producers else nan
+
+    @property
+    def drop(self) -> float:
+        """Pressure of the injectors minus that of the producers, means by mass (Pa)."""
+        return self._injection_pressure - _mean(self.producers, lambda n, well: well.pressure)
+
+    @property
+    def impedance(self) -> float:
+        """Drop of pressure from injectors to producers over the rate of the latter (Pa s/kg)."""
+        rate = -sum(self.rate_at(name) for name in self.producers)
+        return self.drop / rate if rate else nan
+
+    @property
+    def injectivity(self) -> float:
+        """Injectivity of all injectors (kg/(s Pa))."""
+        return sum(map(self.injectivity_at, self.injectors)) if self.injectors else nan
+
+    @property
+    def _injection_pressure(self) -> float:
+        return _mean(self.injectors, lambda name, well: well.pressure)
 
     def rate_at(self, name: str) -> float:
         """Return the mean rate of a well into the rock (kg/s)."""
@@ -137,9 +148,7 @@ class Production:
         """Return the drop of pressure from the injectors to a producer, over its rate (Pa s/kg)."""
         if name not in self.producers:
             return nan
-        pressures = {other: well.pressure for other, well in self.injectors.items()}
-        drop = _mean(self.injectors, pressures) - self.now.wells[name].pressure
-        return drop / -self.rate_at(name)
+        return (self._injection_pressure - self.now.wells[name].pressure) / -self.rate_at(name)
 
     def injectivity_at(self, name: str) -> float:
         """Return the rate of an injector over its pressure above the first one (kg/(s Pa))."""
@@ -170,59 +179,60 @@ def exchange_area(facts: ReservoirFacts, drawdown: float, rate: float, time: flo
     return erfcinv * facts.water_c * rate * reach / facts.conductivity
 
 
-def production(facts: ReservoirFacts | None, steps: Sequence[Step]) -> list[Production]:
+def production(
+    facts: ReservoirFacts | None, steps: Sequence[Step], *, cracks: bool = True
+) -> list[Production]:
     """Return the water of each step in which it flows; none without a reservoir.
 
     Parameters
     ----------
     facts : the reservoir of the run.
     steps : kept steps of the run.
+    cracks : False for the shadow: the same water without what cooling does to cracks.
     """
     found: list[Production] = []
-    elapsed = heat = lost = stored = 0.0
+    elapsed = heat = injected = produced = stored = 0.0
     for step in steps:
-        now = step.heat.circulation if step.heat else None
-        if facts is None or now is None or not now.duration > 0:
+        if facts is None or step.heat is None:
+            continue
+        now = step.heat.circulation if cracks else step.heat.shadow
+        if now is None or not now.duration > 0:
             continue
         elapsed += now.duration
         heat -= sum(well.heat for well in now.wells.values())
-        lost += sum(well.mass for well in now.wells.values())
+        injected += sum(max(well.mass, 0.0) for well in now.wells.values())
+        produced -= sum(min(well.mass, 0.0) for well in now.wells.values())
         stored += now.heat_stored
         found.append(
             Production(
                 step=step.index, time=step.time, facts=facts, now=now, elapsed=elapsed, heat=heat,
-                lost=lost, stored=stored,
+                injected=injected, produced=produced, stored=stored,
             )
         )  # fmt: skip
     return found
 
 
-def well_rows(facts: ReservoirFacts | None, steps: Sequence[Step]) -> list[WellRow]:
-    """Return a row for each step and well; none without a reservoir.
+def paired_production(
+    facts: ReservoirFacts | None, steps: Sequence[Step]
+) -> list[tuple[Production, Production]]:
+    """Return the water of each step that has a shadow: with cracks, and without.
 
     Parameters
     ----------
     facts : the reservoir of the run.
     steps : kept steps of the run.
     """
-    return [row for all_wells in production(facts, steps) for row in _rows(all_wells)]
+    shadow = {found.step: found for found in production(facts, steps, cracks=False)}
+    found = production(facts, steps)
+    return [(one, shadow[one.step]) for one in found if one.step in shadow]
 
 
-def _rows(p: Production) -> Iterator[WellRow]:
-    for name, well in p.now.wells.items():
-        yield WellRow(
-            step=p.step, time=p.time, well=name, rate=p.rate_at(name), T=well.T,
-            pressure=well.pressure, power=p.power, heat=p.heat, drawdown=p.drawdown_at(name),
-            recovered=p.recovered, impedance=p.impedance_at(name),
-            injectivity=p.injectivity_at(name), area=p.area_at(name), lost=p.lost,
-            balance=p.balance,
-        )  # fmt: skip
-
-
-def _mean(wells: dict[str, WellAccount], values: dict[str, float]) -> float:
-    """Return the mean of values of wells by their mass; NaN without a well."""
+def _mean(wells: dict[str, WellAccount], value: Callable[[str, WellAccount], float]) -> float:
+    """Return the mean of a value of wells by their mass; NaN without a well."""
     mass = sum(well.mass for well in wells.values())
-    return sum(well.mass * values[name] for name, well in wells.items()) / mass if mass else nan
+    return (
+        sum(well.mass * value(name, well) for name, well in wells.items()) / mass if mass else nan
+    )
 
 
 def first_time(found: Sequence[Production], values: Sequence[float], level: float) -> float:

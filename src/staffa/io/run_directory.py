@@ -20,8 +20,8 @@ from staffa.io.field_names import fields_name as fields_name
 from staffa.io.field_names import reservoir_name as reservoir_name
 from staffa.io.field_names import write_series as write_series
 from staffa.io.own_files import make_folder, to_append, write_aside
-from staffa.io.production_rows import WellRow, well_rows
 from staffa.io.step_columns import frame_of, pandas_frame
+from staffa.io.well_rows import WellRow, well_rows
 from staffa.records.json_form import json_form
 from staffa.records.manifest import Manifest, check_numbers
 from staffa.records.status import Status

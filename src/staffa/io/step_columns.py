@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SCALARS = (int, float, bool, str)
 # Numbers that follow from more than one entry of a record.
 DERIVED = ("energies_total", "audit_violations", "cracks", "spacing", "deepest")
+TOGETHER = ("T", "power", "heat", "pressure", "drawdown", "area")  # of all wells together
 RENAMED = {"index": "step"}  # a frame has an `index` already
 
 
@@ -128,18 +129,14 @@ def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
 
 
 def _water(manifest: Manifest, steps: Sequence[Step]) -> dict[int, dict[str, float]]:
-    """Return the production of all wells together, by step."""
-    return {
-        found.step: {
-            "production_T": found.T,
-            "production_power": found.power,
-            "production_heat": found.heat,
-            "production_pressure": found.pressure,
-            "production_drawdown": found.drawdown,
-            "production_area": found.area,
-        }
-        for found in production(manifest.reservoir, steps)
-    }
+    """Return the production of all wells together, by step; of a shadow too, where there is one."""
+    rows: dict[int, dict[str, float]] = {}
+    for ending, cracks in (("", True), ("_without", False)):
+        for found in production(manifest.reservoir, steps, cracks=cracks):
+            rows.setdefault(found.step, {}).update(
+                {f"production_{name}{ending}": getattr(found, name) for name in TOGETHER}
+            )
+    return rows
 
 
 def _value(step: Step, field: Field) -> Any:

@@ -60,22 +60,28 @@ class Spread:
     error: np.ndarray
 
 
-def mean_over_time(series: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Spread:
+def mean_over_time(
+    series: Sequence[tuple[Sequence[float], Sequence[float]]], *, linear: bool = False
+) -> Spread:
     """Bring the series of at least two members to common times, and average them at each.
 
     A state lasts until the next step, so a value is a step function of time: the value of the last
-    step that is not later. The common times are those of all members, from the latest first time to
-    the earliest last time: nothing is known of a member outside its own times.
+    step that is not later. A production curve is linear between two steps. The common times are
+    those of all members, from the latest first time to the earliest last time: nothing is known of
+    a member outside its own times.
 
     Parameters
     ----------
     series : of each member, increasing times and the value at each of them.
+    linear : True for values that are linear between two steps.
     """
     first, last = max(at[0] for at, _ in series), min(at[-1] for at, _ in series)
     union = np.unique(np.concatenate([np.asarray(at, dtype=float) for at, _ in series]))
     clock = union[(union >= first) & (union <= last)]
     rows = [
-        np.asarray(values, dtype=float)[np.searchsorted(at, clock, side="right") - 1]
+        np.interp(clock, at, values)
+        if linear
+        else np.asarray(values, dtype=float)[np.searchsorted(at, clock, side="right") - 1]
         for at, values in series
     ]
     values = np.array(rows).reshape(len(series), len(clock))

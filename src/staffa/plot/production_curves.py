@@ -1,7 +1,8 @@
-"""Production against time: temperature with its closed form, power and pressure."""
+"""Production against time, with cracks and without: temperature, power and pressure."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +15,9 @@ from staffa.records.manifest import Manifest
 from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.reservoir.fracture_heat import FractureHeat
 
+Style = Mapping[str, Any]
+SOLID: Style = {"linestyle": "-"}
+DASHED: Style = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "alpha": 0.8}
 POINTS = 120  # of the closed form's line
 
 
@@ -28,31 +32,26 @@ def water_units(manifest: Manifest, found: Sequence[Production]) -> dict[str, Un
     }
 
 
-def production_figure(manifest: Manifest, found: Sequence[Production]) -> Figure:
+def production_figure(
+    manifest: Manifest, found: Sequence[Production], without: Sequence[Production] = ()
+) -> Figure:
     """Draw temperatures of the producers, power, and pressures of all wells against time.
 
     Parameters
     ----------
     manifest : description of the run, which has a reservoir.
     found : the production of its steps, one or more.
+    without : the same without cracks, drawn dashed; none where that is not known.
     """
     figure = new_figure(6.4)
     rows = figure.subplots(3, 1, sharex=True)
-    at = np.array([manifest.shown.time.of(one.time) for one in found])
     units = water_units(manifest, found)
-    names = list(found[0].now.wells)
-    colors = {name: GENERATIONS[k % len(GENERATIONS)] for k, name in enumerate(names)}
-    lines = 0
-    for name in names:
-        wells = [(one.producers.get(name), one.now.wells.get(name)) for one in found]
-        T, p = (np.array([getattr(pair[k], key, np.nan) for pair in wells], float)
-                for k, key in ((0, "T"), (1, "pressure")))  # fmt: skip
-        for axes, values, unit in ((rows[0], T, units["T"]), (rows[2], p, units["pressure"])):
-            if np.isfinite(values).any():
-                _line(axes, at, unit.of(values), color=colors[name], label=f"well '{name}'")
-                lines += axes is rows[0]
-    _line(rows[1], at, units["power"].of(np.array([one.power for one in found])), color=BLACK)
-    lines += _draw_closed_form(rows[0], manifest, found, units["T"])
+    if without:
+        _draw(rows, manifest, without, units, DASHED)
+    _draw(rows, manifest, found, units, SOLID)
+    if without:
+        rows[0].plot([], [], color=BLACK, label="without cracks", **DASHED)
+    _draw_closed_form(rows[0], manifest, found, units["T"])
     _mark_drawdown(rows[0], manifest, found)
     labels = ("production temperature", "power", "pressure in wells")
     for axes, label, key in zip(rows, labels, ("T", "power", "pressure"), strict=True):
@@ -60,33 +59,90 @@ def production_figure(manifest: Manifest, found: Sequence[Production]) -> Figure
         axes.ticklabel_format(axis="y", useOffset=False)  # a small rise of a large pressure
     rows[1].set_ylim(bottom=min(0.0, rows[1].dataLim.ymin))
     rows[2].set_xlabel(manifest.shown.time.label("time"))
-    if lines:
-        legend_above(rows[0], min(4, lines))
-    legend_above(rows[2], min(4, len(names)))
+    for axes in (rows[0], rows[2]):
+        if named := axes.get_legend_handles_labels()[0]:
+            legend_above(axes, min(4, len(named)))
     return figure
 
 
-def _line(axes: Axes, at: np.ndarray, values: np.ndarray, *, color: str, label: str = "") -> None:
-    """Draw a line, as a dot where it has one point."""
+def _draw(
+    rows: np.ndarray,
+    manifest: Manifest,
+    found: Sequence[Production],
+    units: Mapping[str, Unit],
+    style: Style,
+) -> None:
+    """Draw temperatures, power and pressures; the wells are named where the lines are solid.
+
+    Parameters
+    ----------
+    rows : the panels of temperature, power and pressure.
+    manifest : description of the run.
+    found : the production of its steps.
+    units : units of the panels.
+    style : SOLID with cracks, DASHED without.
+    """
+    at = np.array([manifest.shown.time.of(one.time) for one in found])
+    for number, name in enumerate(found[0].now.wells):
+        label = f"well '{name}'" if style is SOLID else ""
+        color = GENERATIONS[number % len(GENERATIONS)]
+        T = _series(name, "T", found, producers=True)
+        p = _series(name, "pressure", found)
+        for axes, values, key in ((rows[0], T, "T"), (rows[2], p, "pressure")):
+            if np.isfinite(values).any():
+                draw_line(axes, at, units[key].of(values), style, color=color, label=label)
+    power = np.array([one.power for one in found])
+    draw_line(rows[1], at, units["power"].of(power), style, color=BLACK)
+
+
+def _series(
+    name: str, key: str, found: Sequence[Production], *, producers: bool = False
+) -> np.ndarray:
+    """Return a number of a well at each step, NaN where there is none, shape (n,).
+
+    Parameters
+    ----------
+    name : name of the well.
+    key : name of the number in its account.
+    found : the production of the steps.
+    producers : True for the steps alone in which the well produces.
+    """
+    wells = [(one.producers if producers else one.now.wells).get(name) for one in found]
+    return np.array([getattr(well, key, np.nan) for well in wells], float)
+
+
+def draw_line(
+    axes: Axes, at: np.ndarray, values: np.ndarray, style: Style, *, color: str, label: str = ""
+) -> None:
+    """Draw a line, as a dot where it has one point.
+
+    Parameters
+    ----------
+    axes : the panel.
+    at, values : its points, shape (n,); NaN where there is none.
+    style : SOLID with cracks, DASHED without.
+    color : its color.
+    label : its name in the legend, empty for none.
+    """
     alone = np.isfinite(values).sum() == 1
-    axes.plot(at, values, color=color, label=label or None, marker="o" if alone else "")
+    marker = "o" if alone else ""
+    axes.plot(at, values, color=color, label=label or None, marker=marker, **style)
 
 
 def _draw_closed_form(
     axes: Axes, manifest: Manifest, found: Sequence[Production], unit: Unit
-) -> bool:
-    """Draw the closed form dotted, if one applies, and return True then."""
+) -> None:
+    """Draw the closed form dotted, if one applies."""
     facts, last = found[-1].facts, found[-1]
     start = last.time - last.elapsed
     elapsed = np.linspace(0.0, last.elapsed, POINTS + 1)[1:]
     T = closed_form_temperature(facts, elapsed)
     if T is None:
-        return False
+        return
     axes.plot(
         manifest.shown.time.of(start + elapsed), unit.of(T), color=BLACK, linestyle=":",
         linewidth=1.2, label="closed form",
     )  # fmt: skip
-    return True
 
 
 def closed_form_temperature(facts: ReservoirFacts, elapsed: np.ndarray) -> np.ndarray | None:

@@ -1,6 +1,7 @@
-"""Temperature of a reservoir's cells with the cracks of the rock over it."""
+"""Temperature of a reservoir's cells with the cracks of the rock over it, and their openings."""
 
 from collections.abc import Sequence
+from functools import partial
 from math import ceil, prod
 from typing import Any
 
@@ -16,6 +17,13 @@ from scipy.spatial import KDTree
 
 from staffa.io.reservoir_fields import ReservoirFields, read_reservoir
 from staffa.io.run_directory import Run, reservoir_name
+from staffa.plot.cell_openings import (
+    COLORS,
+    PALE,
+    crack_openings,
+    draw_openings,
+    openings_bar,
+)
 from staffa.plot.cracks import layout, rim, triangulation
 from staffa.plot.frames import Frame
 from staffa.plot.labels import moment
@@ -23,12 +31,12 @@ from staffa.plot.style import BLACK, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.reservoir_facts import ReservoirFacts
 
-COLORS = "RdYlBu_r"
 FEW = 4  # panels
 NEAR_END = 0.8  # of the axis, from which names of wells stand on their left
 AROUND = 0.25  # of the longest side of the body, of the reservoir beyond it
 BELOW = 0.5  # inches for the bar of colors
 CRACK = "#14100c"
+OUTLINE: dict[str, Any] = {"colors": CRACK, "linewidths": 0.4}
 RIM: dict[str, Any] = {"edgecolor": "#555555", "linewidth": 0.6}
 RASTER = 400  # points along the longer side of a section of a 3-D body
 Moments = Sequence[tuple[Frame, ReservoirFields]]
@@ -60,9 +68,10 @@ def reservoir_moments(
 
 
 def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments) -> Figure:
-    """Draw the temperature of the cells at each time, cracks black over it, and the wells.
+    """Draw the temperature of the cells at each time, cracks over it, and the wells.
 
-    Of a 3-D reservoir a section through the wells is drawn.
+    Cracks are black; where they change the flow, the cells along their middle have the color of
+    their opening, and damage an outline. Of a 3-D reservoir a section through the wells is drawn.
 
     Parameters
     ----------
@@ -77,7 +86,9 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
     view = [_view(ends, manifest, axis) for ends, axis in zip((x, y), across, strict=True)]
     size = (view[0][1] - view[0][0], view[1][1] - view[1][0])
     columns, height = layout(size, len(moments))
-    figure = new_figure(max(height, 2.2) + BELOW, gap=0.08)
+    openings = crack_openings(facts, [found for _, found in moments])
+    warm, below = (COLORS, BELOW) if openings is None else (PALE, 2 * BELOW)
+    figure = new_figure(max(height, 2.2) + below, gap=0.08)
     panels = figure.subplots(
         ceil(len(moments) / columns), columns, squeeze=False, sharex=True, sharey=True
     )
@@ -85,14 +96,17 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
     values = [unit.of(found.T) for _, found in moments]
     low, high = min(v.min() for v in values), max(v.max() for v in values)
     colors = Normalize(low, high if high > low else low + 1)
+    section = partial(_section, edges=edges, normal=normal, facts=facts)
     for number, axes in enumerate(panels.flat):
         if number >= len(moments):
             axes.set_axis_off()
             continue
-        frame, _ = moments[number]
-        T = _section(values[number], edges, normal, facts)
-        axes.pcolormesh(x, y, T.T, cmap=COLORS, norm=colors, rasterized=True)
-        _draw_cracks(axes, manifest, frame, normal, facts)
+        frame, found = moments[number]
+        T = section(values[number]).T
+        axes.pcolormesh(x, y, T, cmap=warm, norm=colors, rasterized=True)
+        _draw_cracks(axes, manifest, frame, normal, facts, filled=openings is None)
+        if openings is not None and found.w is not None and found.A is not None:
+            draw_openings(axes, (x, y), section(found.w), section(found.A), openings)
         _draw_wells(axes, manifest, facts, across)
         axes.set(aspect="equal", title="", xlim=view[0], ylim=view[1])
         axes.grid(False)
@@ -101,8 +115,10 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
         axes.set_xlabel(manifest.shown.length.label("xyz"[across[0]]))
     for axes in panels[:, 0]:
         axes.set_ylabel(manifest.shown.length.label("xyz"[across[1]]))
-    bar = ScalarMappable(colors, COLORS)
-    figure.colorbar(bar, ax=panels, location="bottom", shrink=0.5, aspect=40, label=unit.label("T"))
+    bar: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 40}
+    figure.colorbar(ScalarMappable(colors, warm), ax=panels, label=unit.label("T"), **bar)
+    if openings is not None:
+        openings_bar(figure, panels, openings, bar)
     return figure
 
 
@@ -149,20 +165,44 @@ def _section(
 
 
 def _draw_cracks(
-    axes: Axes, manifest: Manifest, frame: Frame, normal: int, facts: ReservoirFacts
+    axes: Axes,
+    manifest: Manifest,
+    frame: Frame,
+    normal: int,
+    facts: ReservoirFacts,
+    *,
+    filled: bool,
 ) -> None:
-    """Draw damage above the threshold in black, and the rim of the body, in 3-D of its box."""
+    """Draw damage above the threshold in black, and the rim of the body, in 3-D of its box.
+
+    Parameters
+    ----------
+    axes : the panel.
+    manifest : description of the run.
+    frame : fields of the rock.
+    normal : normal of the section.
+    facts : the reservoir.
+    filled : True for all of the damage, False for its outline.
+    """
     only = ListedColormap([CRACK])
     if len(manifest.size) == 3:
         x, y, broken = _broken_in(frame, manifest, normal, _place(facts, normal))
-        axes.pcolormesh(x, y, np.ma.masked_where(~broken, broken).T, cmap=only, shading="nearest")
+        if filled:
+            shown = np.ma.masked_where(~broken, broken)
+            axes.pcolormesh(x, y, shown.T, cmap=only, shading="nearest")
+        elif broken.any():
+            axes.contour(x, y, broken.T.astype(float), levels=[0.5], **OUTLINE)
         around = Rectangle((x[0], y[0]), float(np.ptp(x)), float(np.ptp(y)), fill=False, **RIM)
         axes.add_patch(around)
         return
     triangles = triangulation(frame.grid, manifest)
     axes.add_collection(LineCollection(list(rim(triangles)), **RIM))
     if frame.alpha.max() > manifest.threshold:
-        axes.tricontourf(triangles, frame.alpha, levels=[manifest.threshold, np.inf], colors=CRACK)
+        if filled:
+            inside = [manifest.threshold, np.inf]
+            axes.tricontourf(triangles, frame.alpha, levels=inside, colors=CRACK)
+        else:
+            axes.tricontour(triangles, frame.alpha, levels=[manifest.threshold], **OUTLINE)
 
 
 def _broken_in(

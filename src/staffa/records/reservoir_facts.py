@@ -111,6 +111,8 @@ class ReservoirFacts:
         Coordinates of the faces of the reservoir's cells along x, y and z (m).
     cracks
         Rule by which cracks change the flow; None where they do not.
+    tolerance
+        Error of a step of the simulator, over the drop from rock to injected water.
     """
 
     simulator: str
@@ -128,3 +130,4 @@ class ReservoirFacts:
     flow: FractureFlow | None = None
     edges: tuple[tuple[float, ...], ...] = ()
     cracks: CrackRule | None = None
+    tolerance: float = 1e-3

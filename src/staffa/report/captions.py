@@ -94,11 +94,35 @@ def _production(manifest: Manifest, steps: Steps) -> str:
         "Temperature of the produced water, power above that of the injected water, and pressure "
         "in each well. Dotted marks: the times at which the drawdown passes 1 % and 10 %."
     )
+    if _has_shadow(steps):
+        text += f" {DASHES}"
     if manifest.reservoir is None or manifest.reservoir.flow is None:
         return text
     spacing = manifest.reservoir.flow.half_spacing
     which = "a fracture" if spacing is None else "parallel fractures"
     return f"{text} Dotted line: {which} in rock without cracks, in closed form."
+
+
+def _exchange(manifest: Manifest, steps: Steps) -> str:
+    text = (
+        "Injectivity, the rate of the injectors over their pressure above that of the rock, and "
+        "exchange area, one wall of a single fracture that would cool the water so; it is empty "
+        "before a drawdown of 1 %."
+    )
+    if any(step.heat and step.heat.circulation and step.heat.circulation.cracks for step in steps):
+        text += " Below: area and volume of the cracks that water flows in."
+    return f"{text} {DASHES}" if _has_shadow(steps) else text
+
+
+def _production_of_all(manifest: Manifest, steps: Steps) -> str:
+    text = f"Production temperature, power and energy: {BAND}."
+    if not _has_shadow(steps):
+        return text
+    return f"{text} {DASHES} Below: with cracks less without."
+
+
+def _has_shadow(steps: Steps) -> bool:
+    return any(step.heat and step.heat.shadow for step in steps)
 
 
 def _reservoir(manifest: Manifest, steps: Steps) -> str:
@@ -107,9 +131,16 @@ def _reservoir(manifest: Manifest, steps: Steps) -> str:
         if manifest.flat
         else ("The temperature of the reservoir's cells in a section through the wells")
     )
-    return f"{what}, with the cracks over it. Rings: wells."
+    over = "with the cracks over it"
+    if manifest.reservoir and manifest.reservoir.cracks:
+        over = (
+            "and over it the openings of cracks, in the cells along their middle: dark ones carry "
+            "water. Thin lines: damage"
+        )
+    return f"{what}, {over}. Rings: wells."
 
 
+DASHES = "Dashed: the same water in rock whose cracks do not change its flow."
 BAND = (
     "the mean of the finished members, its standard error as a band, and each member as a thin line"
 )
@@ -124,6 +155,7 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "heat": _heat,
     "lengths": _lengths,
     "production": _production,
+    "exchange": _exchange,
     "reservoir": _reservoir,
     "quantities": "Quantities that the script of this run has computed at each step.",
     "counts": f"How many cracks cross each depth: {BAND}.",
@@ -131,6 +163,7 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "energies-of-both": "Energies of both runs, joined from step to step, and how far apart the "
     "total energies are, over the larger of them, parts below zero counted by size.",
     "growth-of-both": "Growth of the cracks of both runs.",
+    "production-of-all": _production_of_all,
     "production-of-both": "Temperature of the produced water, power and highest pressure in a well "
     "of both runs.",
     "cracks-of-both": "The cracks of both runs at times whose fields both kept.",

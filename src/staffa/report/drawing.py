@@ -18,6 +18,8 @@ from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.ensemble_curves import counts_figure, growth_figure
+from staffa.plot.ensemble_production import ensemble_production_figure, production_spreads
+from staffa.plot.exchange_curves import exchange_figure
 from staffa.plot.frames import Frame, evenly_spread, read_frames, with_fields
 from staffa.plot.heat_balance import heat_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
@@ -28,7 +30,15 @@ from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments
 from staffa.plot.style import write_picture
 from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
-from staffa.report.page import PRODUCTION, RESERVOIR, ensemble_page, page, pair_page
+from staffa.report.page import (
+    EXCHANGE,
+    PRODUCTION,
+    PRODUCTION_OF_ALL,
+    RESERVOIR,
+    ensemble_page,
+    page,
+    pair_page,
+)
 from staffa.results.columns import by_depth
 from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
 from staffa.results.csv_files import write_pooled, write_tables, writing
@@ -158,6 +168,8 @@ def _ensemble_figures(
     elif len(manifest.size) == 2:
         skipped.append("counts: the case gives no measures.depths to count cracks at")
     figures["growth"] = partial(growth_figure, manifest, members)
+    if produced := production_spreads(list(ensemble.finished.values())):
+        figures[PRODUCTION_OF_ALL] = partial(ensemble_production_figure, manifest, produced)
     return figures | _sizes(list(ensemble.finished.values())), skipped
 
 
@@ -207,9 +219,12 @@ def _water(run: Run, frames: Sequence[Frame]) -> tuple[dict[str, Callable[[], Fi
     facts, found = run.manifest.reservoir, production(run.manifest.reservoir, run.steps)
     if facts is None or not found:
         return {}, []
+    without = production(facts, run.steps, cracks=False)
     figures: dict[str, Callable[[], Figure]] = {
-        PRODUCTION: partial(production_figure, run.manifest, found)
+        PRODUCTION: partial(production_figure, run.manifest, found, without)
     }
+    if len(found) > 1:
+        figures[EXCHANGE] = partial(exchange_figure, run.manifest, found, without)
     moments, skipped = reservoir_moments(run, frames)
     if moments:
         figures[RESERVOIR] = partial(reservoir_figure, run.manifest, facts, moments)

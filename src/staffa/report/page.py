@@ -22,6 +22,7 @@ from staffa.report.captions import caption
 from staffa.results import slab_table
 from staffa.results.columns import columns
 from staffa.results.crack_network import Drawing, network_table
+from staffa.results.ensemble_means import PRODUCTION as PRODUCTION_SHEET
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
@@ -30,7 +31,9 @@ from staffa.results.summary import summary, title
 # Nothing runs on a page, and nothing is loaded: what is on it may come from anyone.
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 PLAIN = True  # tables of which no row stands out
-PRODUCTION, RESERVOIR = "production", "reservoir"  # pictures that stand beside their table
+# Pictures that stand beside their table, in this order.
+PRODUCTION_OF_ALL = "production-of-all"
+WATER = PRODUCTION, EXCHANGE, RESERVOIR = "production", "exchange", "reservoir"
 
 
 def page(
@@ -54,7 +57,7 @@ def page(
     water = production_numbers_table(run)
     if water.rows:
         tables.append((water, PLAIN))
-    beside = [path for path in pictures if water.rows and path.stem in (PRODUCTION, RESERVOIR)]
+    beside = [path for path in pictures if water.rows and path.stem in WATER]
     return _rendered(
         run,
         pictures,
@@ -82,9 +85,11 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
     if (cells := columns(runs)) is not None:
         heading = f"Cells at the last step, {len(runs)} runs together"
         tables.append((replace(cells, title=heading), PLAIN))
+    beside = [path for path in pictures if path.stem == PRODUCTION_OF_ALL]
     return _rendered(
         ensemble.first,
         pictures,
+        beside={PRODUCTION_SHEET: beside},
         title=ensemble_title(ensemble),
         facts=facts(ensemble),
         tables=tables,

@@ -52,6 +52,7 @@ def reservoir_facts(
         flow=_flow(model, water, lower, upper),
         edges=tuple(tuple(map(float, edges)) for edges in grid.edges),
         cracks=cracks,
+        tolerance=model.tolerance,
     )
 
 

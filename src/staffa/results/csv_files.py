@@ -5,11 +5,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from staffa.errors import StaffaError
-from staffa.io.ensemble_directory import Ensemble
+from staffa.io.ensemble_directory import PRODUCTION_MEANS, Ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
 from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
+from staffa.results.members_production import production_means
 from staffa.results.production_table import production_table
 from staffa.results.release_table import release_table
 from staffa.results.series import probes_table, quantities_table, reactions_table
@@ -49,7 +50,9 @@ def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
 
 
 def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
-    """Write the table of the cells of all finished members, if there is any, and return its path.
+    """Write the tables of all finished members together that have rows, and return their paths.
+
+    These are the polygonal cells, and the means of the production.
 
     Raises
     ------
@@ -57,7 +60,8 @@ def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
         The directory cannot be written to.
     """
     with writing(ensemble.path):
-        return _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
+        cells = _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
+        return cells + _written(ensemble.path / PRODUCTION_MEANS, production_means(ensemble))
 
 
 def _written(path: Path, table: Table) -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
 from staffa.measure.averages import average
 from staffa.records.manifest import Manifest
+from staffa.results.members_production import MEMBERS, members_production
 from staffa.results.slab_table import GENERATIONS, definitions, run_arrests, tip
 from staffa.results.summary import Fact, summary
 from staffa.results.tables import Column, Table, columns_of
@@ -18,12 +19,13 @@ MEANS = (
     "mean over n - 1, of the n members that have the number. A member that is not finished has "
     "none, and one without a k-th generation has no ak and tauk."
 )
+PRODUCTION = "Production"  # title of its sheet
 BY_ENERGY = "from the surface energy over Gc and the effective Gc"
 Numbers = Mapping[Column, float | None]
 
 
 def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
-    """Return the paper's numbers where a face is cooled, and the last step's crack network.
+    """Return the paper's numbers where a face is cooled, the last step's cracks, and production.
 
     A row for each seed; below them the mean, its error, and the number of members.
     """
@@ -34,6 +36,7 @@ def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
     found = (
         _sheet(ensemble, "Nucleation and arrests", arrests, told),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
+        _sheet(ensemble, PRODUCTION, members_production(ensemble), (*MEMBERS, MEANS)),
     )
     return tuple(sheet for sheet in found if len(sheet.columns) > 1)
 

@@ -11,6 +11,7 @@ from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
 from staffa.records.status import Status, Verdict
 from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
+from staffa.results.crack_warnings import crack_warnings
 from staffa.results.production_table import production_lines
 from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
@@ -45,6 +46,7 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *_quantities(run),
         *_heat(run),
         *(Fact(name=name, text=text) for name, text in production_lines(run)),
+        *(Fact(name="flow in cracks", text=text, alarm=True) for text in crack_warnings(run)),
         *_arrests(run),
         *_coarse(run),
         *_audit(run),

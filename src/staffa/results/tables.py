@@ -49,6 +49,7 @@ class Table:
     rows : cells of each row, as many as columns; numbers in SI units, None where unknown.
     totals : rows below these, such as means.
     title : heading of the table, for people.
+    lead : paragraph between the title and the rows.
     notes : sentences below it.
     """
 
@@ -56,6 +57,7 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...] = ()
     totals: tuple[tuple[Cell, ...], ...] = ()
     title: str = ""
+    lead: str = ""
     notes: tuple[str, ...] = ()
 
     @property
@@ -126,3 +128,15 @@ def number(value: Cell, digits: int = 4) -> str:
     if value is None:
         return ABSENT
     return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+
+
+def grouped(value: float, digits: int = 4) -> str:
+    """Return a number as text, a large one with commas and without an exponent: "98,830".
+
+    Parameters
+    ----------
+    value : the number.
+    digits : its significant digits.
+    """
+    text = f"{value:.{digits}g}"
+    return f"{float(text):,.0f}" if 1e4 <= abs(value) < 1e9 else text

@@ -13,6 +13,7 @@ from staffa.case.reading.read import read_case
 from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import RockKeys
 from staffa.case.schema.property_keys import RandomField
+from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.toml_text import to_toml
 from staffa.errors import InputError, SolveError, StaffaError
 from staffa.io import run_directory
@@ -61,7 +62,7 @@ def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
 def member(case: Case, seed: int) -> Case:
     """Return the case with another seed of [toughness].
 
-    The seeds of its random properties increase by the same amount.
+    The seeds of its random properties, of the reservoir too, increase by the same amount.
     """
     shift = seed - case.toughness.seed
     return case.model_copy(
@@ -69,12 +70,13 @@ def member(case: Case, seed: int) -> Case:
             "toughness": case.toughness.model_copy(update={"seed": seed}),
             "material": _reseeded(case.material, shift),
             "regions": {name: _reseeded(keys, shift) for name, keys in case.regions.items()},
+            "reservoir": _reseeded(case.reservoir, shift),
         }
     )
 
 
 def _is_random(case: Case) -> bool:
-    rocks = (case.material, *case.regions.values())
+    rocks = (case.material, *case.regions.values(), case.reservoir)
     return case.toughness.amplitude > 0 or any(_reseeded(keys, 1) != keys for keys in rocks)
 
 
@@ -84,7 +86,7 @@ def _reseeded(value: Any, shift: int) -> Any:
         return value.model_copy(update={"seed": (value.seed + shift) % (LARGEST_SEED + 1)})
     if isinstance(value, tuple):
         return tuple(_reseeded(item, shift) for item in value)
-    if isinstance(value, RockKeys):
+    if isinstance(value, RockKeys | ReservoirKeys):
         keys = {name: _reseeded(getattr(value, name), shift) for name in value.model_fields_set}
         return value.model_copy(update=keys)
     return value

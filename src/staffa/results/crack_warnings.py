@@ -1,0 +1,94 @@
+"""Warnings on what the flow in cracks of a run cannot show: spacing, bounds, water in cracks."""
+
+from collections.abc import Iterator, Sequence
+
+from staffa.display_units import Shown
+from staffa.io.production_rows import Production, production
+from staffa.io.run_directory import Run
+from staffa.records.crack_flow import CrackFlow, SideOpening
+from staffa.records.reservoir_facts import CrackRule
+
+LEAK = 4.0  # spacing over spread below which neighbors share their water
+ACTS = 0.01  # share of the cracks from which a bound is told
+FULL = 0.01  # water in cracks over injected water, from which it counts
+Met = tuple[Production, CrackFlow]
+
+
+def crack_warnings(run: Run) -> list[str]:
+    """Return sentences with numbers and the way out; none where cracks do not change the flow.
+
+    Parameters
+    ----------
+    run : the run.
+    """
+    facts = run.manifest.reservoir
+    rule = facts.cracks if facts else None
+    found = [(one, one.cracks) for one in production(facts, run.steps) if one.cracks]
+    if rule is None or not found:
+        return []
+    shown = run.manifest.shown
+    return [
+        *_near(found, rule, shown),
+        *_bounds(found, rule, shown),
+        *_water(found, shown),
+    ]
+
+
+def _near(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
+    """Yield a sentence where cracks are nearer than their spread allows."""
+    apart = [(c.spacing, one.time) for one, c in found if c.spacing is not None]
+    if not apart or (least := min(apart))[0] >= LEAK * rule.spread:
+        return
+    spacing, time = least
+    unit = shown.length
+    yield (
+        f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)}, nearer than four "
+        f"times the {unit.text(rule.spread, 3)} over which they are spread: the bands of neighbors "
+        f"overlap, and water passes from one to the next. Take smaller cells, reservoir.h, and a "
+        f"smaller reservoir.openings.spread."
+    )
+
+
+def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
+    """Yield a sentence for each bound that acts, on cracks and on fractures along sides."""
+    of_cracks = [(one.time, c, "of the cracks' area") for one, c in found]
+    sides = {side for _, c in found for side in c.sides}
+    places: list[Sequence[tuple[float, CrackFlow | SideOpening, str]]] = [of_cracks]
+    for side in sorted(sides):
+        name = f"of the fracture along the side '{side}'"
+        places.append([(one.time, c.sides[side], name) for one, c in found if side in c.sides])
+    small, large = (f"{1e3 * bound:.3g} mm" for bound in (rule.smallest, rule.largest))
+    for seen in places:
+        time, most, name = max(seen, key=lambda at: at[1].at_smallest)
+        if most.at_smallest >= ACTS:
+            yield (
+                f"The lower bound of the opening acts on {most.at_smallest:.0%} {name} at "
+                f"{shown.time.text(time)}: narrower or closed ones let water through as if they "
+                f"were {small} open. See if a smaller reservoir.openings.smallest changes the "
+                f"production."
+            )
+        time, most, name = max(seen, key=lambda at: at[1].at_largest)
+        if most.at_largest >= ACTS:
+            yield (
+                f"The upper bound of the opening acts on {most.at_largest:.0%} {name} at "
+                f"{shown.time.text(time)}: those of up to {1e3 * most.widest:.3g} mm let water "
+                f"through as if they were {large} open. See if a larger reservoir.openings.largest "
+                f"changes the production."
+            )
+
+
+def _water(found: Sequence[Met], shown: Shown) -> Iterator[str]:
+    """Yield a sentence where the water in cracks counts beside the injected water."""
+    shares = [
+        (one.facts.water_rho * c.volume / one.injected, one) for one, c in found if one.injected > 0
+    ]
+    if not shares:
+        return
+    share, when = max(shares, key=lambda at: at[0])
+    if share > FULL:
+        yield (
+            f"The water in cracks is {share:.2%} of the water injected by "
+            f"{shown.time.text(when.time)} ({shares[-1][0]:.2%} at the end). It is not taken from "
+            f"the flow, so the production may be off by about as much. Trust it from the time on "
+            f"at which this share is small, or take a longer run."
+        )

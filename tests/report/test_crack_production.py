@@ -1,0 +1,177 @@
+"""Production with cracks and without: rows, frames, numbers, pictures and page of one mechanism."""
+
+from dataclasses import replace
+from functools import partial
+from math import isnan
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from report.test_report import assert_shows_something
+from staffa.io.production_rows import paired_production, production
+from staffa.io.run_directory import open_run
+from staffa.io.well_rows import WITHOUT
+from staffa.plot.cell_openings import crack_openings, middles_of_cracks
+from staffa.plot.exchange_curves import exchange_figure
+from staffa.plot.frames import read_frames
+from staffa.plot.production_curves import production_figure
+from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments
+from staffa.plot.style import write_picture
+from staffa.report.drawing import draw
+from staffa.results.production_table import production_numbers, production_numbers_table
+from support.circulating import CRACKS, FAR, HOT, boxed_run, shadowed_run
+from support.crack_networks import NETWORK, network_run
+
+FALLS, WITHOUT_CRACKS = [0.0, 3.5, 14.0], [0.0, 7.0, 28.0]
+
+
+@pytest.fixture
+def run(tmp_path: Path):
+    return shadowed_run(tmp_path / "run", FALLS, WITHOUT_CRACKS, dp=(3e5, 5e5))
+
+
+def test_the_numbers_without_cracks_are_those_of_a_run_that_has_none(run, tmp_path: Path) -> None:
+    """What a row has of its shadow is what the row of such a run has of itself, to the bit."""
+    alone = shadowed_run(tmp_path / "alone", WITHOUT_CRACKS, WITHOUT_CRACKS, dp=(5e5, 5e5))
+    frame, other = run.production_frame(), alone.production_frame()
+    for name in WITHOUT:
+        bare = other[name.removesuffix("_without")]
+        np.testing.assert_array_equal(frame[name], bare, err_msg=name)
+    assert frame["crack_area"].tolist() == [CRACKS.area] * 6
+    assert frame["crack_volume"].tolist() == [CRACKS.volume] * 6
+    assert frame["T"].iloc[-1] == HOT - 14 and frame["T_without"].iloc[-1] == HOT - 28
+
+
+def test_the_frame_of_the_steps_has_both(run) -> None:
+    frame = run.to_frame()
+    assert frame["production_T"].tolist() == [HOT - fall for fall in FALLS]
+    assert frame["production_T_without"].tolist() == [HOT - fall for fall in WITHOUT_CRACKS]
+    assert frame["production_pressure_without"].tolist() == [FAR + 5e5] * 3
+    assert frame["heat_circulation_cracks_area"].tolist() == [CRACKS.area] * 3
+
+
+def test_a_step_without_a_shadow_leaves_its_columns_empty(run) -> None:
+    first = replace(run.steps[0], heat=replace(run.steps[0].heat, shadow=None))
+    part = replace(run, steps=(first, *run.steps[1:]))
+    frame = part.production_frame()
+    assert isnan(frame["T_without"].iloc[0]) and frame["T_without"].iloc[-1] == HOT - 28
+    assert len(paired_production(run.manifest.reservoir, part.steps)) == 2
+
+
+def test_each_number_of_the_production_stands_twice_with_its_difference(run) -> None:
+    """14 of 140 K are a tenth: with cracks at the last step, without after a third of it."""
+    table = production_numbers_table(run)
+    assert table.header == ("number", "with cracks", "without", "difference")
+    lines = {line[0].split(":")[0]: line[1:] for line in table.lines}
+    assert lines["production temperature"] == ("186 °C", "172 °C", "+14 K")
+    assert lines["thermal breakthrough"] == ("14 d", "12 d", "+2 d")
+    assert lines["drawdown of 10 %"] == ("not by the end", "23.33 d", "-")
+    assert lines["10 K less"] == ("26.19 d", "21.43 d", "+4.76 d")
+    assert lines["peak pressure"][:2] == ("20.3 MPa", "20.5 MPa")
+    assert lines["pressure difference"] == ("0.3 MPa", "0.5 MPa", "-0.2 MPa (-40 %)")
+    assert lines["impedance"] == ("15 MPa·s/kg", "25 MPa·s/kg", "-10 MPa·s/kg (-40 %)")
+    assert lines["crack area"] == ("240 m²", "-", "-")
+    assert lines["widest crack"][0] == "1.2 mm"
+    energy = {one.name: one for one in production_numbers(run)}["energy"]
+    rate = 4200 * 0.02 * 10 * 86400.0
+    assert energy.value - energy.without == pytest.approx(rate * (35 - 17.5), rel=1e-9)
+
+
+def test_the_shadow_is_dashed_below_the_lines_of_the_run(run) -> None:
+    facts, steps = run.manifest.reservoir, run.steps
+    found, without = production(facts, steps), production(facts, steps, cracks=False)
+    figure = production_figure(run.manifest, found, without)
+    for axes, values in zip(figure.axes, ([200.0, 193.0, 172.0], None, [20.5] * 3), strict=True):
+        dashed = [line for line in axes.get_lines() if line.is_dashed() and len(line.get_xdata())]
+        assert dashed, axes.get_ylabel()
+        if values:
+            drawn = [np.array(line.get_ydata()) for line in dashed]
+            alike = [len(y) == len(values) and np.allclose(y, values) for y in drawn]
+            assert any(alike), (axes.get_ylabel(), drawn, values)
+    assert not any(
+        line.is_dashed() for line in production_figure(run.manifest, found).axes[1].get_lines()
+    )
+
+
+def test_injectivity_area_and_cracks_are_drawn_against_time(run, tmp_path: Path) -> None:
+    """0.02 kg/s at 0.3 and 0.5 MPa above the rock's pressure."""
+    facts, steps = run.manifest.reservoir, run.steps
+    found, without = production(facts, steps), production(facts, steps, cracks=False)
+    figure = exchange_figure(run.manifest, found, without)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == [
+        "injectivity (kg/s/MPa)", "exchange area (m²)", "crack area (m²)", "crack volume (L)",
+    ]  # fmt: skip
+    solid, dashed = figure.axes[0].get_lines()[:2]
+    assert solid.get_ydata() == pytest.approx([0.02 / 0.3] * 3)
+    assert dashed.get_ydata() == pytest.approx([0.02 / 0.5] * 3)
+    assert figure.axes[3].get_lines()[0].get_ydata() == pytest.approx([80.0] * 3)
+    none = [replace(one, now=replace(one.now, cracks=None)) for one in found]
+    assert len(exchange_figure(run.manifest, none).axes) == 2
+    path = tmp_path / "exchange.png"
+    write_picture(path, partial(exchange_figure, run.manifest, found, without))
+    assert_shows_something(path)
+
+
+def test_openings_are_drawn_in_the_cells_along_the_middle_of_cracks(tmp_path: Path) -> None:
+    """The widest crack is as dark as the scale goes; half a band away nothing is drawn."""
+    run = network_run(tmp_path)
+    facts = run.manifest.reservoir
+    moments, reasons = reservoir_moments(run, read_frames(run)[0])
+    assert len(moments) == 4 and not reasons
+    scale = crack_openings(facts, [found for _, found in moments])
+    assert scale.vmax == pytest.approx(1.2) and scale.vmin == pytest.approx(0.02)
+    figure = reservoir_figure(run.manifest, facts, moments)
+    panels, bars = figure.axes[:4], figure.axes[4:]
+    assert [bar.get_xlabel() for bar in bars] == ["T (°C)", "opening of cracks (mm)"]
+    drawn = [c.get_array() for c in panels[-1].collections if np.ma.is_masked(c.get_array())]
+    (shown,) = drawn
+    assert shown.compressed().max() == pytest.approx(1.2, rel=0.02)
+    assert shown.compressed().min() == pytest.approx(0.02, rel=1e-6)
+    _, last = moments[-1]
+    length = sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b, _ in NETWORK)
+    cells = length / 4.0  # of 4 m
+    assert 0.7 * cells < shown.count() < 2.5 * cells < (last.A > 0).sum()
+
+
+@pytest.mark.parametrize("spread", [2, 3])
+def test_a_single_row_of_cells_is_left_of_a_straight_crack(spread: int) -> None:
+    """Spread over so many cells to each side."""
+    A = np.maximum(0, 1 - np.abs(np.arange(9) - 4) / spread)[:, None] * np.ones(5)
+    assert middles_of_cracks(A).sum(axis=1).tolist() == [0, 0, 0, 0, 5, 0, 0, 0, 0]
+    assert not middles_of_cracks(np.zeros((3, 3))).any()
+
+
+def test_a_section_of_a_3d_body_has_the_openings_of_its_cells(tmp_path: Path) -> None:
+    run = boxed_run(tmp_path, cracks=True)
+    facts = run.manifest.reservoir
+    moments, _ = reservoir_moments(run, read_frames(run)[0])
+    figure = reservoir_figure(run.manifest, facts, moments)
+    masked = [
+        c.get_array()
+        for c in figure.axes[0].collections
+        if c.get_array() is not None and np.ma.is_masked(c.get_array())
+    ]
+    (shown,) = masked
+    # Falls with depth from 1 mm exp(-1/2) in the first cells, 1 m deep, by e each 2 m.
+    assert shown.compressed().max() == pytest.approx(np.exp(-0.5))
+    assert sorted({round(float(v), 6) for v in shown.compressed()}) == pytest.approx(
+        sorted(np.exp(-np.array([1, 3, 5, 7]) / 2)), rel=1e-4
+    )
+
+
+def test_the_page_has_the_paragraph_then_the_table_then_the_pictures(tmp_path: Path) -> None:
+    run = network_run(tmp_path)
+    drawn = draw(run)
+    assert {"production", "exchange", "reservoir"} <= {path.stem for path in drawn.pictures}
+    page = (tmp_path / "report.html").read_text()
+    section = page.split("<h2>Production</h2>")[1].split("<h2>")[0]
+    places = [section.index(text) for text in (
+        "<p>Cracks made the produced water colder", "<th>with cracks</th>",
+        "thermal breakthrough: first time", "Dashed: the same water",
+        "Below: area and volume of the cracks", "over it the openings of cracks",
+    )]  # fmt: skip
+    assert places == sorted(places) and section.count("<img") == 3
+    assert "flow in cracks" in page  # the warnings
+    assert open_run(tmp_path).production_frame()["crack_volume"].iloc[-1] == 9.0
