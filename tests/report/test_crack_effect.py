@@ -67,7 +67,7 @@ def test_dead_ends_change_less_than_the_simulator_resolves_and_both_sizes_are_to
 def test_a_lower_pressure_alone_is_a_wider_way(tmp_path: Path) -> None:
     kind, text = told(tmp_path, FALLS, dp=(2e5, 5e5))
     assert kind is Effect.PRESSURE and "a wider way" in text and "did not change the heat" in text
-    assert "is 0.2 MPa with cracks and 0.5 MPa without (impedance -60 %)" in text
+    assert "is 200 kPa with cracks and 500 kPa without (impedance -60 %)" in text
     kind, text = told(tmp_path / "higher", FALLS, dp=(8e5, 5e5))
     assert kind is Effect.PRESSURE and "a narrower way" in text
 

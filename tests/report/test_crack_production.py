@@ -12,7 +12,7 @@ from report.test_report import assert_shows_something
 from staffa.io.production_rows import paired_production, production
 from staffa.io.run_directory import open_run
 from staffa.io.well_rows import WITHOUT
-from staffa.plot.cell_openings import crack_openings, middles_of_cracks
+from staffa.plot.cell_openings import OPENINGS, crack_openings
 from staffa.plot.exchange_curves import exchange_figure
 from staffa.plot.frames import read_frames
 from staffa.plot.production_curves import production_figure
@@ -21,7 +21,7 @@ from staffa.plot.style import write_picture
 from staffa.report.drawing import draw
 from staffa.results.production_table import production_numbers, production_numbers_table
 from support.circulating import CRACKS, FAR, HOT, boxed_run, shadowed_run
-from support.crack_networks import NETWORK, network_run
+from support.crack_networks import NETWORK, distances, network_run
 
 FALLS, WITHOUT_CRACKS = [0.0, 3.5, 14.0], [0.0, 7.0, 28.0]
 
@@ -32,7 +32,7 @@ def run(tmp_path: Path):
 
 
 def test_the_numbers_without_cracks_are_those_of_a_run_that_has_none(run, tmp_path: Path) -> None:
-    """What a row has of its shadow is what the row of such a run has of itself, to the bit."""
+    """A row has of its shadow the bits that the row of such a run has of itself."""
     alone = shadowed_run(tmp_path / "alone", WITHOUT_CRACKS, WITHOUT_CRACKS, dp=(5e5, 5e5))
     frame, other = run.production_frame(), alone.production_frame()
     for name in WITHOUT:
@@ -69,7 +69,7 @@ def test_each_number_of_the_production_stands_twice_with_its_difference(run) -> 
     assert lines["drawdown of 10 %"] == ("not by the end", "23.33 d", "-")
     assert lines["10 K less"] == ("26.19 d", "21.43 d", "+4.76 d")
     assert lines["peak pressure"][:2] == ("20.3 MPa", "20.5 MPa")
-    assert lines["pressure difference"] == ("0.3 MPa", "0.5 MPa", "-0.2 MPa (-40 %)")
+    assert lines["pressure difference"] == ("300 kPa", "500 kPa", "-200 kPa (-40 %)")
     assert lines["impedance"] == ("15 MPa·s/kg", "25 MPa·s/kg", "-10 MPa·s/kg (-40 %)")
     assert lines["crack area"] == ("240 m²", "-", "-")
     assert lines["widest crack"][0] == "1.2 mm"
@@ -114,51 +114,52 @@ def test_injectivity_area_and_cracks_are_drawn_against_time(run, tmp_path: Path)
     assert_shows_something(path)
 
 
-def test_openings_are_drawn_in_the_cells_along_the_middle_of_cracks(tmp_path: Path) -> None:
-    """The widest crack is as dark as the scale goes; half a band away nothing is drawn."""
+def test_cracks_have_the_color_of_the_opening_of_the_cells_around_them(tmp_path: Path) -> None:
+    """From the lower bound, 0.02 mm, to the widest, 1.2 mm; damage is drawn and nothing else."""
     run = network_run(tmp_path)
     facts = run.manifest.reservoir
     moments, reasons = reservoir_moments(run, read_frames(run)[0])
     assert len(moments) == 4 and not reasons
-    scale = crack_openings(facts, [found for _, found in moments])
-    assert scale.vmax == pytest.approx(1.2) and scale.vmin == pytest.approx(0.02)
     figure = reservoir_figure(run.manifest, facts, moments)
     panels, bars = figure.axes[:4], figure.axes[4:]
     assert [bar.get_xlabel() for bar in bars] == ["T (°C)", "opening of cracks (mm)"]
-    drawn = [c.get_array() for c in panels[-1].collections if np.ma.is_masked(c.get_array())]
-    (shown,) = drawn
-    assert shown.compressed().max() == pytest.approx(1.2, rel=0.02)
-    assert shown.compressed().min() == pytest.approx(0.02, rel=1e-6)
-    _, last = moments[-1]
-    length = sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b, _ in NETWORK)
-    cells = length / 4.0  # of 4 m
-    assert 0.7 * cells < shown.count() < 2.5 * cells < (last.A > 0).sum()
+    for axes, (frame, found) in zip(panels, moments, strict=True):
+        (cracks,) = [c for c in axes.collections if c.get_cmap() is OPENINGS]
+        colors = np.asarray(cracks.get_array())
+        assert colors.min() == pytest.approx(0.02, rel=1e-6)
+        assert colors.max() == pytest.approx(1.2, rel=0.02)
+        middles = np.array([path.vertices[:3].mean(axis=0) for path in cracks.get_paths()])
+        mean = [[w for *_, w in NETWORK][k] for k in distances(middles).argmin(axis=0)]
+        near = np.abs(np.log(colors / (1e3 * np.array(mean)))) < 0.5
+        assert near.mean() > 0.7, f"{near.mean():.0%}: the others are beside a junction"
+        cracked = (frame.alpha > run.manifest.threshold).sum()
+        assert cracked < len(colors) < 4 * cracked + 100 and (found.A > 0).any()
 
 
-@pytest.mark.parametrize("spread", [2, 3])
-def test_a_single_row_of_cells_is_left_of_a_straight_crack(spread: int) -> None:
-    """Spread over so many cells to each side."""
-    A = np.maximum(0, 1 - np.abs(np.arange(9) - 4) / spread)[:, None] * np.ones(5)
-    assert middles_of_cracks(A).sum(axis=1).tolist() == [0, 0, 0, 0, 5, 0, 0, 0, 0]
-    assert not middles_of_cracks(np.zeros((3, 3))).any()
+def test_the_scale_of_openings_begins_at_the_lower_bound_and_has_two_decades_at_most(
+    tmp_path: Path,
+) -> None:
+    run = network_run(tmp_path)
+    facts = run.manifest.reservoir
+    found = [of for _, of in reservoir_moments(run, read_frames(run)[0])[0]]
+    scale = crack_openings(facts, found)
+    assert scale.vmax == pytest.approx(1.2) and scale.vmin == pytest.approx(0.02)
+    lower = replace(facts, cracks=replace(facts.cracks, smallest=1e-9))
+    assert crack_openings(lower, found).vmin == pytest.approx(0.012)
+    assert crack_openings(facts, [replace(of, w=0 * of.w) for of in found]) is None
+    assert crack_openings(facts, [replace(of, w=None, A=None) for of in found]) is None
 
 
 def test_a_section_of_a_3d_body_has_the_openings_of_its_cells(tmp_path: Path) -> None:
+    """They fall with depth from 1 mm exp(-1/2) in the first cells, 1 m deep, by e each 2 m."""
     run = boxed_run(tmp_path, cracks=True)
-    facts = run.manifest.reservoir
     moments, _ = reservoir_moments(run, read_frames(run)[0])
-    figure = reservoir_figure(run.manifest, facts, moments)
-    masked = [
-        c.get_array()
-        for c in figure.axes[0].collections
-        if c.get_array() is not None and np.ma.is_masked(c.get_array())
-    ]
-    (shown,) = masked
-    # Falls with depth from 1 mm exp(-1/2) in the first cells, 1 m deep, by e each 2 m.
-    assert shown.compressed().max() == pytest.approx(np.exp(-0.5))
-    assert sorted({round(float(v), 6) for v in shown.compressed()}) == pytest.approx(
-        sorted(np.exp(-np.array([1, 3, 5, 7]) / 2)), rel=1e-4
-    )
+    figure = reservoir_figure(run.manifest, run.manifest.reservoir, moments)
+    (cracks,) = [c for c in figure.axes[0].collections if c.get_cmap() is OPENINGS]
+    colors = np.ma.compressed(cracks.get_array())
+    known = np.exp(-np.array([1, 3, 5, 7]) / 2)
+    assert colors.max() == pytest.approx(known[0])
+    assert {round(float(v), 6) for v in colors} <= {round(float(v), 6) for v in (*known, 0.02)}
 
 
 def test_the_page_has_the_paragraph_then_the_table_then_the_pictures(tmp_path: Path) -> None:
@@ -170,7 +171,7 @@ def test_the_page_has_the_paragraph_then_the_table_then_the_pictures(tmp_path: P
     places = [section.index(text) for text in (
         "<p>Cracks made the produced water colder", "<th>with cracks</th>",
         "thermal breakthrough: first time", "Dashed: the same water",
-        "Below: area and volume of the cracks", "over it the openings of cracks",
+        "Below: area and volume of the cracks", "in the color of their opening",
     )]  # fmt: skip
     assert places == sorted(places) and section.count("<img") == 3
     assert "flow in cracks" in page  # the warnings

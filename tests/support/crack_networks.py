@@ -99,7 +99,7 @@ def middles(edges: Sequence[np.ndarray]) -> np.ndarray:
 def write_network(path: Path, index: int, time: float, grown: float) -> None:
     """Write fields of the rock and of the reservoir in plan view."""
     grid = cell_mesh([np.linspace(0, length, round(length / 3) + 1) for length in PLAN])
-    alpha = np.clip(1 - distances(grid.points[:, :2], grown).min(axis=0) / ELL, 0, 1) ** 2
+    alpha = np.clip(1.2 - distances(grid.points[:, :2], grown).min(axis=0) / ELL, 0, 1)
     zero = np.zeros(len(alpha))
     write_vtkhdf(
         path / fields_name(index), grid,

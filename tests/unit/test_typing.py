@@ -14,6 +14,7 @@ TYPES = {
     "Case": "def (*, ",
     "StepQuantity": "def (*, ",
     "build": "System",
+    "crack_effect": "CrackEffect | None",
     "march": "Iterator[",
     "parse_case": "Case",
     "problem": "Problem",

@@ -118,8 +118,8 @@ def _production(pair: Pair, side: Side) -> Iterator[Number]:
     if not found or pair.clock != "t":
         return
     units = dict.fromkeys(TIMES, Unit(name=pair.time_unit.strip(), size=side.time))
-    units |= dict.fromkeys(("peak pressure", "pressure difference"), side.water["pressure"])
-    units |= {"exchange area": Unit(name="m²")}
+    units |= {"peak pressure": side.water["pressure"], "exchange area": Unit(name="m²")}
+    units["pressure difference"] = Unit(name="kPa", size=1e3)
     for name, unit in units.items():
         values = {"": found[name].value, WITHOUT: found[name].without}
         for ending, value in values.items():

@@ -1,6 +1,7 @@
-"""Openings of cracks in the cells of a reservoir, drawn over their temperature."""
+"""Cracks in the colors of their openings in the cells of a reservoir, over its temperature."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-from scipy.ndimage import maximum_filter
+from matplotlib.tri import Triangulation
 
 from staffa.io.reservoir_fields import ReservoirFields
 from staffa.records.reservoir_facts import ReservoirFacts
@@ -19,10 +20,9 @@ COLORS = "RdYlBu_r"
 WHITE = 0.45  # share of white in the colors of the temperature below cracks
 PALE = ListedColormap(colormaps[COLORS](np.linspace(0, 1, 256)) * (1 - WHITE) + WHITE, "pale")
 OPENINGS = LinearSegmentedColormap.from_list("openings", ["#8fd18a", "#1f7a3a", "#04140a"])
-MIDDLE = 0.7  # of the largest area nearby, from which a cell counts as on the middle of a crack
-BENT = 0.4  # second difference of the area over itself, from which it does
+LINE = 0.6  # points around a triangle, so that narrow bands of damage show
 MM = 1e3
-DECADES = 2.0  # the scale of openings is at least so long that equal ones are not told apart
+DECADES = 2.0  # of the scale at most: the flow in narrower cracks is a millionth
 
 
 def crack_openings(facts: ReservoirFacts, found: Sequence[ReservoirFields]) -> LogNorm | None:
@@ -41,44 +41,84 @@ def crack_openings(facts: ReservoirFacts, found: Sequence[ReservoirFields]) -> L
     return LogNorm(MM * max(least, widest / 10**DECADES) * (1 - 1e-9), MM * widest)
 
 
-def middles_of_cracks(A: np.ndarray) -> np.ndarray:
-    """Return True in the cells along the middle of cracks, which are spread over more, (n, m).
+@dataclass(frozen=True, kw_only=True)
+class CellOpenings:
+    """Openings of cracks in the cells of a plane.
 
-    There the area is near the largest of the neighbors, or bent down across the crack: beside a
-    junction, where areas of two cracks add up, only the latter tells.
-
-    Parameters
+    Attributes
     ----------
-    A : area of cracks in a unit of volume (1/m) in the cells of a section, shape (n, m).
-    """
-    near = np.pad(A, 1, mode="edge")
-    pairs = [(near[1 + i : near.shape[0] - 1 + i, 1 + j : near.shape[1] - 1 + j],
-              near[1 - i : near.shape[0] - 1 - i, 1 - j : near.shape[1] - 1 - j])
-             for i, j in ((0, 1), (1, 0), (1, 1), (1, -1))]  # fmt: skip
-    bend = np.max([2 * A - one - other for one, other in pairs], axis=0)
-    highest = MIDDLE * maximum_filter(A, size=3) <= A
-    return np.asarray((A > 0) & (highest | (bend >= BENT * A)))
-
-
-def draw_openings(
-    axes: Axes,
-    edges: tuple[np.ndarray, np.ndarray],
-    w: np.ndarray,
-    A: np.ndarray,
-    scale: LogNorm,
-) -> None:
-    """Draw the openings of cracks as colors of the cells along their middle.
-
-    Parameters
-    ----------
-    axes : the panel.
     edges : faces of the cells along both axes, in the displayed unit, shapes (n + 1,), (m + 1,).
     w : opening of cracks (m), shape (n, m).
-    A : area of cracks in a unit of volume (1/m), shape (n, m).
     scale : scale of openings (mm).
     """
-    shown = np.ma.masked_where(~middles_of_cracks(A), np.maximum(MM * w, scale.vmin or 0.0))
-    axes.pcolormesh(*edges, shown.T, cmap=OPENINGS, norm=scale, rasterized=True)
+
+    edges: tuple[np.ndarray, np.ndarray]
+    w: np.ndarray
+    scale: LogNorm
+
+    def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the opening in the cell around each point (mm), at least the end of the scale.
+
+        Parameters
+        ----------
+        x, y : coordinates in the displayed unit, of one shape.
+        """
+        place = tuple(
+            np.searchsorted(edges[1:-1], at) for edges, at in zip(self.edges, (x, y), strict=True)
+        )
+        return np.maximum(MM * self.w[place], self.scale.vmin or 0.0)
+
+    def draw_triangles(self, axes: Axes, triangles: Triangulation, cracked: np.ndarray) -> None:
+        """Draw cracked triangles in the colors of the openings.
+
+        Parameters
+        ----------
+        axes : the panel.
+        triangles : the triangles, in the displayed unit.
+        cracked : True at cracked vertices, shape (n,).
+        """
+        kept = triangles.triangles[cracked[triangles.triangles].any(axis=1)]
+        if not len(kept):
+            return
+        x, y = triangles.x, triangles.y
+        colors = self.at(x[kept].mean(axis=1), y[kept].mean(axis=1))
+        axes.tripcolor(
+            Triangulation(x, y, kept), facecolors=colors, cmap=OPENINGS, norm=self.scale,
+            edgecolors="face", linewidth=LINE,
+        )  # fmt: skip
+
+    def draw_points(self, axes: Axes, x: np.ndarray, y: np.ndarray, cracked: np.ndarray) -> None:
+        """Draw cracked points of a raster in the colors of the openings.
+
+        Parameters
+        ----------
+        axes : the panel.
+        x, y : coordinates of the raster, in the displayed unit, shapes (n,) and (m,).
+        cracked : True at cracked points, shape (n, m).
+        """
+        colors = self.at(*np.meshgrid(x, y, indexing="ij"))
+        shown = np.ma.masked_where(~cracked, colors)
+        axes.pcolormesh(x, y, shown.T, cmap=OPENINGS, norm=self.scale, shading="nearest")
+
+
+def cell_openings(
+    edges: tuple[np.ndarray, np.ndarray],
+    section: Callable[[np.ndarray], np.ndarray],
+    w: np.ndarray | None,
+    scale: LogNorm | None,
+) -> CellOpenings | None:
+    """Return the openings in the cells of a section; None where these are not known.
+
+    Parameters
+    ----------
+    edges : faces of its cells along both axes, in the displayed unit.
+    section : function from values of all cells to those of the section.
+    w : opening of cracks in all cells (m), shape (n_cells,).
+    scale : scale of openings (mm).
+    """
+    if w is None or scale is None:
+        return None
+    return CellOpenings(edges=edges, w=section(w), scale=scale)
 
 
 def openings_bar(figure: Figure, panels: np.ndarray, scale: LogNorm, place: Any) -> None:

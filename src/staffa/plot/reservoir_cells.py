@@ -20,8 +20,9 @@ from staffa.io.run_directory import Run, reservoir_name
 from staffa.plot.cell_openings import (
     COLORS,
     PALE,
+    CellOpenings,
+    cell_openings,
     crack_openings,
-    draw_openings,
     openings_bar,
 )
 from staffa.plot.cracks import layout, rim, triangulation
@@ -36,7 +37,6 @@ NEAR_END = 0.8  # of the axis, from which names of wells stand on their left
 AROUND = 0.25  # of the longest side of the body, of the reservoir beyond it
 BELOW = 0.5  # inches for the bar of colors
 CRACK = "#14100c"
-OUTLINE: dict[str, Any] = {"colors": CRACK, "linewidths": 0.4}
 RIM: dict[str, Any] = {"edgecolor": "#555555", "linewidth": 0.6}
 RASTER = 400  # points along the longer side of a section of a 3-D body
 Moments = Sequence[tuple[Frame, ReservoirFields]]
@@ -70,8 +70,8 @@ def reservoir_moments(
 def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments) -> Figure:
     """Draw the temperature of the cells at each time, cracks over it, and the wells.
 
-    Cracks are black; where they change the flow, the cells along their middle have the color of
-    their opening, and damage an outline. Of a 3-D reservoir a section through the wells is drawn.
+    Cracks are black; where they change the flow, they have the color of their opening. Of a 3-D
+    reservoir a section through the wells is drawn.
 
     Parameters
     ----------
@@ -104,17 +104,17 @@ def reservoir_figure(manifest: Manifest, facts: ReservoirFacts, moments: Moments
         frame, found = moments[number]
         T = section(values[number]).T
         axes.pcolormesh(x, y, T, cmap=warm, norm=colors, rasterized=True)
-        _draw_cracks(axes, manifest, frame, normal, facts, filled=openings is None)
-        if openings is not None and found.w is not None and found.A is not None:
-            draw_openings(axes, (x, y), section(found.w), section(found.A), openings)
+        colored = cell_openings((x, y), section, found.w, openings)
+        _draw_cracks(axes, manifest, frame, normal, facts, colored)
         _draw_wells(axes, manifest, facts, across)
         axes.set(aspect="equal", title="", xlim=view[0], ylim=view[1])
         axes.grid(False)
         axes.set_title(moment(manifest, frame.step), loc="left")
+    names = [manifest.shown.length.label("xyz"[axis]) for axis in across]
     for axes in panels[-1]:
-        axes.set_xlabel(manifest.shown.length.label("xyz"[across[0]]))
+        axes.set_xlabel(names[0])
     for axes in panels[:, 0]:
-        axes.set_ylabel(manifest.shown.length.label("xyz"[across[1]]))
+        axes.set_ylabel(names[1])
     bar: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 40}
     figure.colorbar(ScalarMappable(colors, warm), ax=panels, label=unit.label("T"), **bar)
     if openings is not None:
@@ -170,10 +170,9 @@ def _draw_cracks(
     frame: Frame,
     normal: int,
     facts: ReservoirFacts,
-    *,
-    filled: bool,
+    colored: CellOpenings | None,
 ) -> None:
-    """Draw damage above the threshold in black, and the rim of the body, in 3-D of its box.
+    """Draw damage above the threshold, and the rim of the body, in 3-D of its box.
 
     Parameters
     ----------
@@ -182,27 +181,25 @@ def _draw_cracks(
     frame : fields of the rock.
     normal : normal of the section.
     facts : the reservoir.
-    filled : True for all of the damage, False for its outline.
+    colored : openings that give cracks their color; None for black.
     """
-    only = ListedColormap([CRACK])
     if len(manifest.size) == 3:
         x, y, broken = _broken_in(frame, manifest, normal, _place(facts, normal))
-        if filled:
-            shown = np.ma.masked_where(~broken, broken)
+        if colored is None:
+            only, shown = ListedColormap([CRACK]), np.ma.masked_where(~broken, broken)
             axes.pcolormesh(x, y, shown.T, cmap=only, shading="nearest")
-        elif broken.any():
-            axes.contour(x, y, broken.T.astype(float), levels=[0.5], **OUTLINE)
+        else:
+            colored.draw_points(axes, x, y, broken)
         around = Rectangle((x[0], y[0]), float(np.ptp(x)), float(np.ptp(y)), fill=False, **RIM)
         axes.add_patch(around)
         return
     triangles = triangulation(frame.grid, manifest)
     axes.add_collection(LineCollection(list(rim(triangles)), **RIM))
-    if frame.alpha.max() > manifest.threshold:
-        if filled:
-            inside = [manifest.threshold, np.inf]
-            axes.tricontourf(triangles, frame.alpha, levels=inside, colors=CRACK)
-        else:
-            axes.tricontour(triangles, frame.alpha, levels=[manifest.threshold], **OUTLINE)
+    if colored is not None:
+        colored.draw_triangles(axes, triangles, frame.alpha > manifest.threshold)
+    elif frame.alpha.max() > manifest.threshold:
+        inside = [manifest.threshold, np.inf]
+        axes.tricontourf(triangles, frame.alpha, levels=inside, colors=CRACK)
 
 
 def _broken_in(

@@ -133,10 +133,7 @@ def _reservoir(manifest: Manifest, steps: Steps) -> str:
     )
     over = "with the cracks over it"
     if manifest.reservoir and manifest.reservoir.cracks:
-        over = (
-            "and over it the openings of cracks, in the cells along their middle: dark ones carry "
-            "water. Thin lines: damage"
-        )
+        over += ", in the color of their opening: dark ones carry water"
     return f"{what}, {over}. Rings: wells."
 
 

@@ -43,9 +43,9 @@ WHY = {
     Effect.NOTHING: "This is consistent with dead ends, along which no pressure difference drives "
     "water, or with cracks that are too narrow to take a part of the flow.",
     Effect.MORE_ROCK: "This is consistent with water that goes through more rock: the exchange "
-    "area is larger, and the cold comes later.",
+    "area is larger, and cold water comes later.",
     Effect.SHORT_CIRCUIT: "This is consistent with a short circuit, an easier way from injector to "
-    "producer past less rock: the cold comes earlier, and at a lower impedance.",
+    "producer past less rock: cold water comes earlier, and at a lower impedance.",
     Effect.UNTOLD: UNTOLD,
 }
 
@@ -133,7 +133,7 @@ def _sentences(kind: Effect, changes: CrackChanges, shown: Shown) -> Iterator[st
             f"has its part in these changes."
         )
     if isfinite(changes.impedance):
-        yield _pressure(changes, shown)
+        yield _pressure(changes)
     if heat and isfinite(changes.area):
         yield _area(changes)
     yield from _cracks(changes.last[0])
@@ -202,9 +202,10 @@ def _breakthrough(changes: CrackChanges, shown: Shown) -> str:
     return f"{name} came {when[0]} with cracks, and {when[1]} without."
 
 
-def _pressure(changes: CrackChanges, shown: Shown) -> str:
+def _pressure(changes: CrackChanges) -> str:
     """Return the pressure difference between the wells at the end, with cracks and without."""
-    one, other = (shown.stress.text(found.drop) for found in changes.last)
+    unit = prefixed("Pa", max(abs(found.drop) for found in changes.last))
+    one, other = (unit.text(found.drop) for found in changes.last)
     return (
         f"At the end the pressure difference between the wells is {one} with cracks and {other} "
         f"without (impedance {_percent(changes.impedance)})."

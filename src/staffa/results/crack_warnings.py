@@ -44,8 +44,8 @@ def _near(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
     yield (
         f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)}, nearer than four "
         f"times the {unit.text(rule.spread, 3)} over which they are spread: the bands of neighbors "
-        f"overlap, and water passes from one to the next. Take smaller cells, reservoir.h, and a "
-        f"smaller reservoir.openings.spread."
+        f"overlap, and water passes from one to the next. Take a smaller damage.ell and smaller "
+        f"cells, reservoir.h, which bound reservoir.openings.spread."
     )
 
 

@@ -1,6 +1,6 @@
 """Production of a run: production.csv, and the numbers that an engineer asks for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite, nan, prod
 from typing import Any
@@ -132,7 +132,8 @@ def production_numbers(run: Run) -> list[ProductionNumber]:
     if not found:
         return []
     without = _values(production(run.manifest.reservoir, run.steps, cracks=False))
-    values, units = _values(found), _units(run, found)
+    values = _values(found)
+    units = _units(run, found, [values, without] if without else [values])
     if cracks := found[-1].cracks:
         values |= {"crack area": cracks.area, "crack volume": cracks.volume}
         values["widest crack"] = cracks.widest
@@ -169,9 +170,22 @@ def _values(found: Sequence[Production]) -> dict[str, float]:
     }
 
 
-def _units(run: Run, found: Sequence[Production]) -> dict[str, Unit]:
-    """Return the units in which these numbers are shown."""
+def _units(
+    run: Run, found: Sequence[Production], values: Sequence[Mapping[str, float]]
+) -> dict[str, Unit]:
+    """Return the units in which these numbers are shown.
+
+    Parameters
+    ----------
+    run : the run.
+    found : its production.
+    values : numbers with cracks, and without where these are known.
+    """
     shown, units = run.manifest.shown, water_units(run.manifest, found)
+
+    def largest(name: str) -> float:
+        return max(abs(of[name]) for of in values)
+
     return {
         **dict.fromkeys(TIMES, shown.time),
         "production temperature": shown.temperature,
@@ -179,8 +193,8 @@ def _units(run: Run, found: Sequence[Production]) -> dict[str, Unit]:
         "energy": units["heat"],
         "recovered": NONE,
         "peak pressure": units["pressure"],
-        "pressure difference": units["pressure"],
-        "impedance": prefixed("Pa·s/kg", abs(found[-1].impedance)),
+        "pressure difference": prefixed("Pa", largest("pressure difference")),
+        "impedance": prefixed("Pa·s/kg", largest("impedance")),
         "exchange area": Unit(name="m²"),
         "lost water": Unit(name="kg"),
         "balance": NONE,

@@ -139,4 +139,4 @@ def grouped(value: float, digits: int = 4) -> str:
     digits : its significant digits.
     """
     text = f"{value:.{digits}g}"
-    return f"{float(text):,.0f}" if 1e4 <= abs(value) < 1e9 else text
+    return f"{float(text):,.0f}" if 10**digits <= abs(float(text)) < 1e9 else text
