@@ -1,0 +1,157 @@
+"""What columns do to the heat of the ready case `stimulation`, and how it depends on mesh and bounds.
+
+    python -m verification.stimulation.run
+
+runs the members (up to an hour each on one core), and keeps what `make verify ONLY=stimulation` looks
+at. Those that are in runs/verification/stimulation, by hand on more ranks say, are taken as they are.
+"""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+from staffa.io.production_rows import paired_production
+from staffa.io.run_directory import Run
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import keep, origin, run_once
+
+CASE = "src/staffa/case/ready/stimulation.toml"
+KEPT = Path(__file__).parent / "kept.json"
+DAY = 86400.0  # s
+# Settings of the members, and what is other than in the case.
+MEMBERS = {
+    "case": ((), "the ready case"),
+    "finer": (
+        ('domain.h="0.3 m"', 'reservoir.h="0.6 m"'),
+        "cells of rock and reservoir 3/4 as long, ell and spread as they are",
+    ),
+    "uncracked": (
+        ('material.Gc="1e9 J/m^2"',),
+        "rock that does not crack: the plane alone opens",
+    ),
+    "narrow": (
+        ('reservoir.openings.largest="1 mm"',),
+        "no way wider than 1 mm, in cracks and in the plane",
+    ),
+}
+SHARE = 1 / 3  # of the difference that cracks make, by which a refinement may change it
+
+
+def run_members() -> dict:
+    """Run the members, or take those that are there, and keep their production."""
+    kept = {}
+    for name, (settings, _) in MEMBERS.items():
+        run = run_once(CASE, f"stimulation/{name}", settings)
+        kept[name] = origin(run, CASE, settings) | digest(run)
+    keep(KEPT, kept)
+    return kept
+
+
+def digest(run: Run) -> dict:
+    """The numbers that are kept of a run: at each step with cracks and without."""
+    rows = []
+    steps = {step.index: step for step in run.steps}
+    for one, other in paired_production(run.manifest.reservoir, run.steps):
+        measures, cracks = steps[one.step].measures, one.cracks
+        assert measures is not None and cracks is not None
+        side = cracks.sides["bottom"]
+        rows.append(
+            {
+                "days": round(one.time / DAY, 3),
+                "T": [round(p.T, 3) for p in (one, other)],
+                "heat": [round(p.heat / 1e9, 5) for p in (one, other)],
+                "drop": [round(p.drop, 2) for p in (one, other)],
+                "area": round(measures.length_surface, 3),
+                "deepest": round(measures.front, 3),
+                "water_area": round(cracks.area, 3),
+                "water_volume": round(cracks.volume, 6),
+                "at_largest": round(cracks.at_largest, 4),
+                "plane": [round(1e3 * w, 4) for w in (side.narrowest, side.widest)],
+                "plane_at_largest": round(side.at_largest, 4),
+            }
+        )
+    return {"ranks": run.manifest.ranks, "ell": run.manifest.ell, "rows": rows}
+
+
+def difference(member: dict) -> float:
+    """Energy by the end with cracks less that without, over the latter."""
+    one, other = member["rows"][-1]["heat"]
+    return float(one / other - 1)
+
+
+def stimulation() -> Found:
+    """The difference that cracks make to the produced energy, on two meshes."""
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else run_members()
+    coarse, fine = difference(kept["case"]), difference(kept["finer"])
+    figures = [
+        Figure(
+            what="difference that cracks and the opening plane make to the energy by the end, cells "
+            "3/4 as long over that of the case",
+            source="the same, to a third",
+            reference=1.0,
+            measured=fine / coarse,
+            tolerance=SHARE,
+        )
+    ]
+    return Found(figures=figures, text="\n\n".join([members(kept), course(kept["case"])]))
+
+
+def members(kept: dict) -> str:
+    """A table of the members at their ends."""
+    head = (
+        "| member | size | energy without | energy with | difference | T at the end | drop of "
+        "pressure | cracks | deepest | widest opening of the plane | s | commit |\n|"
+        + " --- |" * 12
+    )
+    lines = [head]
+    for name, member in kept.items():
+        last = member["rows"][-1]
+        (heat, heat_without), (T, T_without) = last["heat"], last["T"]
+        lines.append(
+            f"| {name} | {member['unknowns']} unknowns | {heat_without:.2f} GJ | {heat:.2f} GJ | "
+            f"{100 * difference(member):+.2f} % | {T - T_without:+.2f} K | "
+            f"{last['drop'][0]:.0f} Pa for {last['drop'][1]:.0f} Pa | {last['area']:.1f} m² | "
+            f"{last['deepest']:.1f} m | {last['plane'][1]:.1f} mm | {member['seconds']} on "
+            f"{member['ranks']} | {member['commit'][:7]} |"
+        )
+    said = [f"- {name}: {MEMBERS[name][1]}; `{kept[name]['command']}`" for name in kept]
+    return "\n".join([*lines, "", *said])
+
+
+def course(member: dict) -> str:
+    """A table of the case against time."""
+    lines = [
+        "The ready case against time; energies are those of each step, with cracks less without:",
+        "",
+        "| days | T without | T with | energy of the step | cracks | water in cracks and plane |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    rows = [{"heat": [0.0, 0.0]}, *member["rows"]]
+    for before, now in pairwise(rows):
+        gained = [b - a for a, b in zip(before["heat"], now["heat"], strict=True)]
+        T, T_without = (t - 273.15 for t in now["T"])
+        lines.append(
+            f"| {now['days']:g} | {T_without:.1f} °C | {T:.1f} °C | "
+            f"{100 * (gained[0] / gained[1] - 1):+.2f} % | {now['area']:.1f} m² | "
+            f"{1e3 * now['water_volume']:.0f} l |"
+        )
+    return "\n".join(lines)
+
+
+CHECKS = {
+    "stimulation": Check(
+        title="Columns beside a fracture plane, and the heat",
+        text=(
+            "A fracture plane between two wells, in 3-D; the water runs through the columns' cracks "
+            "too. How much energy comes by the end with them and without, on two meshes; how much "
+            "of the difference is the plane's, which opens as well; and how much there is if no way "
+            "opens by more than 1 mm."
+        ),
+        measure=stimulation,
+        kept="kept.json",
+    ),
+}
+
+
+if __name__ == "__main__":
+    run_members()
