@@ -1,9 +1,10 @@
-"""What columns do to the heat of the ready case `stimulation`, and how it depends on mesh and bounds.
+"""Energy of the ready case `stimulation` with cracks and without: two meshes, and what opens.
 
     python -m verification.stimulation.run
 
-runs the members (up to an hour each on one core), and keeps what `make verify ONLY=stimulation` looks
-at. Those that are in runs/verification/stimulation, by hand on more ranks say, are taken as they are.
+runs the members (up to an hour each on one core), and keeps what `make verify ONLY=stimulation`
+looks at. Those that are in runs/verification/stimulation, by hand on more ranks say, are taken as
+they are.
 """
 
 import json
@@ -85,8 +86,8 @@ def stimulation() -> Found:
     coarse, fine = difference(kept["case"]), difference(kept["finer"])
     figures = [
         Figure(
-            what="difference that cracks and the opening plane make to the energy by the end, cells "
-            "3/4 as long over that of the case",
+            what="difference that cracks and the opening plane make to the energy by the end, of "
+            "cells 3/4 as long over that of the case",
             source="the same, to a third",
             reference=1.0,
             measured=fine / coarse,
@@ -101,7 +102,8 @@ def members(kept: dict) -> str:
     head = (
         "| member | size | energy without | energy with | difference | T at the end | drop of "
         "pressure | cracks | deepest | widest opening of the plane | s | commit |\n|"
-        + " --- |" * 12
+        + " --- |"
+        * 12
     )
     lines = [head]
     for name, member in kept.items():
@@ -142,10 +144,10 @@ CHECKS = {
     "stimulation": Check(
         title="Columns beside a fracture plane, and the heat",
         text=(
-            "A fracture plane between two wells, in 3-D; the water runs through the columns' cracks "
-            "too. How much energy comes by the end with them and without, on two meshes; how much "
-            "of the difference is the plane's, which opens as well; and how much there is if no way "
-            "opens by more than 1 mm."
+            "A fracture plane between two wells, in 3-D; the water runs through the columns' "
+            "cracks too. How much energy comes by the end with them and without, on two meshes; "
+            "how much of the difference is that of the plane alone, which opens as well; and how "
+            "much there is if no way opens by more than 1 mm."
         ),
         measure=stimulation,
         kept="kept.json",
