@@ -24,7 +24,8 @@ PAGE = HERE.parent / "docs" / "verification.md"
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
     *("toughness_direction", "arrays", "pairs", "energies", "slabs", "squeezed", "grain"),
-    *("opposite_boundary", "columns", "layers", "neighbors", "feedback", "stimulation"),
+    *("opposite_boundary", "columns", "layers", "neighbors", "imposed_cracks", "feedback"),
+    "stimulation",
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS

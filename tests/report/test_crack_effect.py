@@ -161,11 +161,22 @@ def test_cracks_nearer_than_four_spreads_are_told(tmp_path: Path) -> None:
 def test_bounds_that_act_are_told_with_the_share(tmp_path: Path) -> None:
     side = SideOpening(narrowest=0.0, widest=0.017, at_smallest=0.004, at_largest=0.5)
     cracks = replace(CRACKS, at_smallest=0.3, at_largest=0.0, sides={"bottom": side})
-    lower, upper = warned(tmp_path, cracks)
+    _, lower, upper = warned(tmp_path, cracks)
     assert "lower bound of the opening acts on 30% of the cracks' area at 10 d" in lower
     assert "0.02 mm open" in lower and "reservoir.openings.smallest" in lower
     assert "upper bound of the opening acts on 50% of the fracture along the side 'bottom'" in upper
     assert "up to 17 mm" in upper and "2 mm open" in upper
+
+
+def test_cracks_as_wide_as_the_fracture_they_end_in_are_told(tmp_path: Path) -> None:
+    def beside(name: str, narrowest: float) -> list[str]:
+        side = SideOpening(narrowest=narrowest, widest=1.9e-3)
+        return warned(tmp_path / name, replace(CRACKS, widest=8e-4, sides={"bottom": side}))
+
+    assert beside("wide", 1.8e-3) == []  # the cube of 8/18 is 0.088
+    (text,) = beside("narrow", 1.6e-3)
+    assert "the side 'bottom' that they end in, 0.8 mm beside 1.6 mm at 10 d" in text
+    assert "reservoir.openings.spread" in text
 
 
 def test_water_in_cracks_is_told_from_a_hundredth_of_the_injected_water(tmp_path: Path) -> None:

@@ -114,6 +114,19 @@ def test_injectivity_area_and_cracks_are_drawn_against_time(run, tmp_path: Path)
     assert_shows_something(path)
 
 
+def test_an_injectivity_that_grows_by_decades_has_a_logarithmic_axis_of_plain_numbers(
+    tmp_path: Path,
+) -> None:
+    run = shadowed_run(tmp_path, FALLS, WITHOUT_CRACKS, dp=(5e3, 5e5))
+    facts, steps = run.manifest.reservoir, run.steps
+    found, without = production(facts, steps), production(facts, steps, cracks=False)
+    figure = exchange_figure(run.manifest, found, without)
+    assert [axes.get_yscale() for axes in figure.axes] == ["log", "linear", "linear", "linear"]
+    write_picture(tmp_path / "exchange.png", lambda: figure)
+    texts = [text.get_text() for text in figure.axes[0].get_yticklabels()]
+    assert any(texts) and not any("$" in text for text in texts), texts
+
+
 def test_cracks_have_the_color_of_the_opening_of_the_cells_around_them(tmp_path: Path) -> None:
     """From the lower bound, 0.02 mm, to the widest, 1.2 mm; damage is drawn and nothing else."""
     run = network_run(tmp_path)

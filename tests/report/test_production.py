@@ -14,7 +14,7 @@ from scipy.special import erfcinv
 import staffa
 from report.test_report import assert_shows_something
 from staffa.display_units import Unit
-from staffa.io.production_rows import first_time, production
+from staffa.io.production_rows import exchange_area, first_time, production
 from staffa.io.run_directory import Journal, create, open_run
 from staffa.io.well_rows import WellRow, well_rows
 from staffa.plot.frames import read_frames
@@ -115,6 +115,13 @@ def test_the_area_of_a_drawdown_of_a_tenth_is_the_one_by_hand() -> None:
         1.163087 * 4200 * 0.0099 * 0.571040 / 2.5, rel=1e-5
     )
     assert float(erfcinv(0.1)) == pytest.approx(1.163087, rel=1e-6)
+
+
+def test_the_area_of_fenton_hills_drawdown_is_that_of_the_docs() -> None:
+    """Segment 2: from 175 to 85 °C in 75 days; injection at 25 °C and 7.5 l/s are assumed."""
+    granite = facts(conductivity=2.9, rho_c=2.7e6, water_c=4200.0)
+    area = exchange_area(granite, (175 - 85) / (175 - 25), 7.5, 75 * DAY)
+    assert area == pytest.approx(10_626, rel=1e-4)
 
 
 @pytest.mark.parametrize("halved", [False, True])

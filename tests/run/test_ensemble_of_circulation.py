@@ -9,7 +9,7 @@ from staffa.io.ensemble_directory import read_ensemble
 from staffa.report.drawing import draw_ensemble
 from staffa.results.members_production import members_production
 from staffa.runs.ensemble import member, run_ensemble, seeds_from
-from support.circulation_cases import wall
+from support.circulation_cases import STRONG, wall
 
 RANDOM = 'reservoir.permeability={mean="1e-16 m^2", variation=0.5, length="3 m", seed=5}'
 SINGLE = ('reservoir.simulator="single"', 'damage.split="none"', 'time.t=["1 d","3 d"]')
@@ -25,7 +25,7 @@ def test_random_permeability_gets_another_seed_in_each_member() -> None:
 @pytest.mark.slow
 def test_members_of_one_flow_have_its_production_and_no_error(tmp_path: Path) -> None:
     """One way in closed form, the flow is the same in each rock."""
-    case = wall(*SINGLE)
+    case = wall(*STRONG, *SINGLE)
     assert run_ensemble(case, seeds_from(case, count=2), tmp_path) == {}
     found = read_ensemble(tmp_path)
     drawn = draw_ensemble(found)

@@ -14,7 +14,7 @@ TYPES = {
     "Case": "def (*, ",
     "StepQuantity": "def (*, ",
     "build": "System",
-    "crack_effect": "CrackEffect | None",
+    "crack_effect": "CrackEffect",
     "march": "Iterator[",
     "parse_case": "Case",
     "problem": "Problem",

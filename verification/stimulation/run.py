@@ -23,8 +23,8 @@ DAY = 86400.0  # s
 MEMBERS = {
     "case": ((), "the ready case"),
     "finer": (
-        ('domain.h="0.3 m"', 'reservoir.h="0.6 m"'),
-        "cells of rock and reservoir 3/4 as long, ell and spread as they are",
+        ('domain.h="0.3 m"', 'reservoir.h="0.55 m"'),
+        "cells of rock and reservoir some 3/4 as long, ell and spread as they are",
     ),
     "uncracked": (
         ('material.Gc="1e9 J/m^2"',),

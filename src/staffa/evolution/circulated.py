@@ -179,9 +179,9 @@ class Circulated:
             return {}
         flow = self.flow(thermal)
         if self._cracked is None or in_cells is None:
-            return {"T": flow.T, "p": flow.p, "k": self.model.permeability}
+            return {"T": flow.T, "p": flow.p, "k": _largest(self.model.permeability)}
         found = self._cracked.of_cracks(self._cracked.unpacked(thermal.memory), in_cells)
-        return {"T": flow.T, "p": flow.p, "k": found.k, "w": found.w, "A": found.A}
+        return {"T": flow.T, "p": flow.p, "k": _largest(found.k), "w": found.w, "A": found.A}
 
     def _told(self, ask: Callable[[], _Answer]) -> tuple[ThermalState, _Answer]:
         """Ask the simulator on rank 0, and tell all ranks the answer, but for the memory."""
@@ -207,6 +207,11 @@ def _agreement(load: ReservoirLoad) -> Agreement | None:
     if load.feedback is None or load.feedback.agreement is None:
         return None
     return Agreement(tolerance=load.feedback.agreement, passes=PASSES, key="reservoir.agreement")
+
+
+def _largest(k: np.ndarray) -> np.ndarray:
+    """Return the permeability along the axis along which it is largest, shape (n_cells,)."""
+    return k if k.ndim == 1 else np.asarray(k.max(axis=1))
 
 
 def _packed(flow: Flow) -> np.ndarray:

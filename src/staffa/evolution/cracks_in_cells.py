@@ -18,6 +18,7 @@ from staffa.model.fields import Spaces
 from staffa.model.openings import cell_integrals
 from staffa.reservoir.crack_permeability import CrackedCells
 from staffa.reservoir.grid import Grid
+from staffa.reservoir.permeability import along_axes
 from staffa.reservoir.simulator import Fracture
 
 DEGREE = 4  # of the polynomials that are integrated exactly
@@ -68,14 +69,18 @@ class CracksInCells:
         self._alpha.x.array[:], self._u.x.array[:] = cracks.alpha, cracks.u
         area = self._thickness * cell_integrals(self._area, self._sums)
         volume = self._thickness * cracks.volumes()
-        across = (area[:, None, None] * self._normals()).reshape(len(area), -1)
-        sums = [self._in_cells(part) for part in (area, volume, *across.T)]
-        area, volume, *tensor = sum_over_ranks(self._comm, np.array(sums))
+        normals = self._normals()
+        along = area[:, None] * along_axes(normals)
+        across = area[:, None, None] * normals[:, :, None] * normals[:, None, :]
+        parts = (area, volume, *along.T, *across.reshape(len(area), -1).T)
+        sums = np.array([self._in_cells(part) for part in parts])
+        area, volume, x, y, z, *tensor = sum_over_ranks(self._comm, sums)
         walls = [wall.moved(self._u) for wall in self._walls]
         dim = self._grid.dim
         return CrackedCells(
             area=area,
             volume=volume,
+            along=np.stack([x, y, z], axis=-1),
             across=np.stack(tensor, axis=-1).reshape(-1, dim, dim),
             walls=np.concatenate([*walls, np.zeros(0)]),
         )
@@ -84,13 +89,12 @@ class CracksInCells:
         return np.bincount(self._cells, weights=of_elements, minlength=self._grid.size)
 
     def _normals(self) -> np.ndarray:
-        """Return n_i n_j of the damage's slope in each element, shape (n_elements, dim, dim)."""
+        """Return the direction of the damage's slope in each element, shape (n_elements, dim)."""
         self._slopes.x.array[:] = 0.0
         fem.assemble_vector(self._slopes.x.array, self._slope)
         slopes = self._slopes.x.array.reshape(-1, self._grid.dim)[self._elements]
-        squares = (slopes**2).sum(axis=1)
-        found = slopes[:, :, None] * slopes[:, None, :]
-        return np.asarray(found / np.where(squares > 0, squares, 1.0)[:, None, None])
+        lengths = np.linalg.norm(slopes, axis=1)
+        return np.asarray(slopes / np.where(lengths > 0, lengths, 1.0)[:, None])
 
 
 class _Wall:

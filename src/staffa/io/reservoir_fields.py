@@ -19,7 +19,7 @@ class ReservoirFields:
     grid : the cells, of n in all.
     T : temperature (K), shape (n,).
     p : pressure (Pa), shape (n,).
-    k : permeability (m^2), shape (n,).
+    k : permeability (m^2) along the axis along which it is largest, shape (n,).
     w : opening of cracks (m), shape (n,); None where cracks do not change the flow.
     A : area of cracks in a unit of volume (1/m), shape (n,); None likewise.
     """

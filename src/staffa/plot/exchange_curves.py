@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from staffa.display_units import Unit
 from staffa.io.production_rows import Production
@@ -50,7 +50,7 @@ def exchange_figure(
             at = np.array([manifest.shown.time.of(one.time) for one in seen])
             draw_line(axes, at, scale.of(values), style, color=color)
         axes.set_ylabel(scale.label(name))
-        _limit(axes, known)
+        _limit(axes, known, wide=name == "injectivity")
     for axes in rows[-1]:
         axes.set_xlabel(manifest.shown.time.label("time"))
     if without:
@@ -76,19 +76,23 @@ def _unit(name: str, known: np.ndarray) -> Unit:
     return Unit(name=name)
 
 
-def _limit(axes: Axes, known: np.ndarray) -> None:
-    """Let an axis begin at 0, or be logarithmic where its values differ widely.
+def _limit(axes: Axes, known: np.ndarray, *, wide: bool) -> None:
+    """Let an axis begin at 0, or be logarithmic where its values differ widely and may.
 
     Parameters
     ----------
     axes : the panel.
     known : its values, shape (n,).
+    wide : True for an axis that may be logarithmic: growth from nothing is seen on a linear one.
     """
+    plain = FuncFormatter(lambda value, _: f"{value:,g}")
     if not len(known):
         axes.annotate("not known", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center")
-    elif known.min() > 0 and known.max() > WIDE * known.min():
+    elif wide and known.min() > 0 and known.max() > WIDE * known.min():
         axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(plain)
+        axes.yaxis.set_minor_formatter(NullFormatter())
     else:
         low, high = axes.dataLim.intervaly
         axes.set_ylim(min(0.0, low), (1 + ABOVE) * high if high > 0 else 1.0)
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
+        axes.yaxis.set_major_formatter(plain)

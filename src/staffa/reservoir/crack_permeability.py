@@ -25,6 +25,8 @@ class CrackedCells:
     ----------
     area : area of cracks in each cell (m^2), shape (n_cells,).
     volume : volume of open cracks in each cell (m^3), shape (n_cells,).
+    along : area times the share of it that counts along each axis, `permeability.along_axes`, in
+        each cell (m^2), shape (n_cells, 3).
     across : sum of area times n_i n_j in each cell (m^2), with n the normals of cracks, shape
         (n_cells, dim, dim).
     walls : displacement (m) of the wall into the body, at each cell of the rows of fractures, the
@@ -33,6 +35,7 @@ class CrackedCells:
 
     area: np.ndarray
     volume: np.ndarray
+    along: np.ndarray
     across: np.ndarray
     walls: np.ndarray
 
@@ -43,7 +46,7 @@ class CrackedPermeability:
 
     Attributes
     ----------
-    k : permeability (m^2), shape (n_cells,).
+    k : permeability (m^2) along each axis, shape (n_cells, 3).
     w : opening of cracks within its bounds (m), 0 where there are none, shape (n_cells,).
     A : area of cracks in a unit of volume (1/m), shape (n_cells,).
     account : the same in a few numbers.
@@ -56,10 +59,11 @@ class CrackedPermeability:
 
 
 class CrackPermeability:
-    """Permeability from cracks: k_0 + A w^3/12 in all directions, with w = V/A.
+    """Permeability from cracks: k_0 + A w^3/12 along them, with w = V/A.
 
     A and V are area and volume of cracks in a unit of the cells' volume, both spread over a radius,
-    since fluxes between two cells lose an oblique crack else. The row of a fracture along a side
+    since fluxes between two cells lose an oblique crack else. `along_axes` tells how much of A
+    counts along each axis. The row of a fracture along a side
     opens as its wall moves into the body: w = w_0 + 2 u, and k = w^3/(24 b).
 
     Parameters
@@ -70,6 +74,8 @@ class CrackPermeability:
 
     def __init__(self, model: ReservoirModel, rule: CrackRule) -> None:
         self.model, self.rule = model, rule
+        k = np.array(model.permeability, dtype=float)
+        self._k0 = k if k.ndim == 2 else np.repeat(k[:, None], 3, axis=1)
         self._spreading = spreading(model.grid, rule.spread, rock_cells(model.grid))
         self._rows = [model.grid.row(fracture.side) for fracture in model.fractures]
 
@@ -92,13 +98,15 @@ class CrackPermeability:
         A = area / model.grid.volumes
         free = np.divide(volume, area, out=np.zeros_like(area), where=area > 0)
         w = np.where(area > 0, np.clip(free, rule.smallest, rule.largest), 0.0)
-        k = model.permeability + A * w**3 / 12
+        along = self._spreading @ cracks.along / model.grid.volumes[:, None]
+        k = self._k0 + along * (w**3 / 12)[:, None]
         sides, opened = {}, 0.0
         ends = np.cumsum([len(row) for row in self._rows])[:-1]
         moved = np.split(cracks.walls - walls_at_rest, ends)
         for fracture, row, into_body in zip(model.fractures, self._rows, moved, strict=False):
             opening = fracture.opening + 2 * into_body
-            k[row] = of_opening(np.clip(opening, rule.smallest, rule.largest), fracture.height)
+            clipped = np.clip(opening, rule.smallest, rule.largest)
+            k[row] = of_opening(clipped, fracture.height)[:, None]
             # Half of the fracture is in the cells.
             opened += float(into_body @ model.grid.volumes[row]) / (fracture.height / 2)
             sides[self._name(fracture)] = _side(opening, rule)

@@ -62,7 +62,8 @@ class Darts:
         Parameters
         ----------
         flow : state to begin with.
-        permeability : permeability (m^2) of each cell, shape (n_cells,); None for the model's.
+        permeability : permeability (m^2) of each cell, shape (n_cells,) or (n_cells, 3); None for
+            the model's.
         duration : time to advance (s).
         """
         k = self.model.permeability if permeability is None else permeability

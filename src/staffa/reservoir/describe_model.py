@@ -141,7 +141,8 @@ def _ends(model: ReservoirModel, row: np.ndarray) -> tuple[Well, Well] | None:
 
 def _is_tight(model: ReservoirModel, row: np.ndarray, axis: int) -> bool:
     """Return True if hardly any water flows beside the fracture."""
-    beside = np.where(row, 0.0, model.permeability) * model.grid.sizes[:, axis]
+    k = model.permeability if model.permeability.ndim == 1 else model.permeability.max(axis=1)
+    beside = np.where(row, 0.0, k) * model.grid.sizes[:, axis]
     layers = beside.reshape(model.grid.shape, order="F").max(axis=1 - axis).sum()
     return bool(layers < LEAK * model.fractures[0].opening ** 3 / 24)
 

@@ -17,7 +17,7 @@ class CrackedFlow:
     ----------
     flow : the flow.
     shadow : the flow with the permeability before the first step; None if it is not computed.
-    k_first : that permeability (m^2), shape (n_cells,); NaN until the first step.
+    k_first : that permeability (m^2), shape (n_cells, 3); NaN until the first step.
     walls : displacement of the walls (m) before the first step, shape (n_rows,); NaN likewise.
     """
 
@@ -30,7 +30,7 @@ class CrackedFlow:
         """Return all of it as one array, shape (n,)."""
         flows = [self.flow] if self.shadow is None else [self.flow, self.shadow]
         parts = [part for flow in flows for part in (flow.T, flow.p, flow.hidden)]
-        return np.concatenate([self.k_first, self.walls, *parts])
+        return np.concatenate([self.k_first.ravel(), self.walls, *parts])
 
 
 class FlowInCracks:
@@ -57,7 +57,7 @@ class FlowInCracks:
         return CrackedFlow(
             flow=flow,
             shadow=flow if self.shadow else None,
-            k_first=np.full(grid.size, np.nan),
+            k_first=np.full((grid.size, 3), np.nan),
             walls=np.full(self.permeability.n_rows, np.nan),
         )
 
@@ -69,7 +69,7 @@ class FlowInCracks:
         values : the array.
         """
         n, rows = self.permeability.model.grid.size, self.permeability.n_rows
-        k_first, walls, rest = np.split(values, [n, n + rows])
+        k_first, walls, rest = np.split(values, [3 * n, 3 * n + rows])
         flows = [
             Flow(T=T, p=p, hidden=hidden)
             for T, p, hidden in (
@@ -77,7 +77,10 @@ class FlowInCracks:
             )
         ]
         return CrackedFlow(
-            flow=flows[0], shadow=flows[1] if self.shadow else None, k_first=k_first, walls=walls
+            flow=flows[0],
+            shadow=flows[1] if self.shadow else None,
+            k_first=k_first.reshape(n, 3),
+            walls=walls,
         )
 
     def of_cracks(self, state: CrackedFlow, cracks: CrackedCells) -> CrackedPermeability:

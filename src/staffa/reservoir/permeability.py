@@ -13,7 +13,11 @@ from staffa.reservoir.simulator import Fracture, ReservoirModel
 # Opening (m) above which a fracture is no more permeable. Its pressure drop is that of some pascals
 # by then, and beside rock of 1e-20 m^2 Newton's method finds no solution from 20 mm on.
 WIDEST = 5e-3
-CELLS = 2  # over which a plane is spread: fluxes between two cells lose an oblique fracture else
+# Cells over which a plane is spread: fluxes between two cells lose an oblique fracture else. The
+# quarter takes in those two cells along one axis and one along the other, or 0.77 of the flow of a
+# fracture at 45 degrees is kept, and not 0.92.
+CELLS = 2.25
+NEAR = 1e-6  # of the radius: rounding does not decide on cells that are as far as that
 SAMPLES = 20  # points of a plane in the length of the smallest cell
 # Bounds of the number of points of a segment, and of rings of a disc.
 POINTS, RINGS = (1, 10**6), (16, 300)
@@ -64,7 +68,7 @@ def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
     among : indices of the cells that take part, shape (n,); the others give and get nothing.
     """
     tree = cKDTree(grid.centers[among, : grid.dim])
-    near = tree.query_ball_point(grid.centers[among, : grid.dim], radius)
+    near = tree.query_ball_point(grid.centers[among, : grid.dim], radius * (1 + NEAR))
     getting = among[np.concatenate([np.sort(cells) for cells in near]).astype(np.int64)]
     giving = np.repeat(among, [len(cells) for cells in near])
     shape = (grid.size, grid.size)
@@ -82,28 +86,62 @@ def rock_cells(grid: Grid) -> np.ndarray:
 def with_planes(
     grid: Grid, permeability: np.ndarray, planes: Sequence[Plane], spread: float | None = None
 ) -> np.ndarray:
-    """Return the permeability of the rock with fractures in it: k_0 + (A/|c|) w^3/12.
-
-    It is the same in all directions: permeability by direction would keep half of the flow through
-    an oblique fracture, since fluxes between two cells know no full tensor.
+    """Return the permeability of the rock with fractures in it: k_0 + (A/|c|) w^3/12 along them.
 
     Parameters
     ----------
     grid : the cells.
     permeability : permeability of the rock (m^2), shape (n_cells,).
     planes : the fractures.
-    spread : radius over which they are spread (m); None for twice the largest cell that they cross.
+    spread : radius over which they are spread (m); None for `CELLS` of the largest cell that they
+        cross.
+
+    Returns
+    -------
+    np.ndarray
+        Along each axis, shape (n_cells, 3); as it was, without fractures.
     """
+    if not planes:
+        return np.array(permeability, dtype=float)
     among = rock_cells(grid)
-    total = np.array(permeability, dtype=float)
+    total = np.repeat(np.array(permeability, dtype=float)[:, None], 3, axis=1)
     for plane in planes:
         area = _area_in_cells(grid, plane)
         crossed = area > 0
         largest = grid.sizes[crossed, : grid.dim].max(initial=0.0)
         radius = CELLS * largest if spread is None else spread
         spread_area = spreading(grid, radius, among) @ area
-        total += spread_area / grid.volumes * min(plane.opening, WIDEST) ** 3 / 12
+        added = spread_area / grid.volumes * min(plane.opening, WIDEST) ** 3 / 12
+        total += added[:, None] * along_axes(_normal(plane)[None])
     return total
+
+
+def along_axes(normals: np.ndarray) -> np.ndarray:
+    """Return the share of the conductance of cracks that counts along each axis, shape (n, 3).
+
+    It is 1 - n_i^2 + |n_i| max |n_j|, j another axis: none across a crack that lies along two axes,
+    so a dead end is no detour, and 1 in all directions where a crack is oblique to all of them. A
+    flux between two cells knows no full tensor, whose diagonal 1 - n_i^2 alone would keep half of
+    the flow through an oblique crack: water goes along it in steps, each along an axis.
+
+    Parameters
+    ----------
+    normals : unit normals of the cracks, shape (n, 2 or 3).
+    """
+    n = np.zeros((len(normals), 3))
+    n[:, : normals.shape[1]] = np.abs(normals)
+    others = np.stack([np.delete(n, axis, axis=1).max(axis=1) for axis in range(3)], axis=1)
+    return np.asarray(1 - n**2 + n * others)
+
+
+def _normal(plane: Plane) -> np.ndarray:
+    """Return the unit normal of a plane, shape (2,) or (3,)."""
+    if plane.normal is not None:
+        across = np.array(plane.normal, dtype=float)
+    else:
+        x, y = np.array(plane.end, dtype=float) - np.array(plane.start, dtype=float)
+        across = np.array([-y, x])
+    return np.asarray(across / np.linalg.norm(across))
 
 
 def with_rows(model: ReservoirModel) -> ReservoirModel:
@@ -122,7 +160,7 @@ def with_rows(model: ReservoirModel) -> ReservoirModel:
     )
     for fracture in model.fractures:
         row = model.grid.row(fracture.side)
-        k[row] = of_opening(fracture.opening, fracture.height)
+        k[row] = of_opening(fracture.opening, fracture.height)  # of all axes
         porosity[row] = _water_of(fracture)
         rho_c[row] = 0.0
     return replace(model, permeability=k, porosity=porosity, rho_c=rho_c)

@@ -73,7 +73,8 @@ class ReservoirModel:
     Attributes
     ----------
     grid : cells.
-    permeability : permeability (m^2) of each cell, the same in all directions, shape (n_cells,).
+    permeability : permeability (m^2) of each cell, the same in all directions, shape (n_cells,); or
+        along each axis, shape (n_cells, 3).
     porosity : porosity of each cell, shape (n_cells,).
     conductivity : conductivity of rock with its water (W/(m K)) in each cell, shape (n_cells,).
     rho_c : heat capacity of the grains per volume (J/(m^3 K)), in each cell, shape (n_cells,).
@@ -143,7 +144,8 @@ class Simulator(Protocol):
         Parameters
         ----------
         flow : state to begin with.
-        permeability : permeability (m^2) of each cell, shape (n_cells,); None for the model's.
+        permeability : permeability (m^2) of each cell, shape (n_cells,) or (n_cells, 3); None for
+            the model's.
         duration : time to advance (s).
 
         Raises

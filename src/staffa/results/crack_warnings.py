@@ -10,6 +10,7 @@ from staffa.records.reservoir_facts import CrackRule
 
 LEAK = 4.0  # spacing over spread below which neighbors share their water
 ACTS = 0.01  # share of the cracks from which a bound is told
+DETOUR = 0.1  # of the flow in a fracture, by cubes of openings, beside which a band takes a part
 FULL = 0.01  # water in cracks over injected water, from which it counts
 Met = tuple[Production, CrackFlow]
 
@@ -29,6 +30,7 @@ def crack_warnings(run: Run) -> list[str]:
     shown = run.manifest.shown
     return [
         *_near(found, rule, shown),
+        *_beside(found, rule, shown),
         *_bounds(found, rule, shown),
         *_water(found, shown),
     ]
@@ -47,6 +49,27 @@ def _near(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
         f"overlap, and water passes from one to the next. Take a smaller damage.ell and smaller "
         f"cells, reservoir.h, which bound reservoir.openings.spread."
     )
+
+
+def _beside(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
+    """Yield a sentence where the bands of cracks take water of a fracture that they end in."""
+
+    def within(opening: float) -> float:
+        return min(max(opening, rule.smallest), rule.largest)
+
+    for one, c in found:
+        for side, at in sorted(c.sides.items()):
+            crack, fracture = within(c.widest), within(at.narrowest)
+            if c.area and (crack / fracture) ** 3 > DETOUR:
+                share = f"{1e3 * crack:.2g} mm beside {1e3 * fracture:.2g} mm"
+                yield (
+                    f"Cracks are about as wide for the water as the fracture along the side "
+                    f"'{side}' that they end in, {share} at {shown.time.text(one.time)}. In cells "
+                    f"they are bands, and water of the fracture goes around in them, also where "
+                    f"they lead nowhere: a change of the production by degrees may be this alone. "
+                    f"See if a smaller reservoir.openings.spread leaves it (docs/circulation.md)."
+                )
+                return
 
 
 def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:

@@ -13,6 +13,7 @@ from staffa.case.values.diffusion_time import diffusivity, heat_capacity
 from staffa.case.values.reservoir_model import reservoir_grid
 from staffa.case.values.reservoir_places import (
     bounds,
+    crack_rule,
     fractured_sides,
     reservoir_keys,
     side_fractures,
@@ -28,6 +29,7 @@ Fact = tuple[str, str, str]
 # takes about 14 inner ones, at SMALL cells (s), and the power by which that grows.
 MEMORY, MEMORY_A_CELL = 2.6e8, 5.5e3
 START, STEP, SMALL, POWER = 3.0, 1.4, 3120, 1.3
+PASSES = 2.0  # of temperature and cracks in a step
 EARLY = 6.0  # steps that the many small inner steps of the first one are worth
 
 
@@ -35,6 +37,7 @@ def circulation_facts(case: Case, derived: Numbers) -> Iterator[Fact]:
     """Yield the facts on a reservoir, its cost left aside."""
     keys = reservoir_keys(case)
     yield from _simulator(case)
+    yield from _cracks(case)
     free = "" if derived.state == PLANE_STRESS else "/(1 - nu)"
     blocked = 1.0 if derived.state == PLANE_STRESS else 1 - derived.rock.nu
     stress = derived.rock.E * derived.rock.expansion * derived.dT / blocked
@@ -64,6 +67,22 @@ def _simulator(case: Case) -> Iterator[Fact]:
         yield "simulator", "single", "one fracture in closed form; needs no other program"
     else:
         yield "simulator", *_found(case)
+
+
+def _cracks(case: Case) -> Iterator[Fact]:
+    rule = crack_rule(case)
+    if rule is None:
+        yield "flow in cracks", "none", "cracks do not change the flow (reservoir.feedback)"
+        return
+    small, large, spread = (
+        amount(case, x, "m") for x in (rule.smallest, rule.largest, rule.spread)
+    )
+    yield (
+        "flow in cracks",
+        f"{small} to {large}",
+        f"openings; spread over {spread}: cracks nearer than {amount(case, 4 * rule.spread, 'm')} "
+        f"share their water",
+    )
 
 
 def _found(case: Case) -> tuple[str, str]:
@@ -126,12 +145,20 @@ def _reach(case: Case, derived: Numbers) -> tuple[float, str]:
     return float(np.min(upper - lower)), "across the reservoir"
 
 
+def _answers(case: Case) -> float:
+    """Return the number of times that a step of the run is computed by the simulator."""
+    keys = reservoir_keys(case)
+    if not keys.feedback:
+        return 1.0
+    return (PASSES + 1.0 if keys.coupling == "iterated" else 1.0) + keys.shadow
+
+
 def reservoir_cost(case: Case, planned: Steps) -> list[Fact]:
     """Return memory and time of the simulator; nothing of one without a process."""
     if case.reservoir is None or case.reservoir.simulator != "darts":
         return []
     cells = reservoir_grid(case).size
-    seconds = START + (planned.number + EARLY) * STEP * (cells / SMALL) ** POWER
+    seconds = START + (planned.number + EARLY) * STEP * (cells / SMALL) ** POWER * _answers(case)
     memory = MEMORY + MEMORY_A_CELL * cells
     return [
         ("memory of the simulator", f"about {memory / 1e9:.2g} GB", "its own process"),

@@ -12,13 +12,14 @@ from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.reservoir_drop import coldest_water
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least, at_most
-from staffa.case.schema.toml_text import inline
+from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_places import (
     BAND,
     beyond,
     bounds,
     cell_size,
+    differing,
     fractured_sides,
     reservoir_keys,
 )
@@ -45,6 +46,7 @@ def reservoir_warnings(case: Case, derived: Numbers) -> Iterator[str]:
         if derived.dT <= 0:
             yield "reservoir.fields: the body gets nowhere colder in these files; is that meant?"
         return
+    yield from _of_feedback(case)
     yield from of_plane_strain(case, derived, derived.dT, None)
     if derived.dT_c is not None and 0 < derived.dT < derived.dT_c:
         yield (
@@ -60,6 +62,24 @@ def reservoir_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     yield from _of_distance(case)
     yield from _of_cells(case, derived)
     yield from _of_ends(case, derived)
+
+
+def _of_feedback(case: Case) -> Iterator[str]:
+    """Warn of keys without effect, and of a flow that cannot follow the cracks well."""
+    keys = reservoir_keys(case)
+    if not keys.feedback:
+        for name in differing(keys):
+            yield (
+                f"reservoir.{name} = {as_toml(getattr(keys, name), 40)} does not count, since "
+                f"cracks do not change the flow; give reservoir.feedback = true, or leave it out"
+            )
+        return
+    if keys.coupling == "iterated" and keys.agreement < keys.tolerance:
+        yield (
+            f"reservoir.agreement = {keys.agreement:g} is less than reservoir.tolerance = "
+            f"{keys.tolerance:g}, the error of one answer of the simulator: more passes that show "
+            f"nothing; take agreement >= {keys.tolerance:g}, or a smaller tolerance"
+        )
 
 
 def _of_injection(case: Case) -> Iterator[str]:

@@ -3,49 +3,30 @@
 from staffa.case.schema.case import Case
 from staffa.case.schema.fracture_keys import OpeningKeys
 from staffa.case.schema.quantity_text import amount
-from staffa.case.schema.reservoir_keys import ReservoirKeys
-from staffa.case.schema.toml_text import as_toml, inline
-from staffa.case.values.reservoir_places import fractured_sides, least_spread
+from staffa.case.schema.toml_text import inline
+from staffa.case.values.reservoir_places import differing, fractured_sides, least_spread
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
-from staffa.reservoir.permeability import WIDEST
-
-# What has a meaning with feedback alone.
-OF_FEEDBACK = ("openings", "coupling", "agreement", "shadow")
+from staffa.reservoir.permeability import CELLS, WIDEST
 
 
 def feedback_is_possible(case: Case) -> None:
     """Require an engine whose flow can change, openings that water can flow in, and a radius that
-    keeps the flow of oblique cracks; refuse keys that nothing reads."""
+    keeps the flow of oblique cracks."""
     keys = case.reservoir
-    if keys is None:
-        return
-    if not keys.feedback:
-        for name in OF_FEEDBACK:
-            if _differs(keys, name):
-                raise InputError(
-                    f"reservoir.{name} = {as_toml(getattr(keys, name), 40)} has no meaning while "
-                    f"cracks do not change the flow; give reservoir.feedback = true, or leave it "
-                    f"out"
-                )
+    if keys is None or not keys.feedback:
         return
     if keys.simulator != "darts":
         raise InputError(
             f'reservoir.feedback = true: with reservoir.simulator = "{keys.simulator}" the flow is '
             f'given, and cracks cannot change it; take "darts", or leave feedback out'
         )
-    if keys.coupling == "explicit" and _differs(keys, "agreement"):
+    if keys.coupling == "explicit" and "agreement" in differing(keys):
         raise InputError(
             f"reservoir.agreement = {keys.agreement:g} has no meaning with reservoir.coupling = "
             f'"explicit", which asks once in a step; leave one of them out'
         )
     _openings_are_possible(case, keys.openings)
-
-
-def _differs(keys: ReservoirKeys, name: str) -> bool:
-    """Return True for a key that is given, and not as it is by default."""
-    default = ReservoirKeys.model_fields[name].get_default(call_default_factory=True)
-    return bool(getattr(keys, name) != default)
 
 
 def _openings_are_possible(case: Case, openings: OpeningKeys) -> None:
@@ -65,8 +46,9 @@ def _openings_are_possible(case: Case, openings: OpeningKeys) -> None:
     if openings.spread is not None and float(openings.spread) < least * (1 - SAME):
         raise InputError(
             f"reservoir.openings.spread = {inline(openings.spread)} must be at least "
-            f"{amount(case, least, 'm')}, two cells of the reservoir and 2 damage.ell: narrower, "
-            f"an oblique crack loses its flow; take a larger spread, or a smaller reservoir.h"
+            f"{amount(case, least, 'm')}, {CELLS} cells of the reservoir and 2 damage.ell: "
+            f"narrower, an oblique crack loses its flow; take a larger spread, or a smaller "
+            f"reservoir.h"
         )
     for side, fracture in fractured_sides(case).items():
         if not openings.smallest <= fracture.opening <= openings.largest:

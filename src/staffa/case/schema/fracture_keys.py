@@ -77,7 +77,7 @@ class OpeningKeys(CaseTable):
     )
     spread: Length | None = Field(
         default=None,
-        description="radius over which a crack is spread, at least two cells of the reservoir and "
-        "2 damage.ell; default: the larger of these",
+        description="radius over which a crack is spread, at least 2.25 cells of the reservoir "
+        "and 2 damage.ell; default: the larger of these",
         examples=["2 m"],
     )

@@ -12,6 +12,7 @@ from staffa.reservoir.grid import FAR
 from staffa.reservoir.permeability import CELLS
 from staffa.reservoir.simulator import Fracture
 
+OF_FEEDBACK = ("openings", "coupling", "agreement", "shadow")
 ALONG = 21  # sampled places along each axis
 BAND = 2.0  # regularization lengths: half of the width of damage
 
@@ -59,8 +60,18 @@ def cell_size(case: Case) -> float:
 
 
 def least_spread(case: Case) -> float:
-    """Return the smallest radius (m) over which cracks may be spread: two cells and 2 ell."""
+    """Return the smallest radius (m) over which cracks may be spread: `CELLS` of them and 2 ell."""
     return max(CELLS * cell_size(case), BAND * float(case.damage.ell))
+
+
+def differing(keys: ReservoirKeys) -> list[str]:
+    """Return the names of keys of feedback that are not as they are by default."""
+    fields = type(keys).model_fields
+    return [
+        name
+        for name in OF_FEEDBACK
+        if getattr(keys, name) != fields[name].get_default(call_default_factory=True)
+    ]
 
 
 def crack_rule(case: Case) -> CrackRule | None:
