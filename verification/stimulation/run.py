@@ -8,7 +8,6 @@ they are.
 """
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from staffa.io.production_rows import paired_production
@@ -74,37 +73,41 @@ def digest(run: Run) -> dict:
     return {"ranks": run.manifest.ranks, "ell": run.manifest.ell, "rows": rows}
 
 
-def difference(member: dict) -> float:
-    """Energy by the end with cracks less that without, over the latter."""
-    one, other = member["rows"][-1]["heat"]
+def difference(row: dict) -> float:
+    """Energy by a step with cracks less that without, over the latter."""
+    one, other = row["heat"]
     return float(one / other - 1)
 
 
-def warmth(member: dict) -> list[float]:
-    """Temperature of the water with cracks less that without at each step (K)."""
-    return [one - other for one, other in (row["T"] for row in member["rows"])]
+def warmth(row: dict) -> float:
+    """Temperature of the water with cracks less that without at a step (K)."""
+    one, other = row["T"]
+    return float(one - other)
 
 
 def stimulation() -> Found:
     """Differences that cracks make to energy and temperature, on a finer mesh and in the case."""
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else run_members()
-    numbers: dict[str, Callable[[dict], float]] = {
-        "energy by the end, over that without": difference,
-        "temperature of the water when it is lowest beside that without (K)": lambda member: min(
-            warmth(member)
-        ),
-        "temperature of the water at the end (K)": lambda member: warmth(member)[-1],
-    }
+    pairs = list(zip(kept["case"]["rows"], kept["finer"]["rows"], strict=False))
+    coldest = min(pairs, key=lambda pair: warmth(pair[0]))
+    leanest = min(pairs, key=lambda pair: difference(pair[0]))
+    compared = (
+        ("energy so far, over that without", difference, leanest),
+        ("energy so far, over that without", difference, pairs[-1]),
+        ("temperature of the water (K)", warmth, coldest),
+        ("temperature of the water (K)", warmth, pairs[-1]),
+    )
     figures = [
         Figure(
-            what=f"difference that cracks and the opening plane make, cells 3/4 as long: {what}",
+            what=f"cells 3/4 as long, {row['days']:g} days: difference that cracks and the opening "
+            f"plane make to the {what}",
             source="the ready case, to a third of it",
-            reference=number(kept["case"]),
-            measured=number(kept["finer"]),
+            reference=number(row),
+            measured=number(fine),
             tolerance=SHARE,
             relative=True,
         )
-        for what, number in numbers.items()
+        for what, number, (row, fine) in compared
     ]
     return Found(figures=figures, text="\n\n".join([members(kept), course(kept)]))
 
@@ -123,12 +126,12 @@ def members(kept: dict) -> str:
         (heat, heat_without), (T, T_without) = last["heat"], last["T"]
         lines.append(
             f"| {name} | {member['unknowns']} unknowns | {heat_without:.2f} GJ | {heat:.2f} GJ | "
-            f"{100 * difference(member):+.2f} % | {T - T_without:+.2f} K | "
+            f"{100 * difference(last):+.2f} % | {T - T_without:+.2f} K | "
             f"{last['drop'][0]:.0f} Pa for {last['drop'][1]:.0f} Pa | {last['area']:.1f} m² | "
             f"{last['deepest']:.1f} m | {last['plane'][1]:.1f} mm | {member['seconds']} on "
             f"{member['ranks']} | {member['commit'][:7]} |"
         )
-    said = [f"- {name}: {MEMBERS[name][1]}; `{kept[name]['command']}`" for name in kept]
+    said = [f"- {name}: {MEMBERS[name][1]}; `{kept[name]['command'].strip()}`" for name in kept]
     return "\n".join([*lines, "", *said])
 
 
@@ -141,13 +144,12 @@ def course(kept: dict) -> str:
         f"| days | {' | '.join(kept)} | without, {next(iter(kept))} |",
         "| --- |" + " --- |" * (len(kept) + 1),
     ]
-    first = next(iter(kept.values()))
-    for number, row in enumerate(first["rows"]):
-        told = [
-            f"{member['rows'][number]['T'][0] - 273.15:.1f} °C ({warmth(member)[number]:+.2f} K)"
-            for member in kept.values()
-        ]
-        lines.append(f"| {row['days']:g} | {' | '.join(told)} | {row['T'][1] - 273.15:.1f} °C |")
+    for same in zip(*(member["rows"] for member in kept.values()), strict=False):
+        told = [f"{row['T'][0] - 273.15:.1f} °C ({warmth(row):+.2f} K)" for row in same]
+        first = same[0]
+        lines.append(
+            f"| {first['days']:g} | {' | '.join(told)} | {first['T'][1] - 273.15:.1f} °C |"
+        )
     return "\n".join(lines)
 
 
