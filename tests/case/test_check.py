@@ -560,6 +560,7 @@ NOTED = {
     "slab": [WHOLE, COARSE, LOOSE],
     "slab-paper": [COARSE, LOOSE],
     "squeezed": [COARSE, HELD_FAST],
+    "stimulation": ["ell/h = 2.06 < 3", BAND],
     "two-cracks": [HELD_FAST],
     "wellbore": [WHOLE, COARSE],
 }

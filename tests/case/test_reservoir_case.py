@@ -503,6 +503,19 @@ def test_water_that_damages_all_cooled_rock_is_warned_of_with_ways_out() -> None
     assert not warns('damage.law="AT2"'), "no threshold"
 
 
+def test_no_split_is_asked_for_where_water_presses_a_block_by_less_than_the_strength() -> None:
+    """At most 12 mu q/w^3 4/pi ln(L/r): 55 kPa for 0.2 mm, 6.8 kPa for 0.4 mm, and the strength is
+    0.71 MPa."""
+    ways = [
+        '{name="in",at=["0 m","15 m","0 m"],rate="0.005 kg/s",T="60 °C"}',
+        '{name="out",at=["30 m","15 m","0 m"],pressure="20 MPa"}',
+    ]
+    for opening, expected in (("0.2 mm", True), ("0.4 mm", False)):
+        given = fracture(f'side="bottom",opening="{opening}",height="0.1 m"')
+        warned = told(*SOLID, wells(*ways), given, 'damage.split="none"').warnings
+        assert any("breaks as easily as under tension" in w for w in warned) is expected, warned
+
+
 def test_water_boils_below_the_pressure_of_the_steam_tables() -> None:
     """IAPWS: 0.101325 MPa at 373.124 K, 1.5549 MPa at 473.15 K, 22.064 MPa at 647.096 K."""
     found = saturation_pressure(np.array([373.124, 473.15, 647.096, 700.0]))

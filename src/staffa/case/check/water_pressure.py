@@ -1,6 +1,7 @@
 """Warnings about the pressure of circulating water, where it would damage rock by itself."""
 
 from collections.abc import Iterator
+from math import e, log, pi
 
 from staffa.case.scales.breakthrough import Doublet, doublet, water_heat
 from staffa.case.scales.case_scales import Numbers
@@ -41,7 +42,7 @@ def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
 def presses_slightly(case: Case, derived: Numbers) -> bool:
     """Return True if only circulating water presses, by a small part of the strength.
 
-    Known of one fracture along a side of a 2-D body, whose wells drive the water.
+    Known of one fracture along a side of the body, whose wells drive the water.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def presses_slightly(case: Case, derived: Numbers) -> bool:
     derived : its scales.
     """
     wells, sides = doublet(case), fractured_sides(case)
-    if case.dim != 2 or wells is None or len(sides) != 1 or pressing(case) != (WATER,):
+    if wells is None or len(sides) != 1 or pressing(case) != (WATER,):
         return False
     (fracture,) = sides.values()
     return _rise(case, wells, float(fracture.opening)) < SLIGHT * derived.sigma_c
@@ -84,7 +85,10 @@ def _of_flow(case: Case, allowed: float) -> Iterator[str]:
 
 
 def _rise(case: Case, wells: Doublet, opening: float) -> float:
-    """Return the pressure drop along a fracture, 12 mu q L/w^3 (Pa), full of the coldest water.
+    """Return the pressure drop along a fracture, full of the coldest water (Pa).
+
+    In 2-D it is 12 mu q L/w^3. Two wells in a plane without end have 12 mu q/(pi w^3) ln(L/r), and
+    four times that in the corners of a body; this is the upper bound for 3-D.
 
     Parameters
     ----------
@@ -95,7 +99,11 @@ def _rise(case: Case, wells: Doublet, opening: float) -> float:
     water = reservoir_keys(case).water
     mu = float(water.mu) if isinstance(water, WaterKeys) else viscosity(coldest_water(case))
     rho, _ = water_heat(case)
-    return 12 * mu * 2 * wells.rate / rho * wells.distance / min(opening, WIDEST) ** 3
+    way = wells.distance
+    if case.dim == 3:
+        radius = float(wells.injector.radius)
+        way = 4 / pi * log(max(wells.distance / radius, e))
+    return 12 * mu * 2 * wells.rate / rho * way / min(opening, WIDEST) ** 3
 
 
 def _of_cooled_pores(case: Case, derived: Numbers, allowed: float) -> Iterator[str]:
