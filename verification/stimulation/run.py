@@ -8,6 +8,7 @@ they are.
 """
 
 import json
+from itertools import zip_longest
 from pathlib import Path
 
 from staffa.io.production_rows import paired_production
@@ -30,7 +31,7 @@ MEMBERS = {
         "20 days longer; a crack then reaches the top of the body",
     ),
 }
-SHARE = 1 / 3  # of the difference that cracks make, by which a refinement may change it
+SHARE = 1 / 3  # of the largest difference that cracks make, by which a refinement may change it
 
 
 def run_members() -> dict:
@@ -97,11 +98,10 @@ def stimulation() -> Found:
         Figure(
             what=f"cells 3/4 as long, {row['days']:g} days: difference that cracks and the opening "
             f"plane make to the {what}",
-            source="the ready case, to a third of it",
+            source="the ready case, to a third of the largest at any time",
             reference=number(row),
             measured=number(fine),
-            tolerance=SHARE,
-            relative=True,
+            tolerance=SHARE * max(abs(number(one)) for one, _ in pairs),
         )
         for what, number, (row, fine) in compared
     ]
@@ -140,12 +140,13 @@ def course(kept: dict) -> str:
         f"| days | {' | '.join(kept)} | without, {next(iter(kept))} |",
         "| --- |" + " --- |" * (len(kept) + 1),
     ]
-    for same in zip(*(member["rows"] for member in kept.values()), strict=False):
-        told = [f"{row['T'][0] - 273.15:.1f} °C ({warmth(row):+.2f} K)" for row in same]
-        first = same[0]
-        lines.append(
-            f"| {first['days']:g} | {' | '.join(told)} | {first['T'][1] - 273.15:.1f} °C |"
-        )
+    for same in zip_longest(*(member["rows"] for member in kept.values())):
+        told = [
+            f"{row['T'][0] - 273.15:.1f} °C ({warmth(row):+.2f} K)" if row else "" for row in same
+        ]
+        known = next(row for row in same if row)
+        without = f"{known['T'][1] - 273.15:.1f} °C"
+        lines.append(f"| {known['days']:g} | {' | '.join(told)} | {without} |")
     return "\n".join(lines)
 
 
