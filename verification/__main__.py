@@ -25,7 +25,7 @@ FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
     *("toughness_direction", "arrays", "pairs", "energies", "slabs", "squeezed", "grain"),
     *("opposite_boundary", "columns", "layers", "neighbors", "imposed_cracks", "feedback"),
-    "stimulation",
+    *("doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS

@@ -534,6 +534,7 @@ EXPECTED = {
     "brick": ["a crack is not resolved"],
     "cylinder": ["a crack is not resolved"],
     "cylinder-mantle": ["a crack is not resolved"],
+    "doublet-cracks": ['damage.split = "none": rock under pressure'],
 }
 WHOLE, COARSE, LOOSE = (
     "the whole face will be damaged",
@@ -550,6 +551,7 @@ NOTED = {
     "cylinder": [COARSE],
     "cylinder-mantle": [COARSE],
     "doublet": [BAND],
+    "doublet-cracks": ["ell/h = 2.5 < 3", BAND],
     "fracture-wall": ["ell/h = 2.5 < 3", BAND],
     "glass-slab": [WHOLE, COARSE, LOOSE],
     "granite-face": [WHOLE, COARSE, HELD_FAST],

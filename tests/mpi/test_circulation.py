@@ -75,3 +75,27 @@ def test_stopped_and_resumed(ranks: int, tmp_path: Path) -> None:
     run(wall(*SINGLE), tmp_path / "whole")
     on_ranks(ranks, tmp_path / "cut", SINGLE, cut=True)
     assert_alike(open_run(tmp_path / "whole"), open_run(tmp_path / "cut"))
+
+
+def test_a_rank_without_elements_sorts_no_cracks() -> None:
+    """Three ranks share two elements."""
+    printed = printed_on(3, EMPTY)
+    assert printed == [["2.0"]] * len(printed) and printed
+
+
+EMPTY = """
+from staffa.backend.stack import MPI
+import numpy as np
+from staffa.evolution.coupling import Cracks
+from staffa.evolution.cracks_in_cells import CracksInCells
+from staffa.model.domain import block
+from staffa.model.fields import spaces_on, vertices
+from staffa.reservoir.grid import grid_around
+
+domain = block(MPI.COMM_WORLD, size=(2.0, 1.0), h=1.0, cells="quadrilateral")
+spaces, grid = spaces_on(domain), grid_around((0.0, 0.0), (2.0, 1.0), 1.0)
+n = domain.mesh.topology.index_map(2).size_local
+x = vertices(spaces.alpha)
+cracks = Cracks(alpha=x[:, 0] / 2, u=np.zeros(2 * len(x)), volumes=lambda: np.ones(n))
+print(CracksInCells(domain, spaces, grid, ())(cracks).volume.sum(), flush=True)
+"""

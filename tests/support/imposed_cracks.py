@@ -84,15 +84,17 @@ def wall(along: float = ALONG) -> ReservoirModel:
     return with_rows(reservoir(grid, wells, fractures=fractures))
 
 
-def dead_ends(opening: float) -> list[Plane]:
+def dead_ends(opening: float, lean: float = 0.0) -> list[Plane]:
     """Return cracks from the wall into the rock, across the flow, and not on faces of cells.
 
     Parameters
     ----------
     opening : their opening (m).
+    lean : angle to the normal of the wall, in the direction of the flow (degrees).
     """
-    places = np.arange((SPACING + ALONG) / 2, LENGTH, SPACING).tolist()
-    return [Plane(opening=opening, start=(x, 0.0), end=(x, DEPTH)) for x in places]
+    aside = DEPTH * float(np.tan(np.radians(lean)))
+    places = np.arange((SPACING + ALONG) / 2, LENGTH - aside, SPACING).tolist()
+    return [Plane(opening=opening, start=(x, 0.0), end=(x + aside, DEPTH)) for x in places]
 
 
 def network(opening: float) -> list[Plane]:

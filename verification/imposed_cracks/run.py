@@ -40,6 +40,10 @@ def walls() -> dict[str, Produced]:
         bare: (ALONG, [], None),
         ENDS.format(1) + ", each in one row of cells": (ALONG, dead_ends(1e-3), IN_ONE_CELL),
         **{ENDS.format(mm): (ALONG, dead_ends(mm / 1e3), None) for mm in (0.1, 0.3, 1)},
+        **{
+            f"leaning by 15 degrees: {mm} mm": (ALONG, dead_ends(mm / 1e3, 15.0), None)
+            for mm in (0.1, 0.3, 1)
+        },
         **{NETWORK.format(mm): (ALONG, network(mm / 1e3), None) for mm in (0.1, 0.3, 1)},
         fine: (FINE, [], None),
         ENDS.format(0.3) + ", half the spread": (FINE, dead_ends(3e-4), CELLS * FINE),
@@ -138,7 +142,7 @@ CHECKS = {
             "A fracture of 1 mm, 60 m long, beside tight rock of 200 °C; 0.01 kg/s of water of "
             "60 °C flow in half of it, in a layer of 1 m. Cracks go 8 m into the wall, every 5 m: "
             "dead ends, and the same with cracks along the flow that connect them. Their "
-            "permeability is spread over 2.25 cells of 0.5 m, the same in all directions, where "
+            "permeability is spread over 2.25 cells of 0.5 m, along the crack, where "
             "nothing else is said. And a plan view: a layer of 50 mD, 50 m thick, two wells 300 m "
             "apart, 5 kg/s, and one crack of 0.3 mm. The figures of dead ends tell how much the "
             "spreading alone lets through."

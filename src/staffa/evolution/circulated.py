@@ -66,20 +66,20 @@ class Circulated:
         # In 2-D the heat of the body counts for a unit of thickness.
         self._thickness = float(np.ptp(grid.edges[2])) if grid.dim == 2 else 1.0
         self._cells: CracksInCells | None = None
+        permeability: CrackPermeability | None = None
         if load.feedback is not None:
             self._cells = CracksInCells(domain, spaces, grid, load.model.fractures)
+            if self._comm.rank == 0:
+                permeability = CrackPermeability(load.model, load.feedback.rule)
         self.engine: Simulator | None = None
         self._cracked: FlowInCracks | None = None
 
         def begin() -> str:
             self.engine = load.open()
             self.engine.start()  # it tells its version
-            if load.feedback is not None:
-                self._cracked = FlowInCracks(
-                    self.engine,
-                    CrackPermeability(load.model, load.feedback.rule),
-                    shadow=load.feedback.shadow,
-                )
+            if load.feedback is not None and permeability is not None:
+                shadow = load.feedback.shadow
+                self._cracked = FlowInCracks(self.engine, permeability, shadow=shadow)
             return self.engine.name
 
         self.simulator = on_root(self._comm, begin)
@@ -95,6 +95,20 @@ class Circulated:
 
         thermal, _ = self._told(first)
         return thermal
+
+    def at_rest(self, thermal: ThermalState, cracks: Cracks) -> ThermalState:
+        """Return the first state with the cracks that openings count from. Collective.
+
+        Parameters
+        ----------
+        thermal : the state before the first step.
+        cracks : the cracks of the body at rest under its first loads.
+        """
+        in_cells = self._cells(cracks) if self._cells else None
+        if self._cracked is None or in_cells is None:
+            return thermal
+        state = self._cracked.at_rest(self._cracked.unpacked(thermal.memory), in_cells)
+        return replace(thermal, memory=state.packed())
 
     def advance(
         self, before: ThermalState, cracks: Cracks, start: float, end: float
@@ -175,13 +189,18 @@ class Circulated:
         cracks : the cracks at the same time.
         """
         in_cells = self._cells(cracks) if self._cells else None
-        if self._comm.rank:
-            return {}
-        flow = self.flow(thermal)
-        if self._cracked is None or in_cells is None:
-            return {"T": flow.T, "p": flow.p, "k": _largest(self.model.permeability)}
-        found = self._cracked.of_cracks(self._cracked.unpacked(thermal.memory), in_cells)
-        return {"T": flow.T, "p": flow.p, "k": _largest(found.k), "w": found.w, "A": found.A}
+        found: dict[str, np.ndarray] = {}
+
+        def read() -> None:
+            flow = self.flow(thermal)
+            found.update({"T": flow.T, "p": flow.p, "k": _largest(self.model.permeability)})
+            if self._cracked is not None and in_cells is not None:
+                state = self._cracked.unpacked(thermal.memory)
+                cracked = self._cracked.of_cracks(state, in_cells)
+                found.update({"k": _largest(cracked.k), "w": cracked.w, "A": cracked.A})
+
+        on_root(self._comm, read)
+        return found
 
     def _told(self, ask: Callable[[], _Answer]) -> tuple[ThermalState, _Answer]:
         """Ask the simulator on rank 0, and tell all ranks the answer, but for the memory."""

@@ -10,6 +10,7 @@ from dolfinx import fem
 
 from staffa.backend import jit
 from staffa.backend.parallel import sum_over_ranks
+from staffa.errors import InputError
 from staffa.evolution.thermal_state import Cracks
 from staffa.measure.probes import located
 from staffa.model import axis
@@ -72,7 +73,7 @@ class CracksInCells:
         normals = self._normals()
         along = area[:, None] * along_axes(normals)
         across = area[:, None, None] * normals[:, :, None] * normals[:, None, :]
-        parts = (area, volume, *along.T, *across.reshape(len(area), -1).T)
+        parts = (area, volume, *along.T, *across.reshape(-1, self._grid.dim**2).T)
         sums = np.array([self._in_cells(part) for part in parts])
         area, volume, x, y, z, *tensor = sum_over_ranks(self._comm, sums)
         walls = [wall.moved(self._u) for wall in self._walls]
@@ -116,6 +117,11 @@ class _Wall:
         self._here, self._elements = here[kept], self._elements[kept]
         self._points = points[self._here]
         found = sum_over_ranks(self._comm, np.bincount(self._here, minlength=len(points)))
+        if np.any(beside & (found == 0)):
+            raise InputError(
+                "a cell of the fracture's row lies at no place of the body's side; take a body "
+                "whose sides are flat"
+            )
         self._ranks = np.maximum(found, 1)
 
     def moved(self, u: fem.Function) -> np.ndarray:

@@ -101,6 +101,8 @@ def _started(session: Session, observers: Observers) -> Loop:
     """The loop before the first step, in the initial equilibrium. Collective."""
     problem, system = session.problem, session.system
     come_to_rest(problem, system, lambda sweep: observers.pause())
+    if session.circulated:
+        system.thermal.put(session.circulated.at_rest(system.thermal.read(), system.cracks))
     if problem.backtracking:
         session.history = StepHistory(system)
     walk, total = AdaptiveSteps(problem.schedule), system.energy.total()

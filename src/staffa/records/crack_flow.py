@@ -34,7 +34,9 @@ class CrackFlow:
     area
         Area of cracks (m^2).
     volume
-        Volume of cracks that are open (m^3), of fractures along sides too: what they opened by.
+        Volume of cracks that are open (m^3).
+    opened
+        Volume by which fractures along sides have opened, what lies in the cells of it (m^3).
     widest
         Largest opening of a cell, before its bounds act (m).
     at_smallest
@@ -52,6 +54,7 @@ class CrackFlow:
 
     area: float
     volume: float
+    opened: float = 0.0
     widest: float = 0.0
     at_smallest: float = 0.0
     at_largest: float = 0.0

@@ -76,7 +76,9 @@ class CrackPermeability:
         self.model, self.rule = model, rule
         k = np.array(model.permeability, dtype=float)
         self._k0 = k if k.ndim == 2 else np.repeat(k[:, None], 3, axis=1)
-        self._spreading = spreading(model.grid, rule.spread, rock_cells(model.grid))
+        rock, half = rock_cells(model.grid), rule.spread / 2
+        self._spreading = spreading(model.grid, rule.spread, rock)
+        self._bands = (spreading(model.grid, half, rock), half)
         self._rows = [model.grid.row(fracture.side) for fracture in model.fractures]
 
     @property
@@ -118,12 +120,15 @@ class CrackPermeability:
 
         account = CrackFlow(
             area=float(cracks.area.sum()),
-            volume=float(cracks.volume.sum()) + opened,
+            volume=float(cracks.volume.sum()),
+            opened=opened,
             widest=float(free[cracked].max(initial=0.0)),
             at_smallest=share(free < rule.smallest),
             at_largest=share(free > rule.largest),
             permeability=float(k[cracked].max(initial=0.0)),
-            spacing=crack_spacing(model.grid, cracks.area, cracks.across, SEEN * rule.spread),
+            spacing=crack_spacing(
+                model.grid, cracks.area, cracks.across, self._bands, SEEN * rule.spread
+            ),
             sides=sides,
         )
         return CrackedPermeability(k=k, w=w, A=A, account=account)

@@ -17,8 +17,8 @@ class CrackedFlow:
     ----------
     flow : the flow.
     shadow : the flow with the permeability before the first step; None if it is not computed.
-    k_first : that permeability (m^2), shape (n_cells, 3); NaN until the first step.
-    walls : displacement of the walls (m) before the first step, shape (n_rows,); NaN likewise.
+    k_first : that permeability (m^2), shape (n_cells, 3).
+    walls : displacement of the walls (m) before the first step, shape (n_rows,).
     """
 
     flow: Flow
@@ -47,19 +47,27 @@ class FlowInCracks:
         self, simulator: Simulator, permeability: CrackPermeability, *, shadow: bool
     ) -> None:
         self.simulator, self.permeability, self.shadow = simulator, permeability, shadow
-        # Cracks of the first question, which are those at rest, also when it is asked again.
-        self._at_rest: CrackedCells | None = None
         self._last: tuple[Flow, float, tuple[Flow, Circulation]] | None = None
 
     def start(self) -> CrackedFlow:
-        """Return the state before the first step."""
+        """Return the state before the first step, of a body without cracks; see `at_rest`."""
         flow, grid = self.simulator.start(), self.permeability.model.grid
         return CrackedFlow(
             flow=flow,
             shadow=flow if self.shadow else None,
-            k_first=np.full((grid.size, 3), np.nan),
-            walls=np.full(self.permeability.n_rows, np.nan),
+            k_first=np.zeros((grid.size, 3)),
+            walls=np.zeros(self.permeability.n_rows),
         )
+
+    def at_rest(self, state: CrackedFlow, cracks: CrackedCells) -> CrackedFlow:
+        """Return the state that openings count from.
+
+        Parameters
+        ----------
+        state : the state before the first step.
+        cracks : the cracks of the body at rest under its first loads.
+        """
+        return replace(state, k_first=self.permeability(cracks, cracks.walls).k, walls=cracks.walls)
 
     def unpacked(self, values: np.ndarray) -> CrackedFlow:
         """Return the state that was packed.
@@ -91,7 +99,7 @@ class FlowInCracks:
         state : the flow, which knows where the walls were before the first step.
         cracks : the cracks.
         """
-        return self.permeability(cracks, self._begun(state, cracks).walls)
+        return self.permeability(cracks, state.walls)
 
     def advance(
         self, state: CrackedFlow, cracks: CrackedCells, duration: float
@@ -111,7 +119,6 @@ class FlowInCracks:
         StoppedError
             It does not answer any more.
         """
-        state = self._begun(state, cracks)
         open_now = self.permeability(cracks, state.walls)
         flow, circulation, inner = self.simulator.advance(state.flow, open_now.k, duration)
         shadow, without = None, None
@@ -120,23 +127,19 @@ class FlowInCracks:
         after = replace(state, flow=flow, shadow=shadow)
         return after, replace(circulation, cracks=open_now.account), without, inner
 
-    def _begun(self, state: CrackedFlow, cracks: CrackedCells) -> CrackedFlow:
-        """Return the state with what was before the first step."""
-        if not np.isnan(state.k_first).any():
-            return state
-        if self._at_rest is None:
-            self._at_rest = cracks
-        walls = self._at_rest.walls
-        return replace(state, k_first=self.permeability(self._at_rest, walls).k, walls=walls)
-
     def _in_the_shadow(
         self, flow: Flow, k: np.ndarray, duration: float
     ) -> tuple[Flow, Circulation]:
         """Advance the shadow; once, where the same step is asked for again with other cracks."""
         if self._last is not None:
             asked, took, answer = self._last
-            if took == duration and np.array_equal(asked.hidden, flow.hidden):
+            if took == duration and _same(asked, flow):
                 return answer
         after, circulation, _ = self.simulator.advance(flow, k, duration)
         self._last = (flow, duration, (after, circulation))
         return after, circulation
+
+
+def _same(one: Flow, other: Flow) -> bool:
+    pairs = ((one.hidden, other.hidden), (one.T, other.T), (one.p, other.p))
+    return all(np.array_equal(mine, his) for mine, his in pairs)

@@ -68,9 +68,8 @@ def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
     among : indices of the cells that take part, shape (n,); the others give and get nothing.
     """
     tree = cKDTree(grid.centers[among, : grid.dim])
-    near = tree.query_ball_point(grid.centers[among, : grid.dim], radius * (1 + NEAR))
-    getting = among[np.concatenate([np.sort(cells) for cells in near]).astype(np.int64)]
-    giving = np.repeat(among, [len(cells) for cells in near])
+    near = tree.sparse_distance_matrix(tree, radius * (1 + NEAR), output_type="coo_matrix")
+    getting, giving = among[near.row], among[near.col]
     shape = (grid.size, grid.size)
     shares = csr_matrix((grid.volumes[getting], (getting, giving)), shape=shape)
     totals = np.asarray(shares.sum(axis=0)).ravel()
@@ -117,10 +116,10 @@ def with_planes(
 
 
 def along_axes(normals: np.ndarray) -> np.ndarray:
-    """Return the share of the conductance of cracks that counts along each axis, shape (n, 3).
+    """Return the factor of the conductance of cracks along each axis, shape (n, 3).
 
     It is 1 - n_i^2 + |n_i| max |n_j|, j another axis: none across a crack that lies along two axes,
-    so a dead end is no detour, and 1 in all directions where a crack is oblique to all of them. A
+    so that a dead end along an axis is no detour, and 1 in all directions at 45 degrees. A
     flux between two cells knows no full tensor, whose diagonal 1 - n_i^2 alone would keep half of
     the flow through an oblique crack: water goes along it in steps, each along an axis.
 

@@ -75,11 +75,11 @@ def well_indices(model: ReservoirModel, well: Well, permeability: np.ndarray) ->
     """Return the flow (m^3) that a well has with each of its cells, per pressure over viscosity.
 
     It is Peaceman's: 2 pi k length/ln(r_e/radius) with r_e = 0.14 times the diagonal of the cell
-    across the well; where permeability differs along the two axes across it, k is the root of their
-    product, and each edge counts times (k_other/k)^1/4. A well crosses a 2-D body along its
-    thickness, a fracture along a side of a 3-D body at a right angle to it, and other cells along
-    gravity. In a fracture of a 2-D body water comes in along the whole thickness, and flows to the
-    end of the cell and not around the well: there the index is that of half the cell.
+    across the well. Where permeability differs along the two axes across it, the larger one counts:
+    a well on a crack opens to the crack. A well crosses a 2-D body along its thickness, a fracture
+    along a side of a 3-D body at a right angle to it, and other cells along gravity. In a fracture
+    of a 2-D body water comes in along the whole thickness, and flows to the end of the cell and not
+    around the well: there the index is that of half the cell.
 
     Parameters
     ----------
@@ -105,9 +105,6 @@ def _well_index(model: ReservoirModel, radius: float, cell: int, permeability: n
         axis = in_rows[0]
     else:
         axis = int(np.argmax(np.abs(model.gravity))) if any(model.gravity) else 2
-    one, other = np.delete(k, axis)
-    skew = (other / one) ** 0.25
-    equivalent = 0.14 * np.linalg.norm(np.delete(sizes, axis) * [skew, 1 / skew])
-    equivalent *= 2 / (skew + 1 / skew)
-    mean = one if one == other else np.sqrt(one * other)
-    return float(2 * np.pi * mean * sizes[axis] / max(np.log(equivalent / radius), LEAST))
+    equivalent = 0.14 * np.linalg.norm(np.delete(sizes, axis))
+    best = np.delete(k, axis).max()
+    return float(2 * np.pi * best * sizes[axis] / max(np.log(equivalent / radius), LEAST))

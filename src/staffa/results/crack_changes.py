@@ -8,6 +8,7 @@ from math import inf, isfinite, nan
 import numpy as np
 
 from staffa.io.production_rows import BREAKTHROUGH, LATE, Production, first_time
+from staffa.plot.production_curves import closed_form_temperature
 
 CHANGED = 0.01  # relative change of a rate, pressure, area or time from which it counts as one
 
@@ -44,15 +45,25 @@ class CrackChanges:
 
     @property
     def resolved_T(self) -> float:
-        """Change of temperature that the simulator resolves (K): its tolerance times the drop."""
+        """Change of temperature that is resolved (K): twice the tolerance of the simulator's steps
+        times the drop, as of two runs; or the error beside a closed form, where that is larger."""
         facts = self.last[0].facts
         cold = facts.T if facts.T_injected is None else facts.T_injected
-        return facts.tolerance * abs(facts.T - cold)
+        return max(2 * facts.tolerance * abs(facts.T - cold), self.error)
 
     @property
     def resolved_energy(self) -> float:
-        """Relative change of the energy that the simulator resolves: its tolerance."""
-        return self.last[0].facts.tolerance
+        """Relative change of the energy that is resolved: twice that tolerance."""
+        return 2 * self.last[0].facts.tolerance
+
+    @cached_property
+    def error(self) -> float:
+        """Largest difference of the water without cracks to a closed form (K), 0 without one."""
+        without = [other for _, other in self.pairs]
+        exact = closed_form_temperature(without[-1].facts, np.array([p.elapsed for p in without]))
+        if exact is None:
+            return 0.0
+        return float(np.nanmax(np.abs(exact - np.array([p.T for p in without])), initial=0.0))
 
     @property
     def energy(self) -> float:

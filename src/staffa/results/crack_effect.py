@@ -103,7 +103,7 @@ def _kind(changes: CrackChanges) -> Effect:
         return Effect.WATER if abs(changes.water) > CHANGED else Effect.UNTOLD
     if abs(changes.impedance) > CHANGED:
         return Effect.PRESSURE
-    opened = any(one.cracks and (one.cracks.area or one.cracks.volume) for one, _ in changes.pairs)
+    opened = any(one.cracks and (one.cracks.area or one.cracks.opened) for one, _ in changes.pairs)
     return Effect.NOTHING if opened else Effect.NO_CRACKS
 
 
@@ -118,6 +118,11 @@ def _sentences(kind: Effect, changes: CrackChanges, shown: Shown) -> Iterator[st
     cause, heat = _cause(changes.last[0]), not _at_rest(kind)
     if changes.warmer or changes.colder:
         yield _temperature(cause, changes, shown)
+        if changes.error > CHANGED * abs(changes.T).max():
+            yield (
+                f"Without cracks the simulator is up to {changes.error:.2g} K off the closed form, "
+                f"so that no smaller change is told."
+            )
         yield _energy(changes)
         yield _breakthrough(changes, shown)
     elif heat:
@@ -177,7 +182,7 @@ def _at_most(changes: CrackChanges, *, heat: bool = True) -> str:
             (f"the energy by {energy:.2g} %", f"{100 * changes.resolved_energy:g} %"),
         ]
     found, resolved = (" and ".join(column) for column in zip(*parts, strict=True))
-    return f"{found}, where a tolerance of {changes.resolved_energy:g} resolves {resolved}"
+    return f"{found}, and what two runs can differ by is {resolved}"
 
 
 def _energy(changes: CrackChanges) -> str:
@@ -227,7 +232,7 @@ def _cracks(found: Production) -> Iterator[str]:
         opening = prefixed("m", cracks.widest).text(cracks.widest, 3)
         yield (
             f"Cracks then have an area of {grouped(cracks.area, 3)} m², a volume of "
-            f"{grouped(cracks.volume, 3)} m³ and openings of up to {opening}."
+            f"{grouped(cracks.volume, 3)} m³ and openings of up to {opening}{_at_most_open(found)}."
         )
     for side, at in cracks.sides.items():
         unit = prefixed("m", max(abs(at.widest), abs(at.narrowest)))
@@ -235,6 +240,14 @@ def _cracks(found: Production) -> Iterator[str]:
             f"The fracture along the side '{side}' is then open by {unit.of(at.narrowest):.3g} to "
             f"{unit.text(at.widest, 3)}."
         )
+
+
+def _at_most_open(found: Production) -> str:
+    """Return the bound that the water sees in place of wider openings."""
+    cracks, rule = found.cracks, found.facts.cracks
+    if cracks is None or rule is None or cracks.widest <= rule.largest:
+        return ""
+    return f", of which {prefixed('m', rule.largest).text(rule.largest, 3)} count for the water"
 
 
 def _why(kind: Effect, changes: CrackChanges) -> str:

@@ -43,10 +43,11 @@ def _near(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str]:
         return
     spacing, time = least
     unit = shown.length
+    last = unit.text(apart[-1][0], 3)
     yield (
-        f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)}, nearer than four "
-        f"times the {unit.text(rule.spread, 3)} over which they are spread: the bands of neighbors "
-        f"overlap, and water passes from one to the next. Take a smaller damage.ell and smaller "
+        f"Cracks are {unit.text(spacing, 3)} apart at {shown.time.text(time)} ({last} at the end), "
+        f"nearer than four times the {unit.text(rule.spread, 3)} over which they are spread: "
+        f"oblique neighbors share their water. Take a smaller damage.ell and smaller "
         f"cells, reservoir.h, which bound reservoir.openings.spread."
     )
 
@@ -67,7 +68,7 @@ def _beside(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str
                     f"'{side}' that they end in, {share} at {shown.time.text(one.time)}. In cells "
                     f"they are bands, and water of the fracture goes around in them, also where "
                     f"they lead nowhere: a change of the production by degrees may be this alone. "
-                    f"See if a smaller reservoir.openings.spread leaves it (docs/circulation.md)."
+                    f"Cracks along the axes of the cells do not do it (docs/circulation.md)."
                 )
                 return
 
@@ -103,7 +104,9 @@ def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str
 def _water(found: Sequence[Met], shown: Shown) -> Iterator[str]:
     """Yield a sentence where the water in cracks counts beside the injected water."""
     shares = [
-        (one.facts.water_rho * c.volume / one.injected, one) for one, c in found if one.injected > 0
+        (one.facts.water_rho * (c.volume + c.opened) / one.injected, one)
+        for one, c in found
+        if one.injected > 0
     ]
     if not shares:
         return

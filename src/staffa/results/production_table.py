@@ -222,8 +222,19 @@ def production_numbers_table(run: Run) -> Table:
         rows=tuple(
             (f"{one.name}: {one.meaning}", *told) for one, told in zip(numbers, cells, strict=True)
         ),
-        notes=(*notes, *_coarse_start(run)),
+        notes=(*notes, *_part(run), *_coarse_start(run)),
     )
+
+
+def _part(run: Run) -> Iterator[str]:
+    """Tell of which part of a reservoir the numbers are, if not of all of it."""
+    facts = run.manifest.reservoir
+    if facts is None or not (facts.halved or facts.thickness):
+        return
+    half = "the half of the fracture that is computed, " if facts.halved else ""
+    layer = run.manifest.shown.length.text(facts.thickness) if facts.thickness else ""
+    of_layer = f"in a layer of {layer}" if layer else "as its other half is a mirror image"
+    yield f"Rates, power and heat are those of {half or 'the wells, '}{of_layer}."
 
 
 def _coarse_start(run: Run) -> Iterator[str]:

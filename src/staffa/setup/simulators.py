@@ -34,7 +34,7 @@ def _feedback(case: Case) -> Feedback | None:
     keys, rule = reservoir_keys(case), crack_rule(case)
     if rule is None:
         return None
-    agreement = keys.agreement if keys.coupling == "iterated" else None
+    agreement = keys.agreement or keys.tolerance if keys.coupling == "iterated" else None
     return Feedback(rule=rule, agreement=agreement, shadow=keys.shadow)
 
 

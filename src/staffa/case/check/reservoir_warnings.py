@@ -19,6 +19,7 @@ from staffa.case.values.reservoir_places import (
     beyond,
     bounds,
     cell_size,
+    crack_rule,
     differing,
     fractured_sides,
     reservoir_keys,
@@ -29,6 +30,7 @@ from staffa.physics.scales import diffusion_length
 THIN = 4.0  # cells at the wall of a fracture in sqrt(kappa t), which see the cold rock
 BETWEEN = 10  # cells between two wells, at least
 EVEN = 0.01  # of the largest rate, by which rates may differ
+WIDE = 0.25  # of the smallest extent of the body, beyond which cracks are spread too far
 FELT = 0.5  # diffusion lengths over an extent, from which its end is felt
 
 
@@ -74,11 +76,18 @@ def _of_feedback(case: Case) -> Iterator[str]:
                 f"cracks do not change the flow; give reservoir.feedback = true, or leave it out"
             )
         return
-    if keys.coupling == "iterated" and keys.agreement < keys.tolerance:
+    if keys.agreement is not None and keys.agreement < keys.tolerance:
         yield (
             f"reservoir.agreement = {keys.agreement:g} is less than reservoir.tolerance = "
             f"{keys.tolerance:g}, the error of one answer of the simulator: more passes that show "
             f"nothing; take agreement >= {keys.tolerance:g}, or a smaller tolerance"
+        )
+    rule, extent = crack_rule(case), min(case.outline.size)
+    if rule is not None and rule.spread > WIDE * extent:
+        yield (
+            f"reservoir.openings.spread: cracks are spread over {amount(case, rule.spread, 'm')}, "
+            f"in a body of {amount(case, extent, 'm')}: no crack has a place then; take a smaller "
+            f"spread, reservoir.h or damage.ell"
         )
 
 

@@ -4,7 +4,7 @@ from staffa.case.schema.case import Case
 from staffa.case.schema.fracture_keys import OpeningKeys
 from staffa.case.schema.quantity_text import amount
 from staffa.case.schema.toml_text import inline
-from staffa.case.values.reservoir_places import differing, fractured_sides, least_spread
+from staffa.case.values.reservoir_places import fractured_sides, least_spread
 from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.reservoir.permeability import CELLS, WIDEST
@@ -21,10 +21,11 @@ def feedback_is_possible(case: Case) -> None:
             f'reservoir.feedback = true: with reservoir.simulator = "{keys.simulator}" the flow is '
             f'given, and cracks cannot change it; take "darts", or leave feedback out'
         )
-    if keys.coupling == "explicit" and "agreement" in differing(keys):
+    if keys.coupling == "iterated" and case.solver.backtracking:
         raise InputError(
-            f"reservoir.agreement = {keys.agreement:g} has no meaning with reservoir.coupling = "
-            f'"explicit", which asks once in a step; leave one of them out'
+            'solver.backtracking = true: with reservoir.coupling = "iterated" the temperature of '
+            'an earlier step depends on the cracks that are tried there; take "explicit", or leave '
+            "backtracking out"
         )
     _openings_are_possible(case, keys.openings)
 

@@ -160,10 +160,11 @@ class ReservoirKeys(CaseTable):
         description="with feedback: iterated: the flow of a step has the cracks that it ends "
         "with; explicit: those that it began with",
     )
-    agreement: Agreement = Field(
-        default=1e-3,
-        description="with feedback, iterated: largest difference between two temperatures in turn "
-        "at the end of a step, over their largest change",
+    agreement: Agreement | None = Field(
+        default=None,
+        description="with feedback, iterated: largest difference between two temperatures in turn, "
+        "and pressures, at the end of a step, over their largest change; default tolerance",
+        examples=[1e-3],
     )
     shadow: Flag = Field(
         default=True,
