@@ -535,6 +535,7 @@ EXPECTED = {
     "cylinder": ["a crack is not resolved"],
     "cylinder-mantle": ["a crack is not resolved"],
     "doublet-cracks": ['damage.split = "none": rock under pressure'],
+    "stimulation": ["cracks are spread over 1.8 m, in a body of 7 m"],
 }
 WHOLE, COARSE, LOOSE = (
     "the whole face will be damaged",
