@@ -475,7 +475,7 @@ def test_the_flow_in_cracks_and_its_cost_are_told() -> None:
         (("reservoir.agreement=1e-4",), "give reservoir.feedback = true"),
         (('reservoir.coupling="explicit"',), "reservoir.coupling = "),
         ((TWO_WAYS, "reservoir.agreement=1e-4"), "take agreement >= 0.001"),
-        ((TWO_WAYS, 'reservoir.openings={spread="20 m"}'), "few cracks have a place"),
+        ((TWO_WAYS, 'reservoir.openings={spread="20 m"}'), "the cells hardly tell one"),
     ],
     ids=lambda v: str(v)[:40],
 )

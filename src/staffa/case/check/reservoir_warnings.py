@@ -86,8 +86,8 @@ def _of_feedback(case: Case) -> Iterator[str]:
     if rule is not None and rule.spread > WIDE * extent:
         yield (
             f"reservoir.openings.spread: cracks are spread over {amount(case, rule.spread, 'm')}, "
-            f"in a body of {amount(case, extent, 'm')}: few cracks have a place of their own then; take a smaller "
-            f"spread, reservoir.h or damage.ell"
+            f"in a body of {amount(case, extent, 'm')}: the cells hardly tell one "
+            f"crack from the next; take a smaller spread, reservoir.h or damage.ell"
         )
 
 
