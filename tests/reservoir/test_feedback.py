@@ -97,6 +97,21 @@ def test_killed_stopped_and_resumed_it_has_the_same_bits(
     assert shadows[0] == shadows[1]
 
 
+def test_going_back_to_earlier_steps_it_is_resumed_to_the_same_bits(tmp_path: Path) -> None:
+    """Openings count from the body at rest, and not from the cracks of the first question."""
+    settings = (TWO_WAYS, 'reservoir.coupling="explicit"', "solver.backtracking=true")
+    whole = ran(tmp_path / "whole", *settings[1:])
+    looks: list[bool] = []
+
+    def swept(moment: Moment, sweep: object) -> None:
+        looks.append(moment.index == 2)
+
+    watcher = Watcher(swept=swept, stop=lambda: "enough was seen" if any(looks) else None)
+    stopped(lambda: run(wall(*settings), tmp_path / "run", watcher=watcher))
+    resume(tmp_path / "run")
+    assert_the_same(open_run(tmp_path / "run"), whole)
+
+
 def test_until_cracks_start_the_way_of_coupling_and_the_step_hardly_count(tmp_path: Path) -> None:
     iterated = produced(ran(tmp_path / "iterated", *STRONG, DAYS))
     explicit = produced(ran(tmp_path / "explicit", *STRONG, DAYS, 'reservoir.coupling="explicit"'))

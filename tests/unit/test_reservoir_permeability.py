@@ -201,3 +201,15 @@ def test_a_well_of_a_body_in_space_is_parallel_to_gravity() -> None:
     assert well_indices(along_y, well, k) == pytest.approx(
         4 * np.pi / np.log(1.4 * np.hypot(1.0, 4.0))
     )
+
+
+def test_a_well_on_a_crack_opens_to_the_crack() -> None:
+    """Whatever the crack's direction, and however tight the rock is across it."""
+    grid = grid_around((0.0, 0.0), (20.0, 20.0), 1.0)
+    well = Well(name="in", cells=(grid.cell_at((10.5, 10.5)),), rate=1.0, T=333.15)
+    model = reservoir(grid, [well])
+    tight, wide = 1e-17, 1e-11
+    alike = well_indices(model, well, np.full(grid.size, wide))
+    for along in ([wide, tight, wide], [tight, wide, wide], [wide, wide, wide]):
+        found = well_indices(model, well, np.tile(along, (grid.size, 1)))
+        assert found == pytest.approx(alike, rel=1e-12, abs=0)
