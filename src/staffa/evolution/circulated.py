@@ -16,6 +16,7 @@ from staffa.model.fields import Spaces, vertices
 from staffa.records.step import Circulation, Heat
 from staffa.reservoir.crack_permeability import CrackPermeability
 from staffa.reservoir.flow_in_cracks import FlowInCracks
+from staffa.reservoir.permeability import largest_along
 from staffa.reservoir.reservoir_load import ReservoirLoad
 from staffa.reservoir.simulator import Flow, Simulator
 
@@ -66,15 +67,14 @@ class Circulated:
         # In 2-D the heat of the body counts for a unit of thickness.
         self._thickness = float(np.ptp(grid.edges[2])) if grid.dim == 2 else 1.0
         self._cells: CracksInCells | None = None
-        permeability: CrackPermeability | None = None
         if load.feedback is not None:
             self._cells = CracksInCells(domain, spaces, grid, load.model.fractures)
-            if self._comm.rank == 0:
-                permeability = CrackPermeability(load.model, load.feedback.rule)
         self.engine: Simulator | None = None
         self._cracked: FlowInCracks | None = None
 
         def begin() -> str:
+            rule = load.feedback.rule if load.feedback else None
+            permeability = CrackPermeability(load.model, rule) if rule else None
             self.engine = load.open()
             self.engine.start()  # it tells its version
             if load.feedback is not None and permeability is not None:
@@ -104,11 +104,17 @@ class Circulated:
         thermal : the state before the first step.
         cracks : the cracks of the body at rest under its first loads.
         """
-        in_cells = self._cells(cracks) if self._cells else None
-        if self._cracked is None or in_cells is None:
+        if self._cells is None:
             return thermal
-        state = self._cracked.at_rest(self._cracked.unpacked(thermal.memory), in_cells)
-        return replace(thermal, memory=state.packed())
+        in_cells, memory = self._cells(cracks), [thermal.memory]
+
+        def count_from() -> None:
+            assert self._cracked is not None
+            state = self._cracked.unpacked(thermal.memory)
+            memory.append(self._cracked.at_rest(state, in_cells).packed())
+
+        on_root(self._comm, count_from)
+        return replace(thermal, memory=memory[-1])
 
     def advance(
         self, before: ThermalState, cracks: Cracks, start: float, end: float
@@ -193,11 +199,11 @@ class Circulated:
 
         def read() -> None:
             flow = self.flow(thermal)
-            found.update({"T": flow.T, "p": flow.p, "k": _largest(self.model.permeability)})
+            found.update({"T": flow.T, "p": flow.p, "k": largest_along(self.model.permeability)})
             if self._cracked is not None and in_cells is not None:
                 state = self._cracked.unpacked(thermal.memory)
                 cracked = self._cracked.of_cracks(state, in_cells)
-                found.update({"k": _largest(cracked.k), "w": cracked.w, "A": cracked.A})
+                found.update({"k": largest_along(cracked.k), "w": cracked.w, "A": cracked.A})
 
         on_root(self._comm, read)
         return found
@@ -226,11 +232,6 @@ def _agreement(load: ReservoirLoad) -> Agreement | None:
     if load.feedback is None or load.feedback.agreement is None:
         return None
     return Agreement(tolerance=load.feedback.agreement, passes=PASSES, key="reservoir.agreement")
-
-
-def _largest(k: np.ndarray) -> np.ndarray:
-    """Return the permeability along the axis along which it is largest, shape (n_cells,)."""
-    return k if k.ndim == 1 else np.asarray(k.max(axis=1))
 
 
 def _packed(flow: Flow) -> np.ndarray:

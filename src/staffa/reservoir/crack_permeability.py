@@ -63,8 +63,8 @@ class CrackPermeability:
 
     A and V are area and volume of cracks in a unit of the cells' volume, both spread over a radius,
     since fluxes between two cells lose an oblique crack else. `along_axes` tells how much of A
-    counts along each axis. The row of a fracture along a side
-    opens as its wall moves into the body: w = w_0 + 2 u, and k = w^3/(24 b).
+    counts along each axis. The row of a fracture along a side opens as its wall moves into the
+    body: w = w_0 + 2 u, and k = w^3/(24 b).
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import numpy as np
 
 from staffa.records.reservoir_facts import CrackRule, FractureFlow, ReservoirFacts, WellFacts
 from staffa.reservoir.grid import Grid
+from staffa.reservoir.permeability import largest_along
 from staffa.reservoir.simulator import ConstantWater, ReservoirModel, Well
 
 # Water in closed forms where a simulator takes that of IAPWS-95. At 20 MPa its c is 4,126 J/(kg K)
@@ -141,8 +142,7 @@ def _ends(model: ReservoirModel, row: np.ndarray) -> tuple[Well, Well] | None:
 
 def _is_tight(model: ReservoirModel, row: np.ndarray, axis: int) -> bool:
     """Return True if hardly any water flows beside the fracture."""
-    k = model.permeability if model.permeability.ndim == 1 else model.permeability.max(axis=1)
-    beside = np.where(row, 0.0, k) * model.grid.sizes[:, axis]
+    beside = np.where(row, 0.0, largest_along(model.permeability)) * model.grid.sizes[:, axis]
     layers = beside.reshape(model.grid.shape, order="F").max(axis=1 - axis).sum()
     return bool(layers < LEAK * model.fractures[0].opening ** 3 / 24)
 

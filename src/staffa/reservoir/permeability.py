@@ -133,6 +133,16 @@ def along_axes(normals: np.ndarray) -> np.ndarray:
     return np.asarray(1 - n**2 + n * others)
 
 
+def largest_along(permeability: np.ndarray) -> np.ndarray:
+    """Return the permeability along the axis along which it is largest, shape (n_cells,).
+
+    Parameters
+    ----------
+    permeability : that of all directions, shape (n_cells,), or along each axis, (n_cells, 3).
+    """
+    return permeability if permeability.ndim == 1 else np.asarray(permeability.max(axis=1))
+
+
 def _normal(plane: Plane) -> np.ndarray:
     """Return the unit normal of a plane, shape (2,) or (3,)."""
     if plane.normal is not None:

@@ -85,20 +85,31 @@ def _bounds(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str
     for seen in places:
         time, most, name = max(seen, key=lambda at: at[1].at_smallest)
         if most.at_smallest >= ACTS:
-            yield (
-                f"The lower bound of the opening acts on {most.at_smallest:.0%} {name} at "
-                f"{shown.time.text(time)}: narrower or closed ones let water through as if they "
-                f"were {small} open. See if a smaller reservoir.openings.smallest changes the "
-                f"production."
-            )
+            those = f"narrower or closed ones let water through as if they were {small} open"
+            yield _bound("lower", most.at_smallest, name, shown.time.text(time), those, "smallest")
         time, most, name = max(seen, key=lambda at: at[1].at_largest)
         if most.at_largest >= ACTS:
-            yield (
-                f"The upper bound of the opening acts on {most.at_largest:.0%} {name} at "
-                f"{shown.time.text(time)}: those of up to {1e3 * most.widest:.3g} mm let water "
-                f"through as if they were {large} open. See if a larger reservoir.openings.largest "
-                f"changes the production."
-            )
+            widest = f"those of up to {1e3 * most.widest:.3g} mm"
+            those = f"{widest} let water through as if they were {large} open"
+            yield _bound("upper", most.at_largest, name, shown.time.text(time), those, "largest")
+
+
+def _bound(end: str, share: float, name: str, when: str, those: str, key: str) -> str:
+    """Return the sentence on a bound that acts.
+
+    Parameters
+    ----------
+    end : the end of the openings that it is at.
+    share, name : the share that it acts on, and of what, in words.
+    when : time of the largest share, in words.
+    those : its effect, in words.
+    key : key of the bound.
+    """
+    other = "smaller" if key == "smallest" else "larger"
+    return (
+        f"The {end} bound of the opening acts on {share:.0%} {name} at {when}: {those}. See if a "
+        f"{other} reservoir.openings.{key} changes the production."
+    )
 
 
 def _water(found: Sequence[Met], shown: Shown) -> Iterator[str]:
