@@ -22,6 +22,8 @@ from staffa.model.axis import Measure
 
 # If the squared gradient of the damage is below this (in 1/ell^2), there is no crack.
 FLAT = 1e-2
+# An opening strain below this share of the strain across is round-off: the crack is closed.
+ROUND_OFF = 1e-9
 
 
 class Openings:
@@ -72,10 +74,12 @@ class Openings:
     def strains(self) -> dict[str, np.ndarray]:
         """Return cell means of the opening strain, and of intact rock's strain across the crack.
 
-        Each has shape (n,), and is 0 where there is no crack.
+        Each has shape (n,), and is 0 where there is no crack, or where it is closed.
         """
         opened = self.volumes()
-        whole = np.where(opened != 0, self._integrals(self._strained), 0.0)
+        whole = self._integrals(self._strained)
+        open_ = np.abs(opened) > ROUND_OFF * np.abs(whole)
+        opened, whole = np.where(open_, opened, 0.0), np.where(open_, whole, 0.0)
         return {
             "opening_strain": opened / self.sizes,
             "intact_strain": (whole - opened) / self.sizes,
