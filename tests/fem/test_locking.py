@@ -25,11 +25,11 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.session import Session
 from staffa.evolution.system import build
 from staffa.io.field_output import FieldWriter
-from staffa.io.numbering import Numbering
 from staffa.io.run_directory import open_run, read_manifest
 from staffa.io.vtkhdf import read_vtkhdf
 from staffa.minimize.alternate import equilibrium
 from staffa.model.fields import at_vertices, linear_spaces, spaces_on, vertices
+from staffa.model.numbering import Numbering
 from staffa.physics.locking import too_stiff
 from staffa.runs.resume import resume
 from staffa.setup.build import problem

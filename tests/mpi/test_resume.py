@@ -23,7 +23,7 @@ from support.restarting import cut_run, small
 from staffa.setup.build import body_of
 from staffa.runs.resume import resume
 from staffa.model.fields import linear_spaces, vertices
-from staffa.io.numbering import Numbering
+from staffa.model.numbering import Numbering
 comm, base = MPI.COMM_WORLD, Path({base!r})
 if {cuts}:
     cut_run(small(), base / f"from-{{comm.size}}", 12)

@@ -113,6 +113,8 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
     origin = Origin(time=start.time, thermal=system.thermal.read())
     renewed = renew(system, start)
     loading = change_loads(problem, system, start, end)
+    if system.resolution:
+        system.resolution.require()
     overwhelmed = loading.end - loading.start > (SURGE - 1) * abs(loading.start)
     rubbed, slid = _slide(system, end, loading)
     outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)

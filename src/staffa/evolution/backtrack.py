@@ -48,6 +48,7 @@ class Past:
     work : work of the loads that led there.
     imbalance : error of the balance of that work.
     heat : account of heat; None without one.
+    moved : True if its energy is that on an earlier mesh.
     """
 
     loads: Loads
@@ -57,6 +58,7 @@ class Past:
     work: float
     imbalance: float
     heat: Heat | None
+    moved: bool = False
 
 
 class StepHistory:
@@ -154,7 +156,11 @@ class StepHistory:
             alpha, thermal = self.state(number)
             self._write(number, transfer(alpha), thermal.moved(transfer))
         self.steps = [
-            replace(past, loads=Loads(time=past.loads.time, values=prescribed(past.loads.time)))
+            replace(
+                past,
+                loads=Loads(time=past.loads.time, values=prescribed(past.loads.time)),
+                moved=True,
+            )
             for past in self.steps
         ]
 
@@ -209,11 +215,26 @@ def better_earlier(problem: Problem, system: System, history: StepHistory) -> Be
             system.energy.external.at(past.loads.time)
             equilibrium(system.alternation, past.loads.values)
             found = system.energy.total()
+            if found < enough and past.moved:
+                enough = _on_this_mesh(system, history, index) - backtracking.tolerance * past.scale
+                restore(system, kept)
             if found < enough:
                 return Better(index=index, found=found)
         return None
     finally:
         restore(system, kept)
+
+
+def _on_this_mesh(system: System, history: StepHistory, index: int) -> float:
+    """Return the energy of an earlier step on the current mesh, which lowers it by itself."""
+    past = history.steps[index]
+    alpha, thermal = history.state(history.states[index + 1])
+    system.state.alpha.x.array[:] = alpha
+    system.thermal.put(thermal)
+    equilibrium(system.alternation, past.loads.values)
+    total = system.energy.total()
+    history.steps[index] = replace(past, total=total, moved=False)
+    return total
 
 
 def _thermal(system: System, history: StepHistory, index: int) -> tuple[ThermalState, Heat | None]:

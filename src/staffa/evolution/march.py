@@ -8,28 +8,27 @@ from types import NoneType
 
 from staffa.arguments import require
 from staffa.backend.parallel import require_together
-from staffa.backend.vectors import readable
 from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advanced_step import Advance
 from staffa.evolution.audit import Before, audit
 from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import come_to_rest
+from staffa.evolution.loop_numbers import Finer
 from staffa.evolution.observers import Observers as Observers
 from staffa.evolution.problem import Problem
 from staffa.evolution.rejected_steps import not_returned, rejected
+from staffa.evolution.resolution import TooCoarseError
 from staffa.evolution.restart_state import Loop, RestartState
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
 from staffa.evolution.session import Session
-from staffa.evolution.snapshot import restore
+from staffa.evolution.snapshot import restore, snapshot
+from staffa.evolution.step_record import accepted, failed, mesh_record
 from staffa.evolution.system import System
 from staffa.evolution.try_step import try_step
-from staffa.measure.reactions import reactions
 from staffa.minimize.alternate import Sweep
-from staffa.records.status import Status
 from staffa.records.step import (
-    Audit,
     Moment,
     SolverStatistics,
     Stability,
@@ -99,8 +98,16 @@ def march_session(
 
 def _started(session: Session, observers: Observers) -> Loop:
     """The loop before the first step, in the initial equilibrium. Collective."""
+    while True:
+        first = snapshot(session.system)
+        try:
+            come_to_rest(session.problem, session.system, lambda sweep: observers.pause())
+            _require_fine(session)
+            break
+        except TooCoarseError as error:
+            restore(session.system, first)
+            session.refine(error.wanted)
     problem, system = session.problem, session.system
-    come_to_rest(problem, system, lambda sweep: observers.pause())
     if session.circulated:
         system.thermal.put(session.circulated.at_rest(system.thermal.read(), system.cracks))
     if problem.backtracking:
@@ -141,34 +148,63 @@ class _Start:
 
 
 def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
-    """Take the next step on the current mesh; None at the end. Collective."""
-    problem, system = session.problem, session.system
+    """Take the next step, on a mesh that is fine enough for it; None at the end. Collective."""
     loop.meet_mesh()
     if loop.history and loop.due:
         _look_back(session, observers, loop, loop.history)
-    system.energy.book()
-    time, restart = loop.next_time(), loop.restart()
+    session.system.energy.book()
+    time = loop.next_time()
+    restart, clock = loop.restart(), perf_counter()
     observers.keep(restart, time is None)
     if time is None:
         return None
-    started = _Start(
+    started = _start(session, loop, restart, time, clock)
+    try:
+        while True:
+            session.system.begin()
+            observers.pause()
+            try:
+                if loop.history and started.better:
+                    return _return(session, observers, loop, started, loop.history, started.better)
+                return _advance(session, observers, loop, started)
+            except TooCoarseError as error:
+                _refine(session, loop, started, error)
+                started = _start(session, loop, loop.restart(), time, clock)
+    except StoppedError:
+        observers.keep(started.restart, True)
+        raise
+
+
+def _start(
+    session: Session, loop: Loop, restart: RestartState, time: float, clock: float
+) -> _Start:
+    """All that a step to a time begins with, on the current mesh. Collective."""
+    problem, system = session.problem, session.system
+    return _Start(
         moment=_moment(problem, loop.next_index, time),
         restart=restart,
         before=loop.before(restart.kept),
         start=loop.start(),
         end=Loads(time=time, values=system.supports.values(time)),
         better=loop.better if loop.history else None,
-        clock=perf_counter(),
+        clock=clock,
     )
-    system.begin()
-    try:
-        observers.pause()
-        if loop.history and started.better:
-            return _return(session, observers, loop, started, loop.history, started.better)
-        return _advance(session, observers, loop, started)
-    except StoppedError:
-        observers.keep(restart, True)
-        raise
+
+
+def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
+    """Split cells, and go back to the state with which the step began. Collective."""
+    restore(session.system, started.restart.kept)
+    if loop.history and started.better:
+        index = started.better.index
+        loop.history.returns[index] = started.restart.returns.get(index, 0)
+    session.refine(error.wanted)
+    loop.meet_mesh()
+
+
+def _require_fine(session: Session) -> None:
+    """Require a mesh that is fine enough for the state, where it may be refined. Collective."""
+    if session.system.resolution:
+        session.system.resolution.require()
 
 
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
@@ -185,12 +221,14 @@ def _advance(session: Session, observers: Observers, loop: Loop, started: _Start
         words = f"step {moment.index} (time {moment.time:.6g}) failed: {error}"
         ending = PartedError(words) if isinstance(error, PartedError) else SolveError(words)
         ending.__cause__ = error
-        return _Taken(step=_failed(session, moment, observers, str(error)), error=ending)
+        return _Taken(step=failed(session, moment, observers, str(error)), error=ending)
+    if not tried.rejected:
+        _require_fine(session)
     seconds = perf_counter() - started.clock
     if tried.rejected:
         return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
     advance = tried.advance.after(SolverStatistics(direct=linear.takeovers - direct))
-    taken = _stands(session, observers, started, advance, tried.stability, seconds)
+    taken = _stands(session, observers, loop, started, advance, tried.stability, seconds)
     if taken.error is None:
         loop.walk.onward(started.moment.time, tried.ran)
         _go_on(session, loop, started, advance)
@@ -215,6 +253,7 @@ def _return(
         spent = advance.outcome
         if not spent.converged:
             raise SolveError(spent.reason)
+        _require_fine(session)
     except SolveError as error:
         require_together(session.comm, error)
         restore(system, started.restart.kept)
@@ -228,7 +267,7 @@ def _return(
         )
     seconds = perf_counter() - started.clock
     advance = advance.after(SolverStatistics(direct=linear.takeovers - direct))
-    taken = _stands(session, observers, started, advance, stability, seconds)
+    taken = _stands(session, observers, loop, started, advance, stability, seconds)
     loop.walk.back(started.moment.time)
     history.failed.clear()  # the damage is another
     _go_on(session, loop, started, advance)
@@ -238,6 +277,7 @@ def _return(
 def _stands(
     session: Session,
     observers: Observers,
+    loop: Loop,
     started: _Start,
     advance: Advance,
     stability: Stability | None,
@@ -248,7 +288,9 @@ def _stands(
     if not outcome.converged:
         observers.keep(started.restart, True)
     audited = audit(problem, system, started.before, advance, stability)
-    step = _accepted(session, started.moment, observers, advance, audited, stability, seconds)
+    step = accepted(session, started.moment, observers, advance, audited, stability, seconds)
+    if system.resolution:
+        step = replace(step, mesh=mesh_record(session, loop))
     if system.hoop:
         step = replace(step, hoop=system.hoop.share(started.before.alpha))
     if outcome.converged:
@@ -262,6 +304,7 @@ def _go_on(session: Session, loop: Loop, started: _Start, advance: Advance) -> N
     index, history = started.moment.index, loop.history
     loop.index, loop.better = index + 1, None
     loop.total = advance.outcome.energies.total
+    loop.finer = Finer()
     if history:
         history.drop(index)
         history.keep(started.end, advance, session.system)
@@ -290,61 +333,4 @@ def _look_back(session: Session, observers: Observers, loop: Loop, history: Step
 def _moment(problem: Problem, index: int, time: float) -> Moment:
     return Moment(
         index=index, time=time, tau=None if problem.tau_of is None else problem.tau_of(time)
-    )
-
-
-def _accepted(
-    session: Session,
-    moment: Moment,
-    observers: Observers,
-    advance: Advance,
-    audited: Audit,
-    stability: Stability | None,
-    seconds: float,
-) -> Step:
-    """Return the record of a kept step, converged or not, after measuring and saving its state."""
-    outcome = advance.outcome
-    quantities = observers.quantities(session)  # first: where one is none, nothing is written
-    fields = observers.save(session, moment, outcome.converged)
-    return Step(
-        **vars(moment),
-        energies=outcome.energies,
-        sweeps=outcome.sweeps,
-        status=outcome.status,
-        reason=outcome.reason,
-        audit=audited,
-        measures=observers.measure(session),
-        effort=outcome.effort,
-        fields=fields,
-        released=observers.release(session) if fields and outcome.converged else (),
-        seconds=seconds,
-        returned=advance.returned,
-        stability=stability,
-        curvature=advance.curvature,
-        heat=advance.all_heat,
-        reactions=_reactions(session.system),
-        probed=observers.probe(session),
-        quantities=quantities,
-    )
-
-
-def _reactions(system: System) -> dict[str, tuple[float, ...]]:
-    """Return the reactions of the supports. Collective."""
-    forces = system.alternation.u.duplicate()
-    system.energy.residual(forces)
-    mesh = system.state.u.function_space.mesh
-    found = reactions(mesh.comm, system.supports, readable(forces), dim=mesh.geometry.dim)
-    forces.destroy()
-    return found
-
-
-def _failed(session: Session, moment: Moment, observers: Observers, reason: str) -> Step:
-    """Return the record of a step in which all solvers failed, after saving the state before it."""
-    return Step(
-        **vars(moment),
-        energies=session.system.energy.energies(),
-        sweeps=0,
-        status=Status.FAILED,
-        reason=reason,
-        fields=observers.save(session, moment, False),
     )

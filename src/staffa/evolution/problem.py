@@ -172,6 +172,22 @@ class Measuring:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Refinement:
+    """When cells of a mesh that may be refined are split.
+
+    Attributes
+    ----------
+    ahead : distance (m) around damage within which cells are the finest.
+    drive : energy that drives the damage over its threshold from which on cells are the finest.
+    drop : largest change of temperature over a cell, over the largest change since t = 0.
+    """
+
+    ahead: float
+    drive: float = 0.5
+    drop: float = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
 class Problem:
     """A body, what it is made of, what holds and loads it, when to look, and how to solve.
 
@@ -198,6 +214,7 @@ class Problem:
     backtracking : settings of backtracking; None without.
     second_order : settings of the second-order test; None without.
     measuring : settings of the measures.
+    refinement : when cells are split; None for a mesh that stays as it is.
     """
 
     domain: Domain
@@ -218,6 +235,7 @@ class Problem:
     backtracking: Backtracking | None = None
     second_order: SecondOrder | None = field(default_factory=SecondOrder)
     measuring: Measuring = field(default_factory=Measuring)
+    refinement: Refinement | None = None
 
 
 def coarser(problem: Problem) -> Problem | None:

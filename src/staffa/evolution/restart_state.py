@@ -17,6 +17,7 @@ from staffa.evolution.backtrack import Better, Past, StepHistory
 from staffa.evolution.coupling import ThermalState
 from staffa.evolution.equilibrate import Loads
 from staffa.evolution.initial_equilibrium import unmoved
+from staffa.evolution.loop_numbers import Finer, LoopNumbers, PastNumbers
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.session import Session
 from staffa.evolution.snapshot import Snapshot, restore, snapshot
@@ -24,85 +25,10 @@ from staffa.evolution.system import System
 from staffa.minimize.alternate import equilibrium
 from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
-from staffa.records.step import Heat
 
 # Kept numbers of the faces of cracks, for each cell, where faces touch; and those of the source of
 # temperatures, which belong to no place, where it has some.
 FACES, MEMORY = "faces", "memory"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PastNumbers:
-    """A step of `StepHistory`, as a checkpoint keeps it.
-
-    Attributes
-    ----------
-    loads
-        Time (s) of its loads, which tells the displacements prescribed then.
-    total
-        Its total energy, see `Energies`; so are `scale`, `loaded`, `work` and `imbalance`.
-    scale
-        Scale of its energy.
-    loaded
-        Energy on frozen cracks that it started with.
-    work
-        Work of the loads on the way there.
-    imbalance
-        Error in the account of that work.
-    heat
-        Account of the heat equation; None without one.
-    """
-
-    loads: float
-    total: float
-    scale: float
-    loaded: float
-    work: float
-    imbalance: float
-    heat: Heat | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoopNumbers:
-    """Numbers of a checkpoint: all of a `RestartState` but its fields.
-
-    Attributes
-    ----------
-    index
-        Index of the next step, unless `better` is an earlier one to go back to.
-    start
-        Time (s) that `AdaptiveSteps` has come to; None before the first step.
-    length
-        Length of its next step (s).
-    loads
-        Numbers of the external loads, the last part of `snapshot`.
-    rest
-        Energies that others count from.
-    total
-        Energy that the step before ended with; None in checkpoints of older versions.
-    better
-        Earlier step that is gone back to next; None for going on.
-    past
-        Steps of the history; empty without backtracking.
-    returns
-        Number of returns to each step, by its index.
-    failed
-        Indices of steps that could not be returned to.
-    due
-        True if the last step is still to be looked back from.
-    """
-
-    index: int
-    start: float | None
-    length: float
-    loads: tuple[float, ...]
-    rest: Energies
-    total: float | None = None
-    better: Better | None = None
-    past: tuple[PastNumbers, ...] = ()
-    returns: dict[int, int] = field(default_factory=dict)
-    failed: tuple[int, ...] = ()
-    due: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,6 +47,7 @@ class RestartState:
     past, returns, states : those of `history` at that time; empty without backtracking.
     failed : indices of steps to which a return failed.
     due : True if earlier steps must still be compared with the last one.
+    finer : what other meshes changed since the step before.
     history : kept steps; None without backtracking.
     """
 
@@ -136,6 +63,7 @@ class RestartState:
     returns: Mapping[int, int]
     failed: tuple[int, ...] = ()
     due: bool = False
+    finer: Finer = field(default_factory=Finer)
     states: tuple[int, ...] = ()
     history: StepHistory | None = None
 
@@ -153,6 +81,7 @@ class RestartState:
             returns=dict(self.returns),
             failed=self.failed,
             due=self.due,
+            finer=self.finer,
         )
         return json_form(told)
 
@@ -196,6 +125,7 @@ class RestartState:
             total=self.total,
             better=self.better if problem.backtracking else None,
             due=self.due and session.history is not None,
+            finer=self.finer,
             changes=session.changes,
         )
 
@@ -245,6 +175,7 @@ def restart_state(
         returns=told.returns,
         failed=told.failed,
         due=told.due,
+        finer=told.finer,
         states=tuple(history.states) if history else (),
         history=history,
     )
@@ -277,6 +208,7 @@ class Loop:
     index : number of the next step, unless `better` is an earlier one to go back to.
     better : earlier step to go back to.
     due : True if the last step is still to be looked back from.
+    finer : what other meshes changed since the step before.
     changes : those of the session's mesh that the loop knows of.
     """
 
@@ -286,6 +218,7 @@ class Loop:
     index: int = 0
     better: Better | None = None
     due: bool = False
+    finer: Finer = field(default_factory=Finer)
     changes: int = 0
 
     @property
@@ -296,11 +229,18 @@ class Loop:
     def meet_mesh(self) -> None:
         """Find equilibrium with frozen cracks on a mesh that has changed. Collective.
 
-        The energy that the step before ended with is then none to compare with.
+        A finer mesh has a lower energy by itself: what comes is compared with the energy on it.
         """
-        if self.changes != self.session.changes:
-            equilibrium(self.session.system.alternation, self.start().values)
-            self.changes, self.total = self.session.changes, None
+        if self.changes == self.session.changes:
+            return
+        system = self.session.system
+        equilibrium(system.alternation, self.start().values)
+        total, before = system.energy.total(), self.total
+        self.finer = Finer(
+            changes=self.finer.changes + self.session.changes - self.changes,
+            energy=self.finer.energy + (0.0 if before is None else total - before),
+        )
+        self.changes, self.total = self.session.changes, total
 
     @property
     def next_index(self) -> int:
@@ -344,6 +284,7 @@ class Loop:
             returns=dict(history.returns) if history else {},
             failed=tuple(sorted(history.failed)) if history else (),
             due=self.due,
+            finer=self.finer,
             states=tuple(history.states) if history else (),
             history=history,
         )

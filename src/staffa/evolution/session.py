@@ -1,6 +1,8 @@
 """Owner of all that is built for one mesh, under the time loop: other meshes can take its place."""
 
 from collections.abc import Callable, Hashable
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from staffa.backend.stack import MPI
@@ -11,14 +13,16 @@ from dolfinx import fem
 
 from staffa.backend import jit
 from staffa.evolution.backtrack import StepHistory
+from staffa.evolution.carry import Across, Lift, carried, interpolation
 from staffa.evolution.circulated import Circulated
 from staffa.evolution.effective_toughness import effective_gc_ratio
 from staffa.evolution.problem import Problem
-from staffa.evolution.snapshot import Snapshot, copied, restore
 from staffa.evolution.system import System, build
-from staffa.model.domain import Domain
-from staffa.model.fields import State, Transfer, at_vertices, owned
+from staffa.geometry.simplices import Simplices
+from staffa.model.domain import Domain, finer
+from staffa.model.fields import State, at_vertices, owned
 from staffa.model.quadrature import cell_middle
+from staffa.model.refinement import Wanted, refined
 
 
 class Session:
@@ -135,20 +139,51 @@ class Session:
         tensor[:, :size, :size] = found.reshape(len(cells), size, size)
         return tensor.reshape(-1, 9)
 
-    def replace(self, problem: Problem, system: System) -> None:
+    def refine(self, wanted: Wanted) -> None:
+        """Split cells, and put the finer mesh in place of the current one. Collective.
+
+        The state and earlier states are carried over exactly. Between two steps alone.
+
+        Parameters
+        ----------
+        wanted : what the cells that this rank owns should become.
+        """
+        rules, before, factor = self.problem.refinement, self.domain, self._toughness_factor
+        assert rules is not None
+        domain, nested = refined(before, wanted, ahead=rules.ahead)
+        problem, lift = replace(self.problem, domain=domain), Lift(before, nested)
+        self.replace(problem, carried(self.system, problem, lift), lift)
+        self._toughness_factor = factor  # of the finest cells, which are those of before
+
+    def take_up(self, whole: Simplices | None) -> None:
+        """Put a finer mesh in place of the first one, with the state that it starts with.
+        Collective.
+
+        Parameters
+        ----------
+        whole : the finer mesh, on rank 0; None elsewhere.
+        """
+        problem = replace(self.problem, domain=finer(self.domain, whole))
+        factor = self._toughness_factor
+        self.replace(problem, build(problem))
+        self._toughness_factor = factor
+
+    def replace(self, problem: Problem, system: System, across: Across | None = None) -> None:
         """Put another mesh in place of the current one, whose system and tools are freed.
 
         Between two steps alone. The new state is the caller's, see `interpolated`; earlier states
-        are interpolated here. Collective.
+        are carried over here. Collective.
 
         Parameters
         ----------
         problem : the same problem on the other mesh of the same body.
         system : its system, which holds the state that the next step begins with.
+        across : the way from the current mesh to the other; None to interpolate.
         """
         if self.history:
-            old, new = self.system.spaces.alpha, system.spaces.alpha
-            self.history.move(Transfer(old, new, h=self.domain.h), system.supports.values)
+            way = across or interpolation(self.domain.h)
+            at_vertices = partial(way, self.state.alpha, system.state.alpha)
+            self.history.move(at_vertices, system.supports.values)
         self.destroy()
         self.problem, self.system = problem, system
         self._toughness_factor = None
@@ -180,26 +215,4 @@ def interpolated(session: Session, problem: Problem) -> System:
     System
         For `Session.replace`.
     """
-    old, new = session.system, build(problem)
-    h, kept = session.domain.h, copied(old)
-
-    def across(source: fem.Function, target: fem.Function, values: np.ndarray) -> np.ndarray:
-        return Transfer(source.function_space, target.function_space, h=h)(values)
-
-    before, after, spent, counted = old.state, new.state, old.energy.spent, new.energy.spent
-    frozen = zip(old.energy.frozen, new.energy.frozen, kept.frozen, strict=True)
-    booked = None
-    if spent and counted and kept.spent is not None:
-        booked = across(spent.alpha, counted.alpha, kept.spent)
-    moved = Snapshot(
-        u=across(before.u, after.u, kept.u),
-        alpha=across(before.alpha, after.alpha, kept.alpha),
-        lower=across(old.bounds.lower, new.bounds.lower, kept.lower),
-        thermal=kept.thermal.moved(lambda values: across(before.T, after.T, values)),
-        frozen=tuple(across(*field) for field in frozen),
-        spent=booked,
-        loads=kept.loads,
-    )
-    restore(new, moved)
-    new.energy.rest = old.energy.rest
-    return new
+    return carried(session.system, problem, interpolation(session.domain.h))

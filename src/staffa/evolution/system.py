@@ -6,6 +6,7 @@ from functools import cached_property
 from staffa.backend.stack import PETSc
 
 import numpy as np
+from dolfinx import fem
 
 from staffa.arguments import require
 from staffa.backend.petsc_options import ACCELERATION, DAMAGE, DISPLACEMENT, NEWTON
@@ -13,6 +14,7 @@ from staffa.evolution.coefficients import energy_of
 from staffa.evolution.coupling import Cracks, ThermalCoupling, ThermalFields, coupling_of
 from staffa.evolution.pressed_growth import PressedGrowth
 from staffa.evolution.problem import Problem, coarser
+from staffa.evolution.resolution import Resolution
 from staffa.measure.hoop import Hoop
 from staffa.minimize.alternate import Alternation
 from staffa.minimize.bounded import SOLVERS, BoundedEnergy, BoundedSolver
@@ -75,6 +77,7 @@ class System:
     alternation : both halves of the minimization.
     coarser : system for first guesses; None without.
     hoop : share of damage that hoop tension drives; None but for a body of revolution.
+    resolution : test whether the mesh is fine enough; None for a mesh that stays as it is.
     """
 
     spaces: Spaces
@@ -87,6 +90,7 @@ class System:
     alternation: Alternation
     coarser: Coarser | None
     hoop: Hoop | None = None
+    resolution: Resolution | None = None
 
     @cached_property
     def pressed_growth(self) -> PressedGrowth:
@@ -112,6 +116,8 @@ class System:
         """Free the PETSc objects."""
         if self.coarser:
             self.coarser.system.destroy()
+        if self.resolution:
+            self.resolution.destroy()
         self.coupling.destroy()
         parts = self.alternation
         parts.elastic.destroy()
@@ -140,6 +146,7 @@ def build(problem: Problem) -> System:
     supports = build_supports(
         domain, spaces, problem.sides, section=problem.section, anchor=problem.anchor
     )
+    alternation = _alternation(problem, spaces, state, energy, supports)
     return System(
         spaces=spaces,
         state=state,
@@ -148,9 +155,10 @@ def build(problem: Problem) -> System:
         supports=supports,
         coupling=coupling,
         thermal=thermal,
-        alternation=_alternation(problem, spaces, state, energy, supports),
+        alternation=alternation,
         coarser=_coarser(problem, spaces, energy.external.p_at_rest.x.array),
         hoop=Hoop(domain, energy) if domain.axial else None,
+        resolution=Resolution(problem, state, alternation.damage) if problem.refinement else None,
     )
 
 
@@ -174,14 +182,26 @@ def _coarser(problem: Problem, spaces: Spaces, at_rest: np.ndarray) -> Coarser |
 
 
 def _start_cracked(problem: Problem, state: State, bounds: Bounds) -> None:
-    material, space = problem.material, state.alpha.function_space
+    cracked = initially_broken(problem, state.alpha.function_space)
+    state.alpha.x.array[cracked] = 1.0
+    bounds.lower.x.array[cracked] = 1.0
+
+
+def initially_broken(problem: Problem, space: fem.FunctionSpace) -> np.ndarray:
+    """Mark the vertices of initial cracks, ghosts included, shape (n_local,). Collective.
+
+    Parameters
+    ----------
+    problem : the problem.
+    space : linear scalars on its mesh.
+    """
+    material = problem.material
     cracked = material.cracked(vertices(space).T)
     for crack in material.cracks:
         cracked |= broken(space, crack, h=problem.domain.h)
     for layer in problem.domain.cracks.values():
         cracked |= corners(space, layer)
-    state.alpha.x.array[cracked] = 1.0
-    bounds.lower.x.array[cracked] = 1.0
+    return np.asarray(cracked)
 
 
 def bounded_energy(energy: Energy) -> BoundedEnergy:

@@ -1,11 +1,14 @@
 """Facts of a block before there is a mesh: its sides, and its number of cells."""
 
 from dataclasses import dataclass
-from math import ceil, prod
+from math import ceil, floor, log2, prod
 
 import numpy as np
 
 UNSTRUCTURED = "unstructured"
+
+# Edges of a block that was refined, over those that were asked for, at least.
+SHORTER = 5 / 6
 
 # Axis across each side, and which end of the body it is; the last axis is the height.
 SIDES = {
@@ -41,6 +44,25 @@ def opposite(face: str, dim: int) -> str:
 def divisions(size: tuple[float, ...], h: float) -> tuple[int, ...]:
     """Return the numbers of cells along the axes; none is longer than h (up to round-off)."""
     return tuple(max(1, ceil(length / h - 1e-9)) for length in size)
+
+
+def halvings(longest: float, h: float, size: tuple[float, ...] = ()) -> int:
+    """Return how often an edge can be halved until it is h long.
+
+    Parameters
+    ----------
+    longest : edge that must not be exceeded at the start (m).
+    h : edge in the end (m).
+    size : extent of a block along each axis (m), whose cells then end at h, or up to a sixth
+        shorter; empty for other bodies.
+    """
+    times = max(0, floor(log2(longest / h) + 1e-9))
+    while times and any(
+        length / count / 2**times < SHORTER * h
+        for length, count in zip(size, divisions(size, 2**times * h), strict=True)
+    ):
+        times -= 1
+    return times
 
 
 @dataclass(frozen=True, kw_only=True)

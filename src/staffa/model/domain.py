@@ -2,24 +2,25 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from staffa.backend.stack import MPI
 
-import basix.ufl
 import numpy as np
 from dolfinx import mesh as dmesh
 
 from staffa.backend.parallel import on_root
 from staffa.errors import InputError, choices
-from staffa.geometry.block import SIDES, UNSTRUCTURED, divisions, edge, face_axis, face_position
+from staffa.geometry.block import SIDES, UNSTRUCTURED, divisions, edge, face_axis
 from staffa.geometry.block_simplices import unstructured
 from staffa.geometry.edges import cell_edges
-from staffa.geometry.layer import cells_along_crack
 from staffa.geometry.outline import Outline, without_axis
 from staffa.geometry.places import SAME
-from staffa.geometry.simplices import Simplices, keys, mesh_outline
+from staffa.geometry.simplices import Simplices, mesh_outline
+from staffa.model.block_parts import Part, parted_cells, region_cells, side_facets
+from staffa.model.block_parts import middles as middles
+from staffa.model.distributed import LocalNames, digest, distributed, local_names
 
 CELLS = {
     "quadrilateral": dmesh.CellType.quadrilateral,
@@ -49,6 +50,7 @@ class Domain:
         boundary.
     coarser : makes the same body with cells twice as long; None if that is impossible.
     graded : True if edges may differ, as in a mesh that was read; see `local_edges`.
+    source : what finer meshes of the body are made from; None for a mesh that stays as it is.
     """
 
     mesh: dmesh.Mesh
@@ -64,6 +66,7 @@ class Domain:
     axial: bool = False
     coarser: Callable[[], "Domain"] | None = None
     graded: bool = False
+    source: "Source | None" = None
 
     @property
     def comm(self) -> MPI.Comm:
@@ -100,8 +103,22 @@ class Domain:
         return self.regions[region]
 
 
-# True for points, shape (3, n), in a part of the body: shape (n,).
-Part = Callable[[np.ndarray], np.ndarray]
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Source of finer meshes of a body.
+
+    Attributes
+    ----------
+    mesh : the whole current mesh, on rank 0; None elsewhere.
+    finest : mean edge of the finest cells (m).
+    named : finds what has a name in a distributed mesh, from the whole one. Collective.
+    parted : marks those of some cells of a whole mesh that lie in several named regions.
+    """
+
+    mesh: Simplices | None
+    finest: float
+    named: Callable[[dmesh.Mesh, Simplices | None], LocalNames]
+    parted: Callable[[Simplices, np.ndarray], np.ndarray] = lambda mesh, cells: cells < 0
 
 
 def block(
@@ -113,6 +130,7 @@ def block(
     parts: Mapping[str, Part] | None = None,
     axial: bool = False,
     hole: float = 0.0,
+    halvings: int = 0,
 ) -> Domain:
     """Mesh a rectangle or a box with its lower corner at the origin. Collective.
 
@@ -127,31 +145,53 @@ def block(
     parts : the named regions: a cell whose center is in several belongs to the last of them.
     axial : True for the meridian plane of a body of revolution about x = 0.
     hole : distance along x at which the body begins (m), the radius of a hole along the axis.
+    halvings : how often edges may be halved, from cells that begin so much longer, until they are
+        no longer than h; 0 for a mesh that stays as it is. Of triangles and tetrahedra alone.
 
     Raises
     ------
     InputError
         Gmsh is missing for unstructured cells.
     """
-    make = _unstructured if cells == UNSTRUCTURED else _structured
-    mesh, description = make(comm, size, h, cells)
+    longest, whole = h * 2**halvings, None
+    if cells == UNSTRUCTURED or halvings:
+        whole, description = _whole(comm, size, longest, cells)
+        mesh = distributed(comm, whole, len(size))
+    else:
+        mesh, description = _structured(comm, size, longest, cells)
     if hole:
         mesh.geometry.x[:, 0] += hole
         description += f" from {hole}".encode()
-    lower = (hole, *(0.0,) * (len(size) - 1))
+        if whole is not None:
+            whole = replace(whole, x=whole.x + hole * np.eye(len(size))[0])
+    lower, known = (hole, *(0.0,) * (len(size) - 1)), parts or {}
     sides = [name for name in SIDES[len(size)] if not (axial and name == "left" and not hole)]
+
+    def named(mesh: dmesh.Mesh, whole: Simplices | None) -> LocalNames:
+        return LocalNames(
+            boundaries={name: side_facets(mesh, lower, size, name) for name in sides},
+            regions=region_cells(mesh, known),
+        )
+
+    source = None
+    if halvings:
+        edges = None if whole is None else float(cell_edges(whole.x[whole.cells]).mean())
+        finest = comm.bcast(edges) / 2**halvings
+        source = Source(mesh=whole, finest=finest, named=named, parted=partial(parted_cells, known))
+        description += f" halved {halvings} times".encode()
     return Domain(
         mesh=mesh,
-        boundaries={name: _side(mesh, lower, size, name) for name in sides},
+        **vars(named(mesh, whole)),
         axes={side: face_axis(side, len(size)) for side in sides},
-        regions=_regions(mesh, parts or {}),
         lower=lower,
         size=size,
         axial=axial,
-        h=edge(size, h, cells),
+        h=edge(size, longest, cells) / 2**halvings,
         cell_kind=cells,
-        identity=hashlib.sha256(description).hexdigest()[:16],
-        coarser=_coarser(comm, size, h, cells, parts or {}, axial, hole),
+        identity=_short(description),
+        coarser=None if halvings else _coarser(comm, size, h, cells, known, axial, hole),
+        graded=halvings > 0,
+        source=source,
     )
 
 
@@ -163,6 +203,7 @@ def body(
     *,
     graded: bool = False,
     axial: bool = False,
+    halvings: int = 0,
 ) -> Domain:
     """Return the body that a mesh of triangles or tetrahedra with names fills. Collective.
 
@@ -174,74 +215,57 @@ def body(
     h : edge of the cells along crack paths (m); None for the mean edge.
     graded : True if edges may differ.
     axial : True for the meridian plane of a body of revolution about x = 0.
+    halvings : how often mean edges may be halved, down to h; 0 for a mesh that stays as it is.
     """
     held: list[Simplices] = []
 
-    def described() -> tuple[Outline, _Names, bytes]:
+    def described() -> tuple[Outline, bytes]:
         held.append(make())
         around = mesh_outline(held[0])
         if axial:
             around = without_axis(around)
-        return around, _Names.of(held[0]), _digest(held[0].x, held[0].cells)
+        return around, digest(held[0].x, held[0].cells)
 
-    around, names, identity = on_root(comm, described)
-    x, corners = (held[0].x, held[0].cells) if held else _nothing(around.dim)
-    mesh = _distributed(comm, x, corners)
-    known = np.asarray(mesh.topology.original_cell_index)
-    own = mesh.topology.index_map(around.dim).size_local
-
-    def here(cells: np.ndarray) -> np.ndarray:
-        return np.flatnonzero(np.isin(known, cells)).astype(np.int32)
-
-    cracks = {name: here(cells) for name, cells in names.layers.items()}
+    around, identity = on_root(comm, described)
+    whole = held[0] if held else None
+    mesh = distributed(comm, whole, around.dim)
+    named, finest = partial(local_names, tuple(around.faces)), h or around.h / 2**halvings
     return Domain(
         mesh=mesh,
-        boundaries=_faces(mesh, {name: names.faces[name] for name in around.faces}),
+        **vars(named(mesh, whole)),
         axes={n: plane.axis for n, plane in around.faces.items() if plane is not None},
-        regions={name: here(cells) for name, cells in names.regions.items()},
-        cracks={name: cells[cells < own] for name, cells in cracks.items()},
         lower=around.lower,
         size=around.size,
-        h=h or around.h,
+        h=finest,
         cell_kind=UNSTRUCTURED,
         axial=axial,
-        identity=hashlib.sha256(identity).hexdigest()[:16],
+        identity=_short(identity),
         coarser=coarser,
-        graded=graded,
+        graded=graded or halvings > 0,
+        source=Source(mesh=whole, finest=finest, named=named) if halvings else None,
     )
+
+
+def finer(domain: Domain, whole: Simplices | None) -> Domain:
+    """Return the same body on a finer mesh. Collective.
+
+    Parameters
+    ----------
+    domain : the body, with a source.
+    whole : the finer mesh, on rank 0; None elsewhere.
+    """
+    assert domain.source is not None
+    comm, source = domain.comm, replace(domain.source, mesh=whole)
+    mesh = distributed(comm, whole, domain.dim)
+    identity = on_root(comm, lambda: digest(whole.x, whole.cells) if whole is not None else b"")
+    named = vars(source.named(mesh, whole))
+    return replace(domain, mesh=mesh, **named, identity=_short(identity), source=source)
 
 
 def local_edges(domain: Domain) -> np.ndarray:
     """Return the mean edge (m) of each simplex that this rank owns, shape (n,)."""
     geometry, own = domain.mesh.geometry, domain.mesh.topology.index_map(domain.dim).size_local
     return cell_edges(geometry.x[geometry.dofmaps[0][:own], : domain.dim])
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Names:
-    """Cells of regions and along cracks, and corners of faces' facets, in the numbers of rank 0."""
-
-    regions: Mapping[str, np.ndarray]
-    layers: Mapping[str, np.ndarray]
-    faces: Mapping[str, np.ndarray]
-
-    @staticmethod
-    def of(mesh: Simplices) -> "_Names":
-        layers = {name: cells_along_crack(mesh.cells, rows) for name, rows in mesh.cracks.items()}
-        return _Names(regions=mesh.regions, layers=layers, faces=mesh.faces)
-
-
-def _faces(mesh: dmesh.Mesh, faces: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the surface facets whose corners are those of each face."""
-    dim = mesh.topology.dim
-    mesh.topology.create_connectivity(dim - 1, dim)
-    surface = dmesh.exterior_facet_indices(mesh.topology)
-    nodes = dmesh.entities_to_geometry(mesh, dim - 1, surface).reshape(-1, dim)
-    mine = mesh.geometry.input_global_indices[nodes]
-    number = keys(np.concatenate([mine, *faces.values()]))  # one number for the same corners
-    ends = np.cumsum([len(mine), *(len(rows) for rows in faces.values())])
-    named = zip(faces, np.split(number, ends)[1:], strict=False)
-    return {name: surface[np.isin(number[: len(mine)], rows)] for name, rows in named}
 
 
 def _structured(
@@ -259,38 +283,27 @@ def _structured(
     return mesh, f"block {size} {counts} {cells}".encode()
 
 
-def _unstructured(
+def _whole(
     comm: MPI.Comm, size: tuple[float, ...], h: float, cells: str
-) -> tuple[dmesh.Mesh, bytes]:
-    """Return the mesh, made on rank 0, and its digest: another Gmsh may make another mesh."""
-    dim = len(size)
-    x, corners = _nothing(dim)
+) -> tuple[Simplices | None, bytes]:
+    """Return the whole mesh on rank 0, and its digest: another Gmsh may make another mesh."""
+    held: list[Simplices] = []
 
     def make() -> bytes:
-        nonlocal x, corners
-        x, corners = unstructured(size, h)
-        return _digest(x, corners)
+        if cells == UNSTRUCTURED:
+            x, corners = unstructured(size, h)
+        else:
+            mesh, _ = _structured(MPI.COMM_SELF, size, h, cells)
+            x, corners = mesh.geometry.x[:, : len(size)], mesh.geometry.dofmaps[0].astype(np.int64)
+        held.append(Simplices(x=x, cells=corners, regions={}, faces={}, cracks={}))
+        return digest(x, corners)
 
     identity = on_root(comm, make)
-    return _distributed(comm, x, corners), identity
+    return (held[0] if held else None), identity
 
 
-def _distributed(comm: MPI.Comm, x: np.ndarray, corners: np.ndarray) -> dmesh.Mesh:
-    """Distribute a mesh of simplices from rank 0."""
-    dim = x.shape[1]
-    shape = "triangle" if dim == 2 else "tetrahedron"
-    element = basix.ufl.element("Lagrange", shape, 1, shape=(dim,), dtype=np.float64)
-    # As in blocks: a rank also knows the cells across a shared facet.
-    ghosts = dmesh.create_cell_partitioner(dmesh.GhostMode.shared_facet, 2)
-    return dmesh.create_mesh(comm, corners, element, x, partitioner=ghosts)
-
-
-def _nothing(dim: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.zeros((0, dim)), np.zeros((0, dim + 1), dtype=np.int64)
-
-
-def _digest(x: np.ndarray, corners: np.ndarray) -> bytes:
-    return hashlib.sha256(x.tobytes() + corners.tobytes()).digest()
+def _short(description: bytes) -> str:
+    return hashlib.sha256(description).hexdigest()[:16]
 
 
 def _coarser(
@@ -311,38 +324,6 @@ def _coarser(
     return partial(
         block, comm, size=size, h=2 * h, cells=cells, parts=parts, axial=axial, hole=hole
     )
-
-
-def _side(
-    mesh: dmesh.Mesh, lower: tuple[float, ...], size: tuple[float, ...], name: str
-) -> np.ndarray:
-    """Return the facets of a side of a block."""
-    tolerance, axis = SAME * max(size), face_axis(name, len(size))
-    position = lower[axis] + face_position(name, size)
-    mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
-    return np.asarray(
-        dmesh.locate_entities_boundary(
-            mesh, mesh.topology.dim - 1, lambda x: np.abs(x[axis] - position) <= tolerance
-        )
-    )
-
-
-def _regions(mesh: dmesh.Mesh, parts: Mapping[str, Part]) -> dict[str, np.ndarray]:
-    if not parts:
-        return {}
-    x = middles(mesh)
-    number = np.full(x.shape[1], -1)
-    for k, inside in enumerate(parts.values()):
-        number[inside(x)] = k
-    return {name: np.flatnonzero(number == k).astype(np.int32) for k, name in enumerate(parts)}
-
-
-def middles(mesh: dmesh.Mesh) -> np.ndarray:
-    """Return the center of each cell (m), ghosts included, shape (3, n)."""
-    dim = mesh.topology.dim
-    cells = mesh.topology.index_map(dim)
-    every = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
-    return np.asarray(dmesh.compute_midpoints(mesh, dim, every).T)
 
 
 def cell_count(domain: Domain) -> int:

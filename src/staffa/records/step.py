@@ -20,6 +20,7 @@ from staffa.records.minimization import CANCELED as CANCELED
 from staffa.records.minimization import Outcome as Outcome
 from staffa.records.minimization import SolverStatistics as SolverStatistics
 from staffa.records.minimization import Stop as Stop
+from staffa.records.refined_mesh import RefinedMesh as RefinedMesh
 from staffa.records.status import Status
 from staffa.records.tip_release import Release
 
@@ -234,6 +235,8 @@ class Step:
         Energy release rates at the tips, where fields are kept.
     quantities
         Numbers of a script's quantities, by name.
+    mesh
+        Mesh of its state; None where the mesh stays as it is.
     """
 
     index: int
@@ -257,6 +260,7 @@ class Step:
     hoop: float | None = None
     released: tuple[Release, ...] = ()
     quantities: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    mesh: RefinedMesh | None = None
 
     def to_record(self) -> dict[str, Any]:
         """Return the step as a dictionary that JSON can hold, with the total energy."""

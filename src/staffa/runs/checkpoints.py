@@ -20,10 +20,12 @@ from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.errors import InputError, StaffaError, StoppedError
 from staffa.evolution.restart_state import FACES, MEMORY, RestartState, restart_state
 from staffa.evolution.session import Session
+from staffa.geometry.simplices import Simplices
 from staffa.io import checkpoint
-from staffa.io.numbering import Numbering
+from staffa.io.mesh_arrays import POINTS, mesh_arrays, mesh_of_arrays
 from staffa.io.run_directory import Journal
 from staffa.model.fields import owned
+from staffa.model.numbering import Numbering
 from staffa.records.status import Status
 from staffa.records.step import Step
 from staffa.runs.provenance import version
@@ -151,7 +153,7 @@ class CheckpointWriter:
     def _keep(self, stands: RestartState) -> None:
         order = self._order
         if order.mesh is None:
-            order.mesh = self._write({"points": order.vertices.points})
+            order.mesh = self._write(self._mesh(order))
         numbers = stands.numbers()
         whole = order.whole(stands.fields(), stands.kept.thermal.memory)
         faces = stands.faces()
@@ -177,6 +179,13 @@ class CheckpointWriter:
                 self.comm,
                 lambda: checkpoint.write_page(self._folder, self.journal.lines, page, parts),
             )
+
+    def _mesh(self, order: _Order) -> dict[str, np.ndarray | None]:
+        """Points of the mesh on rank 0, with its cells and names where it follows the cracks."""
+        source = self._session.domain.source
+        if source is None or source.mesh is None:
+            return {POINTS: order.vertices.points}
+        return dict(mesh_arrays(source.mesh))
 
     def _is_due(self, now: bool) -> bool:
         """Return True if a checkpoint is due; on rank 0, which alone knows lines and time."""
@@ -206,6 +215,7 @@ class CheckpointWriter:
         InputError
             The mesh is not that of the checkpoint.
         """
+        self._take_up_mesh(page["mesh"])
         order = self._order
         if not on_root(self.comm, lambda: self._is_of_this_mesh(order, page["mesh"])):
             raise InputError(
@@ -223,9 +233,20 @@ class CheckpointWriter:
         order.past = dict(zip(found.states, page["past"], strict=True))
         return found
 
+    def _take_up_mesh(self, name: str) -> None:
+        """Put a mesh that has followed the cracks in place of the first one. Collective."""
+        if self._session.domain.source is None:
+            return
+        held: list[Simplices] = []
+        on_root(
+            self.comm,
+            lambda: held.append(mesh_of_arrays(checkpoint.read_part(self._folder, name))),
+        )
+        self._session.take_up(held[0] if held else None)
+
     def _is_of_this_mesh(self, order: _Order, name: str) -> bool:
         """Return True if the mesh is that of the checkpoint; on rank 0, which has all points."""
-        points, kept = order.vertices.points, checkpoint.read_part(self._folder, name)["points"]
+        points, kept = order.vertices.points, checkpoint.read_part(self._folder, name)[POINTS]
         assert points is not None
         if points.shape != kept.shape:
             return False

@@ -14,6 +14,7 @@ from staffa.case.rules import require_loaded
 from staffa.case.scales.case_scales import Numbers, derived_numbers, load
 from staffa.case.scales.pace import plan
 from staffa.case.schema.case import Case, Prescribed
+from staffa.case.schema.refine_keys import multiple
 from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
 from staffa.case.values.applied_forces import forces
 from staffa.case.values.default_split import for_any_load
@@ -22,12 +23,14 @@ from staffa.case.values.given_files import factors, in_body
 from staffa.case.values.heat_equation import conduction
 from staffa.case.values.property_functions import in_space
 from staffa.errors import InputError
+from staffa.evolution.carry import refined_at_cracks
 from staffa.evolution.coupling import in_closed_form
 from staffa.evolution.problem import (
     Backtracking,
     Irreversibility,
     Measuring,
     Problem,
+    Refinement,
     SecondOrder,
     Solvers,
     Temperatures,
@@ -96,7 +99,7 @@ def problem(
     check_rock(case, domain)
     check_files(case, domain)
     times = plan(case, derived)
-    return Problem(
+    found = Problem(
         domain=domain,
         elements=elements_of(case),
         material=material,
@@ -129,7 +132,9 @@ def problem(
             depths=tuple(float(d) for d in case.measures.depths),
             threshold=case.measures.threshold,
         ),
+        refinement=_refinement(case, material.ell),
     )
+    return refined_at_cracks(found)
 
 
 def _forces(case: Case, own: Load | CoupledLoad | None) -> Forces:
@@ -182,10 +187,10 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
     if keys.file is not None:
         h = None if keys.h is None else float(keys.h)
         make = partial(mesh_of, keys.file, float(keys.unit or 1.0), str(keys.mesh))
-        return body(comm, make, h=h, graded=True, axial=case.axial)
+        return body(comm, make, h=h, graded=True, axial=case.axial, halvings=keys.halvings)
     assert keys.h is not None
     if keys.shape is not None:
-        return _shaped(comm, keys.shape.shape(), float(keys.h), case.axial)
+        return _shaped(comm, keys.shape.shape(), float(keys.h), case.axial, keys.halvings)
     assert keys.size is not None
     size = tuple(float(s) for s in keys.size)
     return block(
@@ -196,14 +201,29 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
         parts=region_boxes(case),
         axial=case.axial,
         hole=float(keys.hole or 0.0),
+        halvings=keys.halvings,
     )
 
 
-def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool) -> Domain:
-    """Return a shape with cells of mean edge h. Points on the surface of a round one lie outside of
-    its coarser cells, so that nothing can be brought from these; around a hole they lie inside."""
-    coarser = None if isinstance(shape, Round) else partial(_shaped, comm, shape, 2 * h, axial)
-    return body(comm, partial(meshed, shape, h, "domain.shape"), coarser, axial=axial)
+def _shaped(comm: MPI.Comm, shape: Shape, h: float, axial: bool, halvings: int = 0) -> Domain:
+    """Return a shape with cells of mean edge h, at first or after some halvings.
+
+    Points on the surface of a round one lie outside of its coarser cells, so that nothing can be
+    brought from these; around a hole they lie inside.
+    """
+    coarser = None
+    if not halvings and not isinstance(shape, Round):
+        coarser = partial(_shaped, comm, shape, 2 * h, axial)
+    make = partial(meshed, shape, 2**halvings * h, "domain.shape")
+    return body(comm, make, coarser, axial=axial, halvings=halvings)
+
+
+def _refinement(case: Case, ell: float) -> Refinement | None:
+    """Return when cells are split, where they may be."""
+    keys = case.domain.refining
+    if not case.domain.halvings or keys is None:
+        return None
+    return Refinement(ahead=multiple(keys.ahead) * ell, drive=keys.drive, drop=keys.drop)
 
 
 def _anchor(case: Case) -> str | None:

@@ -20,7 +20,8 @@ from staffa.errors import InputError
 from staffa.evolution.coefficients import LAWFUL
 from staffa.evolution.problem import Material, nowhere
 from staffa.geometry.places import in_box
-from staffa.model.domain import Domain, Part, middles
+from staffa.model.block_parts import Part
+from staffa.model.domain import Domain, middles
 from staffa.physics.elasticity import Isotropic, PointFunction, Property, checked, values
 from staffa.physics.split import EnergySplit
 from staffa.physics.temperature import Law

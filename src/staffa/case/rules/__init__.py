@@ -49,6 +49,7 @@ from staffa.case.rules.initial_stress import rest_is_borne
 from staffa.case.rules.name_rules import cracks_are_there, faces_are_there, files_are_called_apart
 from staffa.case.rules.output_rules import output_fields_are_possible
 from staffa.case.rules.probe_rules import probes_are_inside
+from staffa.case.rules.refine_rules import refinement_is_possible
 from staffa.case.rules.reservoir_rules import (
     reservoir_fits_the_body,
     reservoir_has_its_profile,
@@ -124,6 +125,7 @@ RULES = (
     section_is_possible,
     axis_is_no_face,
     elements_fit_the_cells,
+    refinement_is_possible,
     faces_are_there,
     cracks_are_there,
     regions_are_places,

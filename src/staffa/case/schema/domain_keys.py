@@ -6,11 +6,15 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, PrivateAttr
 
 from staffa.case.schema.field_types import CaseTable, FilePath, Length
+from staffa.case.schema.refine_keys import Refine, RefineKeys, multiple
 from staffa.case.schema.shape_keys import ShapeKeys
 from staffa.geometry import shapes
-from staffa.geometry.block import UNSTRUCTURED
+from staffa.geometry.block import UNSTRUCTURED, halvings
 from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
 from staffa.units import Quantity
+
+# Cells along the shortest side of a body whose mesh follows the cracks, at the start.
+COARSEST = 4
 
 BLOCKS = {2: "quadrilateral", 3: "hexahedron"}
 
@@ -83,6 +87,12 @@ class DomainKeys(CaseTable):
         "(docs/how-to-choose-a-solver.md)",
         examples=["linear"],
     )
+    refine: Refine | None = Field(
+        default=None,
+        description="true, or a table of settings: the mesh begins coarse, and is refined down to "
+        "h where cracks are and before they come (triangles and tetrahedra; docs/refinement.md)",
+        examples=[{"coarsest": "8 h"}],
+    )
     _file: Path | None = PrivateAttr(default=None)
     _outline: Outline | None = PrivateAttr(default=None)
 
@@ -121,6 +131,27 @@ class DomainKeys(CaseTable):
         size = tuple(float(s) for s in self.size)
         lower = (float(self.hole or 0.0), *(0.0,) * (len(size) - 1))
         return of_block(size, h, self.cells or BLOCKS[len(size)], lower)
+
+    @property
+    def refining(self) -> RefineKeys | None:
+        """Return how the mesh follows the cracks; None where it stays as it is."""
+        if isinstance(self.refine, bool):
+            return RefineKeys() if self.refine else None
+        return self.refine
+
+    @property
+    def halvings(self) -> int:
+        """Return how often cells may be halved; 0 for a mesh that stays as it is."""
+        keys, h = self.refining, self.h
+        if keys is None or h is None:
+            return 0
+        body = self._section
+        longest = min(body.size) / COARSEST
+        if keys.coarsest is not None:
+            longest = multiple(keys.coarsest) * float(h)
+        if self.mesh is not None:
+            return halvings(body.h, float(h))
+        return halvings(longest, float(h), body.size if self.is_block else ())
 
     @property
     def is_block(self) -> bool:

@@ -1,0 +1,67 @@
+"""The table domain.refine: how the mesh follows the cracks, as keys."""
+
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from staffa.case.schema.field_types import CaseTable, Flag, PositiveNumber
+
+
+def _in(unit: str) -> Callable[[str], str]:
+    """Return a function that takes a number of h or of ell, as text."""
+
+    def read(text: str) -> str:
+        if not re.fullmatch(rf"\d+(\.\d+)? {unit}", text):
+            raise ValueError(f'it must be a number of {unit}, like "4 {unit}"')
+        return text
+
+    return read
+
+
+Edges = Annotated[str, AfterValidator(_in("h"))]
+Bands = Annotated[str, AfterValidator(_in("ell"))]
+Share = Annotated[PositiveNumber, Field(le=1)]
+
+
+class RefineKeys(CaseTable):
+    """Settings of a mesh that follows the cracks (docs/refinement.md)."""
+
+    coarsest: Edges | None = Field(
+        default=None,
+        description="longest edge of the cells at the start, in h; it is halved until cells are h "
+        "long where cracks are; default: a quarter of the shortest side of the body",
+        examples=["8 h"],
+    )
+    ahead: Bands = Field(
+        default="2 ell",
+        description="distance from damage within which cells are h long",
+        examples=["2 ell"],
+    )
+    drive: Share = Field(
+        default=0.5,
+        description="energy that drives the damage, over its threshold, from which on cells are h "
+        "long (AT1)",
+        examples=[0.5],
+    )
+    drop: Share = Field(
+        default=0.05,
+        description="change of temperature over a cell, over the largest change since the start, "
+        "from which on the cell is split",
+        examples=[0.05],
+    )
+
+
+def _kind(value: Any) -> str:
+    return "a table" if isinstance(value, dict | RefineKeys) else "one value"
+
+
+Refine = Annotated[
+    Annotated[Flag, Tag("one value")] | Annotated[RefineKeys, Tag("a table")], Discriminator(_kind)
+]
+
+
+def multiple(text: str) -> float:
+    """Return the number before h or ell."""
+    return float(text.split()[0])

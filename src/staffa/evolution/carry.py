@@ -1,0 +1,132 @@
+"""State of one mesh on another of the same body: interpolated, or lifted to a finer one."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from staffa.backend.stack import MPI  # noqa: F401
+
+import numpy as np
+from dolfinx import fem
+
+from staffa.evolution.problem import Problem
+from staffa.evolution.snapshot import Snapshot, copied, restore
+from staffa.evolution.system import System, build, initially_broken
+from staffa.geometry.nested import Nested
+from staffa.model.domain import Domain, local_edges
+from staffa.model.fields import Transfer, owned, spaces_on
+from staffa.model.numbering import Numbering
+from staffa.model.refinement import Wanted, refined, too_coarse
+
+# Values of one function as values of another one, ghosts included.
+Across = Callable[[fem.Function, fem.Function, np.ndarray], np.ndarray]
+
+
+def carried(old: System, problem: Problem, across: Across) -> System:
+    """Build a problem on another mesh of the same body, with the state carried over. Collective.
+
+    Parameters
+    ----------
+    old : its state is read, and stays as it is.
+    problem : the problem on the other mesh.
+    across : from a function on the old mesh, one on the new mesh, and values of the first, values
+        of the second.
+    """
+    new, kept = build(problem), copied(old)
+    before, after, spent, counted = old.state, new.state, old.energy.spent, new.energy.spent
+    frozen = zip(old.energy.frozen, new.energy.frozen, kept.frozen, strict=True)
+    booked = None
+    if spent and counted and kept.spent is not None:
+        booked = across(spent.alpha, counted.alpha, kept.spent)
+    moved = Snapshot(
+        u=across(before.u, after.u, kept.u),
+        alpha=across(before.alpha, after.alpha, kept.alpha),
+        lower=across(old.bounds.lower, new.bounds.lower, kept.lower),
+        thermal=kept.thermal.moved(lambda values: across(before.T, after.T, values)),
+        frozen=tuple(across(*field) for field in frozen),
+        spent=booked,
+        loads=kept.loads,
+    )
+    restore(new, moved)
+    new.energy.rest = old.energy.rest
+    return new
+
+
+def interpolation(h: float) -> Across:
+    """Return the way between any two meshes of a body; h: mesh size of the old one (m)."""
+
+    def across(source: fem.Function, target: fem.Function, values: np.ndarray) -> np.ndarray:
+        return Transfer(source.function_space, target.function_space, h=h)(values)
+
+    return across
+
+
+class Lift:
+    """The way to a finer mesh whose cells lie in those of the old one. Collective.
+
+    Old vertices keep their values to the last bit, new ones take the mean of the two that they lie
+    between, cells take what the cell that they lie in has, and quadratic functions are
+    interpolated.
+    """
+
+    def __init__(self, old: Domain, nested: Nested | None) -> None:
+        """Take the relation of two meshes.
+
+        Parameters
+        ----------
+        old : the coarser mesh.
+        nested : its relation to the finer one, on rank 0; None elsewhere.
+        """
+        assert old.source is not None
+        self._old, self._nested = old, nested
+
+    def __call__(
+        self, source: fem.Function, target: fem.Function, values: np.ndarray
+    ) -> np.ndarray:
+        """Return values of the target from those of the source; see `Across`."""
+        before, after = source.function_space, target.function_space
+        per_cell = before.dofmap.list.shape[1]
+        if per_cell > self._old.dim + 1:
+            return Transfer(before, after, h=self._old.h)(values)
+        width = before.dofmap.index_map_bs
+        whole = Numbering(self._old.comm, before).whole(values.reshape(-1, width))
+        lifted = None
+        if whole is not None and self._nested is not None:
+            lifted = self._in_cells(whole) if per_cell == 1 else self._nested.values @ whole
+        field = fem.Function(after)
+        owned(field)[:] = Numbering(self._old.comm, after).share(lifted).ravel()
+        field.x.scatter_forward()
+        return np.asarray(field.x.array.copy())
+
+    def _in_cells(self, whole: np.ndarray) -> np.ndarray:
+        """Return values in the finer cells in their order, from those in the coarser cells."""
+        assert self._nested is not None
+        assert self._old.source is not None
+        assert self._old.source.mesh is not None
+        given = np.empty_like(whole)
+        given[_in_order(self._old.source.mesh.cells)] = whole
+        return np.asarray(given[self._nested.parents][_in_order(self._nested.mesh.cells)])
+
+
+def _in_order(cells: np.ndarray) -> np.ndarray:
+    """Return the cells in the order of `Numbering`."""
+    return np.lexsort(np.sort(cells, axis=1).T)
+
+
+def refined_at_cracks(problem: Problem) -> Problem:
+    """Return a problem whose mesh is fine around initial cracks and along regions. Collective.
+
+    Parameters
+    ----------
+    problem : it comes back as it is if its mesh stays as it is.
+    """
+    domain, rules = problem.domain, problem.refinement
+    if rules is None or domain.source is None:
+        return problem
+    space = spaces_on(domain).alpha
+    broken = initially_broken(problem, space)
+    cells = space.dofmap.list[: domain.mesh.topology.index_map(domain.dim).size_local]
+    edges, finest = local_edges(domain), domain.source.finest
+    wanted = Wanted.nothing(len(edges))
+    wanted.around[:] = broken[cells].any(axis=1) & too_coarse(edges, finest)
+    wanted.edge[wanted.around] = finest
+    return replace(problem, domain=refined(domain, wanted, ahead=rules.ahead)[0])

@@ -1,0 +1,111 @@
+"""Test of a mesh that may be refined: is it fine enough for the state on it?"""
+
+from staffa.backend.stack import MPI  # noqa: F401
+
+import numpy as np
+
+from staffa.backend.parallel import any_over_ranks, max_over_ranks
+from staffa.backend.vectors import readable
+from staffa.evolution.problem import Problem
+from staffa.minimize.bounded import BoundedEnergy
+from staffa.model.domain import local_edges
+from staffa.model.fields import State
+from staffa.model.refinement import Wanted, too_coarse
+from staffa.physics.damage import has_threshold
+
+# Damage above which no cell may be coarse. Without a threshold there is some damage everywhere:
+# then another damage decides, and its slope (in 1/ell).
+DAMAGED, SOFT, STEEP = 0.01, 0.1, 0.05
+
+
+class TooCoarseError(Exception):
+    """A state has come to cells that are too coarse for it; raised on all ranks together.
+
+    Attributes
+    ----------
+    wanted : what the cells of this rank should become.
+    """
+
+    def __init__(self, wanted: Wanted) -> None:
+        super().__init__("the mesh is too coarse for the state on it")
+        self.wanted = wanted
+
+
+class Resolution:
+    """The test whether every cell is fine enough for a state. All of it is collective."""
+
+    def __init__(self, problem: Problem, state: State, damage: BoundedEnergy) -> None:
+        """Find the coarse cells of the mesh.
+
+        Parameters
+        ----------
+        problem : the problem, with rules of refinement, on a mesh that may be refined.
+        state : its state.
+        damage : its energy as a function of the damage, at that state.
+        """
+        domain, rules = problem.domain, problem.refinement
+        assert domain.source is not None
+        assert rules is not None
+        self._comm, self._rules, self._state, self._damage = domain.comm, rules, state, damage
+        self._ell, self._threshold = problem.material.ell, has_threshold(problem.material.law)
+        self._edges, self._finest = local_edges(domain), domain.source.finest
+        self._coarse = np.flatnonzero(too_coarse(self._edges, self._finest))
+        self._corners = state.alpha.function_space.dofmap.list[self._coarse]
+        geometry = domain.mesh.geometry
+        x = geometry.x[geometry.dofmaps[0][self._coarse], : domain.dim]
+        self._frame = np.linalg.inv(x[:, 1:] - x[:, :1])
+        self._force = damage.unit.duplicate()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        self._force.destroy()
+
+    def worst(self) -> float:
+        """Return the largest damage in a coarse cell; 0 where there is no such cell."""
+        return max(0.0, max_over_ranks(self._comm, self._state.alpha.x.array[self._corners]))
+
+    def require(self) -> None:
+        """Require that no coarse cell has too much damage, drive or change of temperature.
+
+        Raises
+        ------
+        TooCoarseError
+            Cells must be split.
+        """
+        damaged, halved = self._damaged(), self._uneven()
+        if not any_over_ranks(self._comm, bool(halved.any())):
+            halved = self._driven()  # of a temperature that is resolved
+        if any_over_ranks(self._comm, bool((damaged | halved).any())):
+            wanted = Wanted.nothing(len(self._edges))
+            wanted.edge[self._coarse[halved]] = self._edges[self._coarse[halved]] / 2
+            wanted.edge[self._coarse[damaged]] = self._finest
+            wanted.around[self._coarse[damaged]] = True
+            raise TooCoarseError(wanted)
+
+    def _damaged(self) -> np.ndarray:
+        alpha = self._state.alpha.x.array[self._corners]
+        largest = alpha.max(axis=1, initial=0.0)
+        if self._threshold:
+            return np.asarray(largest > DAMAGED)
+        slope = (self._frame @ (alpha[:, 1:] - alpha[:, :1])[..., None])[..., 0]
+        steep = self._ell * np.linalg.norm(slope, axis=1) > STEEP
+        return np.asarray((largest > SOFT) | steep)
+
+    def _driven(self) -> np.ndarray:
+        """Mark cells where the energy that drives the damage comes near to its threshold."""
+        if not self._threshold:
+            return np.zeros(len(self._coarse), dtype=bool)
+        self._damage.gradient(self._force)
+        drive = self._state.alpha.copy()
+        resisted = readable(self._force) / readable(self._damage.unit)
+        drive.x.array[: len(resisted)] = 1.0 - resisted
+        drive.x.scatter_forward()
+        largest = drive.x.array[self._corners].max(axis=1, initial=0.0)
+        return np.asarray(largest > self._rules.drive)
+
+    def _uneven(self) -> np.ndarray:
+        """Mark cells over which the temperature changes by too much of its largest change."""
+        T = self._state.T.x.array
+        allowed = self._rules.drop * max_over_ranks(self._comm, np.abs(T))
+        corners = T[self._corners]
+        return np.asarray(corners.max(axis=1) - corners.min(axis=1) > allowed)

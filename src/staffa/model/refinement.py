@@ -1,0 +1,109 @@
+"""Refinement of a mesh of simplices by DOLFINx: cells that are too coarse are split, none merged.
+
+All of it happens on rank 0, and the finer mesh is distributed again. So it is the same mesh on any
+number of ranks, each rank has its share of it, and ties between edges are broken alike.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+from staffa.backend.stack import MPI
+
+import numpy as np
+from dolfinx import mesh as dmesh
+from scipy.spatial import cKDTree
+
+from staffa.backend.parallel import gather
+from staffa.geometry.edges import cell_edges
+from staffa.geometry.nested import Nested, itself, nested
+from staffa.geometry.simplices import Simplices
+from staffa.model.distributed import distributed
+from staffa.model.domain import Domain, Source, finer
+
+# A cell is too coarse if its mean edge is longer than the wanted one by this. To split it halves
+# its edges: those of fine cells are within a factor of 2, and about the wanted one in the mean.
+COARSE = 2**0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """Edges that cells should get.
+
+    Attributes
+    ----------
+    edge : mean edge to which each cell is to be split (m), infinite for none, shape (n,).
+    around : True for cells around which others are split to the finest too, shape (n,).
+    """
+
+    edge: np.ndarray
+    around: np.ndarray
+
+    @classmethod
+    def nothing(cls, n: int) -> Self:
+        """Return the same for n cells that may stay as they are."""
+        return cls(edge=np.full(n, np.inf), around=np.zeros(n, dtype=bool))
+
+
+def too_coarse(edges: np.ndarray, wanted: np.ndarray | float) -> np.ndarray:
+    """Mark cells that are too coarse, from their mean edges and the wanted ones (m): shape (n,)."""
+    return np.asarray(edges > COARSE * wanted)
+
+
+def refined(domain: Domain, wanted: Wanted, *, ahead: float) -> tuple[Domain, Nested | None]:
+    """Return the body with finer cells, and on rank 0 how the meshes are related. Collective.
+
+    Parameters
+    ----------
+    domain : the body, with a source.
+    wanted : what the cells that this rank owns should become.
+    ahead : distance (m) around cells within which others are split too, see `Wanted`.
+    """
+    source, topology = domain.source, domain.mesh.topology
+    assert source is not None
+    number = np.asarray(topology.original_cell_index)[: topology.index_map(domain.dim).size_local]
+    told = [gather(domain.comm, part) for part in (number, wanted.edge, wanted.around)]
+    found = None
+    if source.mesh is not None:
+        numbers, edges, around = (np.concatenate(part or []) for part in told)
+        order = np.argsort(numbers)
+        every = Wanted(edge=edges[order], around=around[order])
+        found = _split(source.mesh, every, source, ahead)
+    return finer(domain, None if found is None else found.mesh), found
+
+
+def _split(mesh: Simplices, wanted: Wanted, source: Source, ahead: float) -> Nested:
+    """Split cells, and those around them, until none is too coarse."""
+    found, finest = itself(mesh), source.finest
+    at = np.unique(mesh.cells[wanted.around])
+    near = cKDTree(mesh.x[at]) if len(at) else None
+    while True:
+        corners = found.mesh.x[found.mesh.cells]
+        edges = cell_edges(corners)
+        long = np.flatnonzero(too_coarse(edges, finest))
+        split = too_coarse(edges[long], wanted.edge[found.parents[long]])
+        split |= source.parted(found.mesh, long)
+        if near is not None:
+            away, _ = near.query(corners[long].mean(axis=1), distance_upper_bound=ahead)
+            split |= away < ahead
+        if not split.any():
+            return found
+        found = found.then(_once(found.mesh, long[split]))
+
+
+def _once(mesh: Simplices, split: np.ndarray) -> Nested:
+    """Halve all edges of some cells, and as many edges around them as it takes."""
+    whole = distributed(MPI.COMM_SELF, mesh, mesh.dim)
+    topology, dim = whole.topology, mesh.dim
+    topology.create_entities(1)
+    topology.create_connectivity(dim, 1)
+    edges = topology.connectivity(dim, 1).array.reshape(len(mesh.cells), -1)
+    local = np.isin(topology.original_cell_index, split)
+    halved, parents, _ = dmesh.refine(
+        whole,
+        np.unique(edges[local]).astype(np.int32),
+        partitioner=None,
+        option=dmesh.RefinementOption.parent_cell,
+    )
+    corners = halved.geometry.x[halved.geometry.dofmaps[0]][..., :dim]
+    of_cells = np.asarray(parents)[halved.topology.original_cell_index]
+    return nested(mesh, corners, np.asarray(topology.original_cell_index)[of_cells])
