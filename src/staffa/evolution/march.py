@@ -153,30 +153,28 @@ class _Start:
 
 def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
     """Take the next step, on a mesh that is fine enough for it; None at the end. Collective."""
-    loop.meet_mesh()
-    if loop.history and loop.due:
-        _look_back(session, observers, loop, loop.history)
-    session.system.energy.book()
-    time = loop.next_time()
-    restart, clock = loop.restart(), perf_counter()
-    observers.keep(restart, time is None)
-    if time is None:
-        return None
-    started = _start(session, loop, restart, time, clock)
-    try:
-        while True:
-            session.system.begin()
+    clock = perf_counter()
+    while True:
+        loop.meet_mesh()
+        if loop.history and loop.due:
+            _look_back(session, observers, loop, loop.history)
+        session.system.energy.book()
+        time, restart = loop.next_time(), loop.restart()
+        observers.keep(restart, time is None)
+        if time is None:
+            return None
+        started = _start(session, loop, restart, time, clock)
+        session.system.begin()
+        try:
             observers.pause()
-            try:
-                if loop.history and started.better:
-                    return _return(session, observers, loop, started, loop.history, started.better)
-                return _advance(session, observers, loop, started)
-            except TooCoarseError as error:
-                _refine(session, loop, started, error)
-                started = _start(session, loop, loop.restart(), time, clock)
-    except StoppedError:
-        observers.keep(started.restart, True)
-        raise
+            if loop.history and started.better:
+                return _return(session, observers, loop, started, loop.history, started.better)
+            return _advance(session, observers, loop, started)
+        except TooCoarseError as error:
+            _refine(session, loop, started, error)
+        except StoppedError:
+            observers.keep(started.restart, True)
+            raise
 
 
 def _start(
@@ -196,13 +194,16 @@ def _start(
 
 
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
-    """Split cells, and go back to the state with which the step began. Collective."""
+    """Split cells, and go back to the state with which the step began. Collective.
+
+    An earlier step is found anew: on the finer mesh another one may be better, or none.
+    """
     restore(session.system, started.restart.kept)
     if loop.history and started.better:
         index = started.better.index
         loop.history.returns[index] = started.restart.returns.get(index, 0)
+        loop.better, loop.due = None, True
     session.refine(error.wanted)
-    loop.meet_mesh()
 
 
 def _require_fine(session: Session) -> None:

@@ -150,7 +150,7 @@ class DomainKeys(CaseTable):
         if keys.coarsest is not None:
             longest = multiple(keys.coarsest) * float(h)
         if self.mesh is not None:
-            return halvings(body.h, float(h))
+            return halvings(body.edges.mean if body.edges else body.h, float(h))
         return halvings(longest, float(h), body.size if self.is_block else ())
 
     @property
