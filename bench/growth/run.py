@@ -9,7 +9,7 @@ steps are the same on every mesh.
 - `unknowns-2d`, `unknowns-3d`: ell is fixed, and h falls, from 30k to 1M displacement unknowns;
 - `ell-2d`, `ell-3d`: ell falls by a factor of 4, and h with it.
 
-The coarsest cells are as long as the body allows, at any h. Each run is written down when it is
+The coarsest cells are as long, at any h. Each run is written down when it is
 done, and none that is there is run again; delete FILE to measure again. In FILE: exponents p with
 seconds ~ unknowns^p, or ell^-p. Part of `make bench`.
 """
