@@ -146,7 +146,7 @@ class Followed:
             "h": case.h,
             "finest_h": domain.h,
             "coarsest_h": 2**case.halvings * domain.h,
-            "halvings": case.halvings,
+            "edge_halvings": case.halvings,
             "cells": cell_count(domain),
         }
 
