@@ -52,6 +52,10 @@ def counts(case: BenchCase, meshes: str) -> dict[str, int]:
         found["newton_iterations"] += step.effort.iterations
         found["newton_moves"] += step.effort.moves
         found["changes_of_mesh"] += step.mesh.changes if step.mesh else 0
+    parts = session.system.alternation  # of the last mesh alone
+    found["factorizations_or_set_ups"] = parts.elastic.linear.renewals
+    found["displacement_iterations"] = parts.elastic.linear.iterations
+    found["damage_iterations"] = sum(solver.iterations for solver in parts.bounded)
     found["cells"] = cell_count(session.domain)
     session.destroy()
     return dict(found)

@@ -8,7 +8,6 @@ from bench.common.cases import COUNTED
 from bench.history import counts
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", COUNTED)
 @pytest.mark.parametrize("meshes", counts.MESHES)
 def test_counts_are_the_last_on_record(name: str, meshes: str) -> None:
