@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import erfc
 
 from staffa.geometry.block import edge, halvings
+from staffa.properties.remembered import Remembered
 
 PointFunction = Callable[[np.ndarray], np.ndarray]
 
@@ -86,7 +87,7 @@ class BenchCase:
             normal = field(tuple(x[: self.dim]), store=False)
             return np.exp(np.sqrt(variance) * normal - variance / 2)
 
-        return factor
+        return Remembered(factor)
 
     def cracked(self, x: np.ndarray) -> np.ndarray:
         """True at the points of the notch, one layer of cells, where there is one."""

@@ -125,6 +125,7 @@ class Followed:
         return {
             "sweeps": step.sweeps,
             "sweeps_of_all_tries": self.sweeps,
+            "wall_s_without_audit": step.seconds,
             "changes_of_mesh": step.mesh.changes,
             "cells": step.mesh.cells,
             "unknowns": self.case.dim * step.mesh.vertices,
