@@ -69,6 +69,8 @@ class Followed:
         self.case, self.theirs = case, fem.functionspace(mesh(case, comm).mesh, ("Lagrange", 1))
         whole = followed_problem(case, comm)
         self.session, self.sweeps = Session(whole, build(whole)), 0
+        # Compiled before the first step, as all other forms of all sides are.
+        assert self.session.system.pressed_growth
         self.time: float | None = None
 
     def put(self, state: dict[str, np.ndarray], time: float | None) -> None:
