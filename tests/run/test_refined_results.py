@@ -92,7 +92,7 @@ def test_where_only_a_run_can_tell_the_end_is_bounded_by_the_uniform_mesh():
 
 
 def test_the_edge_that_check_reads_is_that_of_the_finest_cells():
-    """Of .0164 and a coarsest of 8: 8 cells of .125 along each side are halved 3 times."""
+    """Edges of .0164, at first at most 8 times as long: 8 cells along a side, halved 3 times."""
     case = parse_case(TEXT, ["domain.h=0.0164", 'domain.refine={coarsest="8 h"}'])
     assert case.domain.halvings == 3 and case.outline.h == 1 / 64
 
