@@ -31,8 +31,9 @@ from bench.common.machine import ROOT, environment, machine, versions
 RESULTS = Path(__file__).parent / "results.json"
 SIZE = {2: (1.0, 1.0), 3: (1.0, 1.0, 0.2)}
 NU = 0.2
-# The tip at the start and at the end of each step. The first puts the crack in place.
-TIPS = (0.4, 0.45, 0.5, 0.55, 0.6)
+# The tip at the end of each step. The first puts the crack in place; each other moves it by about
+# as much as the least ell of a family.
+TIPS = (0.4, 0.42, 0.44, 0.46, 0.48, 0.5, 0.52)
 # Stress intensity of the sides over sqrt(E Gc): the crack follows on cells of any toughness.
 STRONGER = 1.15
 # Longest edge of the cells at the start, which follows the body.
@@ -70,11 +71,11 @@ FAMILIES = {
     "unknowns-2d": family(
         "unknowns-2d", 2, (0.08, 8, 3e4), (0.08, 16, 1.2e5), (0.08, 32, 4.5e5), (0.08, 48, 1e6)
     ),
-    "ell-2d": family("ell-2d", 2, (0.08, 4, 8e3), (0.04, 4, 1.6e4), (0.02, 4, 3.2e4)),
+    "ell-2d": family("ell-2d", 2, (0.06, 4, 9e3), (0.03, 4, 1.8e4), (0.015, 4, 3.6e4)),
     "unknowns-3d": family(
         "unknowns-3d", 3, (0.1, 4, 3e4), (0.1, 6, 1e5), (0.1, 9, 3.4e5), (0.1, 13, 1e6)
     ),
-    "ell-3d": family("ell-3d", 3, (0.1, 3, 1.5e4), (0.05, 3, 6e4), (0.025, 3, 2.4e5)),
+    "ell-3d": family("ell-3d", 3, (0.08, 3, 2e4), (0.04, 3, 8e4), (0.02, 3, 3.2e5)),
 }
 
 
