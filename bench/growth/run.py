@@ -167,22 +167,39 @@ def one(run: Run) -> dict:
 
 
 def exponents(runs: dict[str, dict]) -> dict[str, dict]:
-    """Fit the CPU time of a step by powers of unknowns and of 1/ell, in each family."""
+    """Fit the CPU time of a step by powers of unknowns and of 1/ell, in each family.
+
+    Beside it stand the exponents of the sweeps, of the time of steps whose mesh stays as it is, and
+    of the unknowns.
+    """
     found = {}
     for name in FAMILIES:
         rows = [run for run in runs.values() if run["family"] == name]
         if len(rows) < 3:
             continue
-        seconds = np.log([np.mean(run["cpu_s"]) for run in rows])
-        of = "ell" if name.startswith("ell") else "unknowns"
-        at = np.log([1 / run["ell"] if of == "ell" else run["unknowns"] for run in rows])
-        fit = np.polyfit(at, seconds, 1)
+        of = "1/ell" if name.startswith("ell") else "unknowns"
+        at = [1 / run["ell"] if of == "1/ell" else run["unknowns"] for run in rows]
+        calm = [
+            [
+                s
+                for s, changed in zip(run["cpu_s"], run["changes_of_mesh"], strict=True)
+                if not changed
+            ]
+            for run in rows
+        ]
         found[name] = {
-            "of": "1/ell" if of == "ell" else "unknowns",
-            "exponent": round(float(fit[0]), 3),
-            "largest_deviation": round(float(np.abs(seconds - np.polyval(fit, at)).max()), 3),
+            "of": of,
+            "exponent": slope(at, [np.mean(run["cpu_s"]) for run in rows]),
+            "of_sweeps": slope(at, [np.mean(run["sweeps"]) for run in rows]),
+            "of_unknowns": slope(at, [run["unknowns"] for run in rows]),
+            "on_the_same_mesh": slope(at, [np.mean(some) for some in calm]) if all(calm) else None,
         }
     return found
+
+
+def slope(at: list[float], values: list[float]) -> float:
+    """Return the exponent p of values ~ at^p, by least squares."""
+    return round(float(np.polyfit(np.log(at), np.log(values), 1)[0]), 3)
 
 
 def main() -> None:
@@ -206,7 +223,11 @@ def main() -> None:
             arguments.out.write_text(json.dumps(results, indent=1) + "\n")
             print(line(run, results["runs"][run.name]), flush=True)
     for name, found in exponents(results["runs"]).items():
-        print(f"{name}: CPU time of a step ~ ({found['of']})^{found['exponent']}")
+        print(
+            f"{name}: CPU time of a step ~ ({found['of']})^{found['exponent']}, "
+            f"{found['on_the_same_mesh']} on the same mesh; sweeps ^{found['of_sweeps']}, "
+            f"unknowns ^{found['of_unknowns']}"
+        )
 
 
 def launch(chosen: str, number: int) -> dict:
