@@ -121,7 +121,8 @@ def assert_steps(found: Sequence, expected: Sequence, rel: float) -> None:
         a, b = here.energies.total, there.energies.total
         assert abs(a - b) <= rel * abs(b), f"step {here.index}: energy {a!r} against {b!r}"
         if not rel:
-            for name in ("time", "energies", "sweeps", "audit", "measures", "heat", "returned"):
+            same = ("time", "energies", "sweeps", "audit", "measures", "heat", "returned", "mesh")
+            for name in same:
                 one, other = getattr(here, name), getattr(there, name)
                 assert one == other, f"step {here.index}: {name} {one} against {other}"
 

@@ -233,7 +233,8 @@ def _on_this_mesh(system: System, history: StepHistory, index: int) -> float:
     system.thermal.put(thermal)
     equilibrium(system.alternation, past.loads.values)
     total = system.energy.total()
-    history.steps[index] = replace(past, total=total, moved=False)
+    loaded = past.loaded + total - past.total  # what cracks released then stays
+    history.steps[index] = replace(past, total=total, loaded=loaded, moved=False)
     return total
 
 

@@ -8,6 +8,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 import numpy as np
 from dolfinx import fem
 
+from staffa.backend.parallel import any_over_ranks
 from staffa.evolution.problem import Problem
 from staffa.evolution.snapshot import Snapshot, copied, restore
 from staffa.evolution.system import System, build, initially_broken
@@ -115,18 +116,29 @@ def _in_order(cells: np.ndarray) -> np.ndarray:
 def refined_at_cracks(problem: Problem) -> Problem:
     """Return a problem whose mesh is fine around initial cracks and along regions. Collective.
 
+    Cells that a crack cuts are halved until they are fine, and then those around them: coarse cells
+    that it cuts reach far.
+
     Parameters
     ----------
     problem : it comes back as it is if its mesh stays as it is.
     """
-    domain, rules = problem.domain, problem.refinement
-    if rules is None or domain.source is None:
-        return problem
+    rules, coarse = problem.refinement, problem.domain.source is not None
+    while rules is not None and coarse:
+        wanted, coarse = _at_cracks(problem)
+        problem = replace(problem, domain=refined(problem.domain, wanted, ahead=rules.ahead)[0])
+    return problem
+
+
+def _at_cracks(problem: Problem) -> tuple[Wanted, bool]:
+    """Return the edges that cells at initial cracks should get, and True if some are coarse."""
+    domain = problem.domain
+    assert domain.source is not None
     space = spaces_on(domain).alpha
-    broken = initially_broken(problem, space)
     cells = space.dofmap.list[: domain.mesh.topology.index_map(domain.dim).size_local]
-    edges, finest = local_edges(domain), domain.source.finest
-    wanted = Wanted.nothing(len(edges))
-    wanted.around[:] = broken[cells].any(axis=1) & too_coarse(edges, finest)
-    wanted.edge[wanted.around] = finest
-    return replace(problem, domain=refined(domain, wanted, ahead=rules.ahead)[0])
+    cracked, edges = initially_broken(problem, space)[cells].any(axis=1), local_edges(domain)
+    long, wanted = cracked & too_coarse(edges, domain.source.finest), Wanted.nothing(len(edges))
+    coarse = any_over_ranks(domain.comm, bool(long.any()))
+    wanted.edge[long] = edges[long] / 2
+    wanted.around[:] = cracked & (not coarse)
+    return wanted, coarse

@@ -35,6 +35,10 @@ from staffa.records.step import (
     Step,
 )
 
+# Change of the damage in a sweep from which on cracks are near to where they will be: if the mesh
+# is too coarse for them, the rest of the sweeps would be lost.
+ROUGH = 0.05
+
 
 def march(
     problem: Problem,
@@ -149,30 +153,28 @@ class _Start:
 
 def _take(session: Session, observers: Observers, loop: Loop) -> _Taken | None:
     """Take the next step, on a mesh that is fine enough for it; None at the end. Collective."""
-    loop.meet_mesh()
-    if loop.history and loop.due:
-        _look_back(session, observers, loop, loop.history)
-    session.system.energy.book()
-    time = loop.next_time()
-    restart, clock = loop.restart(), perf_counter()
-    observers.keep(restart, time is None)
-    if time is None:
-        return None
-    started = _start(session, loop, restart, time, clock)
-    try:
-        while True:
-            session.system.begin()
+    clock = perf_counter()
+    while True:
+        loop.meet_mesh()
+        if loop.history and loop.due:
+            _look_back(session, observers, loop, loop.history)
+        session.system.energy.book()
+        time, restart = loop.next_time(), loop.restart()
+        observers.keep(restart, time is None)
+        if time is None:
+            return None
+        started = _start(session, loop, restart, time, clock)
+        session.system.begin()
+        try:
             observers.pause()
-            try:
-                if loop.history and started.better:
-                    return _return(session, observers, loop, started, loop.history, started.better)
-                return _advance(session, observers, loop, started)
-            except TooCoarseError as error:
-                _refine(session, loop, started, error)
-                started = _start(session, loop, loop.restart(), time, clock)
-    except StoppedError:
-        observers.keep(started.restart, True)
-        raise
+            if loop.history and started.better:
+                return _return(session, observers, loop, started, loop.history, started.better)
+            return _advance(session, observers, loop, started)
+        except TooCoarseError as error:
+            _refine(session, loop, started, error)
+        except StoppedError:
+            observers.keep(started.restart, True)
+            raise
 
 
 def _start(
@@ -192,13 +194,16 @@ def _start(
 
 
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
-    """Split cells, and go back to the state with which the step began. Collective."""
+    """Split cells, and go back to the state with which the step began. Collective.
+
+    An earlier step is looked for again: on the finer mesh another one may be better, or none.
+    """
     restore(session.system, started.restart.kept)
     if loop.history and started.better:
         index = started.better.index
         loop.history.returns[index] = started.restart.returns.get(index, 0)
+        loop.better, loop.due = None, True
     session.refine(error.wanted)
-    loop.meet_mesh()
 
 
 def _require_fine(session: Session) -> None:
@@ -210,7 +215,10 @@ def _require_fine(session: Session) -> None:
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
     """Take a step to a later time. Collective."""
     problem, system = session.problem, session.system
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
+    linear, watch = (
+        system.alternation.elastic.linear,
+        partial(_watch, session, observers, started.moment),
+    )
     direct = linear.takeovers
     try:
         tried = try_step(problem, system, started.start, started.end, loop.walk, watch)
@@ -245,7 +253,10 @@ def _return(
 ) -> _Taken:
     """Go back to an earlier step. Collective."""
     problem, system, spent = session.problem, session.system, None
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
+    linear, watch = (
+        system.alternation.elastic.linear,
+        partial(_watch, session, observers, started.moment),
+    )
     direct = linear.takeovers
     try:
         advance = go_back(problem, system, history, better, watch)
@@ -311,10 +322,13 @@ def _go_on(session: Session, loop: Loop, started: _Start, advance: Advance) -> N
         loop.due = True
 
 
-def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
+def _watch(session: Session, observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
     if sweep is not None:
         observers.watch(moment, sweep)
     observers.pause()
+    resolution = session.system.resolution
+    if resolution and sweep is not None and sweep.change <= ROUGH:
+        resolution.require(of_damage=True)
 
 
 def _look_back(session: Session, observers: Observers, loop: Loop, history: StepHistory) -> None:

@@ -82,11 +82,12 @@ def _with_mesh(case: Case, place: FileAccess, given: str) -> Case:
                 f"one, or leave it out"
             )
         least = found.edges.finest if found.edges else 0.0
-        if keys.h < NEARLY * least:
+        if keys.h < NEARLY * least and keys.refining is None:
             raise InputError(
                 f"domain.h = {inline(keys.h)}: the mesh has no such edges; they are "
                 f"{found.h:.3g}{unit(case, 'm')} long in the mean, and {least:.3g} in its finest "
-                f"cell; mesh the body again, or leave domain.h out, which refines no mesh"
+                f"cell; mesh the body again, leave domain.h out, or set domain.refine = true, "
+                f"with which cells are split down to it"
             )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})

@@ -8,13 +8,18 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from staffa.case.schema.field_types import CaseTable, Flag, PositiveNumber
 
+# Number of h or of ell, at most.
+MOST = 1_000_000
+
 
 def _in(unit: str) -> Callable[[str], str]:
     """Return a function that takes a number of h or of ell, as text."""
 
     def read(text: str) -> str:
-        if not re.fullmatch(rf"\d+(\.\d+)? {unit}", text):
-            raise ValueError(f'it must be a number of {unit}, like "4 {unit}"')
+        if not re.fullmatch(rf"\d+(\.\d+)? {unit}", text) or not 0 < multiple(text) <= MOST:
+            raise ValueError(
+                f'it must be a number of {unit} above 0 and up to {MOST:,}, like "4 {unit}"'
+            )
         return text
 
     return read

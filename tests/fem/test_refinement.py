@@ -1,0 +1,185 @@
+"""A mesh that follows the cracks under the time loop: fine in time, and of the same energy."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+from staffa.backend.stack import MPI
+
+import numpy as np
+import pytest
+
+from staffa.case.schema.case import Case
+from staffa.evolution.carry import refined_at_cracks
+from staffa.evolution.march import march_session
+from staffa.evolution.problem import Backtracking, Problem, Refinement
+from staffa.evolution.session import Session
+from staffa.evolution.system import build
+from staffa.io.run_directory import Run
+from staffa.model.domain import block, local_edges
+from staffa.model.refinement import Wanted
+from staffa.model.supports import SideSupport, no_displacement
+from staffa.records.step import Step, kept
+from staffa.setup.build import problem
+from support.bodies import body, rock
+from support.refining import cells_of, largest_drive, mean_edge_of_crossed, refining
+from support.restarting import whole_run
+
+FINEST = mean_edge_of_crossed(1 / 32)
+UNIFORM = "domain.refine=false"
+AT1, AT2 = "damage.law=AT1", "damage.law=AT2"
+
+
+@pytest.fixture(scope="module")
+def refined(tmp_path_factory) -> Run:
+    """The small run whose mesh follows the cracks."""
+    probe = 'output.probes=[{name="well",point=[0.53,0.06]}]'
+    return whole_run(refining(probe), tmp_path_factory.mktemp("refined") / "run")
+
+
+def test_no_coarse_cell_is_damaged_in_any_step(refined: Run) -> None:
+    """As the record says, and counted in the files of fields; and it is not fine all over."""
+    assert refined.finished
+    for step in refined.steps:
+        cells = cells_of(refined, step.fields, FINEST)
+        worst = cells.alpha[cells.coarse].max()
+        assert worst <= 0.01, f"step {step.index}: damage {worst} in a coarse cell"
+        assert step.mesh.coarse_damage == pytest.approx(worst, abs=1e-12)
+        assert step.mesh.cells == len(cells.coarse) < 3500
+        assert cells.alpha.max() > 0.9 and not step.audit.violations, step.audit.violations
+
+
+def test_each_file_has_its_mesh_which_grows_alone(refined: Run) -> None:
+    """Middles of all vertices before are vertices after; a probe reads the same field."""
+    sizes = [step.mesh.cells for step in refined.steps]
+    assert sizes == sorted(sizes) and len(set(sizes)) > 2, sizes
+    places = [
+        {tuple(p) for p in cells_of(refined, step.fields, FINEST).corners.reshape(-1, 2).tolist()}
+        for step in refined.steps
+    ]
+    for before, after in pairwise(places):
+        assert before <= after, "old vertices stay, to the last bit"
+    assert [step.mesh.vertices for step in refined.steps] == [len(at) for at in places]
+    changed = [step for step in refined.steps if step.mesh.changes]
+    assert len(changed) > 1 and all(step.mesh.energy <= 1e-12 for step in changed)
+    assert all(len(step.probed) == 1 for step in refined.steps)
+
+
+def marched(case_or_problem: Case | Problem) -> list[tuple[Step, float, float]]:
+    """Each step, the largest damage and the largest drive."""
+    setup = case_or_problem
+    if isinstance(setup, Case):
+        setup = problem(setup)
+    session = Session(setup, build(setup))
+    try:
+        return [
+            (step, float(session.state.alpha.x.array.max()), largest_drive(session.system))
+            for step in march_session(session)
+        ]
+    finally:
+        session.destroy()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("severity", [0.3, 0.9])
+def test_before_any_damage_the_elastic_energy_and_the_drive_are_those_of_fine_cells(
+    severity: float,
+) -> None:
+    """On a coarse start, a cold front that wanders in; by the change of temperature alone at
+    first, later by the drive."""
+    cold = ('domain.refine={coarsest="8 h"}', f"temperature.severity={severity}")
+    case = ("time.tau=[0.02,0.05,0.1]", "toughness.amplitude=0.0", *cold)
+    found, expected = marched(refining(*case)), marched(refining(*case, UNIFORM))
+    for (one, damage, drive), (other, _, exact) in zip(found, expected, strict=True):
+        assert damage == 0.0 < exact < 1.0
+        assert one.mesh.cells < 3000, "of 4096"
+        assert one.energies.elastic == pytest.approx(other.energies.elastic, rel=1e-3)
+        assert drive == pytest.approx(exact, rel=1e-2)
+
+
+@pytest.mark.slow
+def test_without_a_threshold_damage_and_slope_are_resolved(tmp_path: Path) -> None:
+    """AT2 has some damage everywhere; its energy is that of fine cells within .1 %."""
+    case = (AT2, "toughness.amplitude=0.0", "temperature.severity=4.0", "time.tau=[0.01,0.05]")
+    found = whole_run(refining(*case), tmp_path / "refined")
+    expected = whole_run(refining(*case, UNIFORM), tmp_path / "uniform")
+    for one, other in zip(found.steps, expected.steps, strict=True):
+        cells = cells_of(found, one.fields, FINEST)
+        assert 0.0 < cells.alpha[cells.coarse].max() <= 0.1
+        assert 0.1 * cells.slope[cells.coarse].max() <= 0.05
+        assert one.energies.total == pytest.approx(other.energies.total, rel=1e-3)
+        assert not one.audit.violations
+
+
+# Refining with nothing else changed.
+
+
+def pulled(displacement, times, *, refine: bool = True, **more) -> Problem:
+    """A bar with a weak place, pulled, on triangles."""
+    sides = (
+        SideSupport(side="left", components={0: no_displacement}),
+        SideSupport(side="right", components={0: displacement}),
+    )
+    material = rock(
+        ell=0.1, nu=0.0, toughness=lambda x: 1 - 0.02 * np.exp(-(((x[0] - 0.4) / 0.1) ** 2))
+    )
+    setup = body(
+        (1.0, 0.25), 1 / 32, cells="triangle", material=material, times=tuple(times),
+        sides=sides, backtracking=Backtracking(), **more,
+    )  # fmt: skip
+    if not refine:
+        return setup
+    domain = block(MPI.COMM_WORLD, size=(1.0, 0.25), h=1 / 32, cells="triangle", halvings=2)
+    return refined_at_cracks(replace(setup, domain=domain, refinement=Refinement(ahead=0.1)))
+
+
+HELD = (
+    "cracks=[{start=[0.0,0.5],end=[0.2,0.5]}]",
+    "temperature={profile='none'}",
+    "supports.bottom=clamped",
+    "supports.top={x=0.0,y={t=[0.0,1.0,9.0],u=[0.0,0.7,0.7]}}",
+    "time={t=[1.0,2.0,3.0,4.0]}",
+    "solver.backtracking=true",
+    "solver.backtracking_tolerance=1e-6",
+)
+
+
+def test_refining_with_nothing_else_changed_returns_nowhere_and_violates_nothing() -> None:
+    """A plate with a crack is held as it is, while a part after the other becomes fine."""
+    setup, steps = problem(refining(*HELD)), []
+    session = Session(setup, build(setup))
+    try:
+        for step in march_session(session):
+            steps.append(step)
+            edges, geometry = local_edges(session.domain), session.domain.mesh.geometry
+            below = geometry.x[geometry.dofmaps[0][: len(edges)], 1].mean(axis=1) < len(steps) / 3
+            wanted = Wanted.nothing(len(edges))
+            wanted.edge[below] = session.domain.source.finest
+            session.refine(wanted)
+    finally:
+        session.destroy()
+    assert [step.index for step in steps] == list(range(4)), "no return"
+    assert not [step.audit.violations for step in steps if step.audit.violations]
+    sizes = [step.mesh.cells for step in steps]
+    assert sizes[0] < sizes[1] < sizes[2] < sizes[3], sizes
+    for before, step in pairwise(steps):
+        change = step.energies.total - before.energies.total
+        assert step.mesh.changes == 1
+        assert change == pytest.approx(step.mesh.energy, abs=1e-6 * before.energies.total)
+    least = min(step.mesh.energy for step in steps)
+    assert least < -1e-5 * steps[0].energies.total, "ten times what would count as better"
+
+
+@pytest.mark.slow
+def test_a_real_return_on_a_mesh_that_was_refined_since() -> None:
+    """The bar breaks by strength, and returns to where that was better, as on fine cells."""
+    times = np.arange(0.2, 3.01, 0.2)
+    found = [step for step, _, _ in marched(pulled(lambda x, t: t, times))]
+    expected = [step for step, _, _ in marched(pulled(lambda x, t: t, times, refine=False))]
+    back = [step for step in found if step.returned]
+    assert back and any(step.mesh.changes for step in found)
+    assert not [step.audit.violations for step in found if step.audit.violations]
+    assert back[0].index == next(step for step in expected if step.returned).index
+    for one, other in zip(kept(found), kept(expected), strict=True):
+        assert one.energies.total == pytest.approx(other.energies.total, rel=5e-3)
+    assert max(step.mesh.coarse_damage for step in kept(found)) <= 0.01

@@ -1,0 +1,81 @@
+"""Runs whose mesh follows the cracks, cut short: resumed on the mesh that they had."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restart.test_killed import MANY, kill_and_resume
+from staffa.io.run_directory import Run, open_run
+from staffa.io.vtkhdf import read_vtkhdf
+from support.refining import REFINED, refining
+from support.restarting import assert_same, cut_run, finish, whole_run
+
+EXACT = 0.0
+
+
+def assert_same_meshes(found: Run, expected: Run) -> None:
+    """The files of fields have the same cells and the same damage, to the last bit."""
+    assert len({step.mesh.cells for step in expected.steps}) > 2, "the mesh changes in it"
+    for one, other in zip(found.steps, expected.steps, strict=True):
+        here, there = (read_vtkhdf(run.path / one.fields) for run in (found, expected))
+        assert one.fields == other.fields
+        assert np.array_equal(here[0].points, there[0].points)
+        assert np.array_equal(here[0].cells, there[0].cells)
+        for name in ("alpha", "T", "u"):
+            assert np.array_equal(here[1][name], there[1][name]), f"step {one.index}: {name}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "settings",
+    [(), ("solver.backtracking=true", "time.tau=[0.002,0.01,0.03]")],
+    ids=["plain", "back"],
+)
+def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(settings, tmp_path) -> None:
+    """Stopped before steps, in sweeps, and while cells are split for a step."""
+    case = refining(*settings)
+    expected = whole_run(case, tmp_path / "whole")
+    for looks in (1, 7, 16):
+        directory = tmp_path / f"cut-{looks}"
+        cut_run(case, directory, looks)
+        assert finish(directory, 23) > 1
+        found = open_run(directory)
+        assert_same(found, expected, EXACT)
+        assert_same_meshes(found, expected)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory) -> Path:
+    """A folder with the case."""
+    folder = tmp_path_factory.mktemp("refined")
+    (folder / "my.toml").write_text(REFINED)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def expected(place: Path) -> Run:
+    """The run of many steps without a cut."""
+    return whole_run(refining(MANY), place / "whole")
+
+
+@pytest.mark.slow
+def test_a_run_that_is_killed_goes_on_as_if_nothing_had_happened(place, expected) -> None:
+    killed = kill_and_resume(place, place / "few", kills=3, seed=1)
+    assert killed >= 2, f"it was alive at {killed} of 3 kills"
+    found = open_run(place / "few")
+    assert_same(found, expected, EXACT)
+    assert_same_meshes(found, expected)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+def test_twenty_kills_at_random_moments_lose_nothing(place, expected) -> None:
+    """In runs of 20 steps each, started again until there were 20 kills."""
+    killed = number = 0
+    while killed < 20:
+        directory = place / f"many-{number}"
+        killed += kill_and_resume(place, directory, kills=10, seed=number)
+        assert_same(open_run(directory), expected, EXACT)
+        number += 1
+        assert number < 10, f"{killed} kills in {number} runs"
