@@ -46,19 +46,19 @@ def test_no_coarse_cell_is_damaged_in_any_step(refined: Run) -> None:
         assert worst <= 0.01, f"step {step.index}: damage {worst} in a coarse cell"
         assert step.mesh.coarse_damage == pytest.approx(worst, abs=1e-12)
         assert step.mesh.cells == len(cells.coarse) < 3500
-        assert cells.alpha.max() > 0.9 and not step.audit.violations, step.audit.violations
+        assert not step.audit.violations, step.audit.violations
+    assert cells.alpha.max() > 0.9, "cracks have grown"
 
 
 def test_each_file_has_its_mesh_which_grows_alone(refined: Run) -> None:
-    """Middles of all vertices before are vertices after; a probe reads the same field."""
+    """All vertices before are vertices after, and new ones come; a probe reads each of them."""
     sizes = [step.mesh.cells for step in refined.steps]
     assert sizes == sorted(sizes) and len(set(sizes)) > 2, sizes
     places = [
-        {tuple(p) for p in cells_of(refined, step.fields, FINEST).corners.reshape(-1, 2).tolist()}
-        for step in refined.steps
+        set(map(tuple, cells_of(refined, step.fields, FINEST).points)) for step in refined.steps
     ]
     for before, after in pairwise(places):
-        assert before <= after, "old vertices stay, to the last bit"
+        assert before <= after, "old vertices stay"
     assert [step.mesh.vertices for step in refined.steps] == [len(at) for at in places]
     changed = [step for step in refined.steps if step.mesh.changes]
     assert len(changed) > 1 and all(step.mesh.energy <= 1e-12 for step in changed)
@@ -100,7 +100,7 @@ def test_before_any_damage_the_elastic_energy_and_the_drive_are_those_of_fine_ce
 @pytest.mark.slow
 def test_without_a_threshold_damage_and_slope_are_resolved(tmp_path: Path) -> None:
     """AT2 has some damage everywhere; its energy is that of fine cells within .1 %."""
-    case = (AT2, "toughness.amplitude=0.0", "temperature.severity=4.0", "time.tau=[0.01,0.05]")
+    case = (AT2, "toughness.amplitude=0.0", "temperature.severity=6.0", "time.tau=[0.01,0.05]")
     found = whole_run(refining(*case), tmp_path / "refined")
     expected = whole_run(refining(*case, UNIFORM), tmp_path / "uniform")
     for one, other in zip(found.steps, expected.steps, strict=True):
