@@ -80,6 +80,7 @@ bench: $(READY)
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.second_order.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.split.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.scaling.run
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.growth.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.circulation.run
 
 # ONLY="second-order array-free" runs these alone.

@@ -1,11 +1,14 @@
 """The yardstick's cases: body, rock, loads and times, as plain numbers that both sides read."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import gstools
 import numpy as np
 from scipy.special import erfc
+
+from staffa.geometry.block import edge, halvings
+from staffa.properties.remembered import Remembered
 
 PointFunction = Callable[[np.ndarray], np.ndarray]
 
@@ -49,6 +52,22 @@ class BenchCase:
         return self.size[0] / self.counts[0]
 
     @property
+    def halvings(self) -> int:
+        """Number of times that edges of a mesh that follows the cracks are halved.
+
+        Such a mesh is a block's, whose cells end at h or shorter. It begins with cells at least 4 h
+        long, and at most a quarter of the shortest side. Of these the nearest to h, then the
+        coarsest.
+        """
+        most = halvings(min(self.size) / 4, self.h, self.size)
+        return min(range(min(2, most), most + 1), key=lambda k: (-round(self.finest(k), 9), -k))
+
+    def finest(self, halved: int) -> float:
+        """Return the longest edge of a block's finest square or cube, halved so often."""
+        whole = 2**halved * self.h
+        return edge(self.size, whole, "triangle") / 2**halved
+
+    @property
     def unknowns(self) -> int:
         """Number of displacement unknowns."""
         return self.dim * int(np.prod([n + 1 for n in self.counts]))
@@ -68,7 +87,7 @@ class BenchCase:
             normal = field(tuple(x[: self.dim]), store=False)
             return np.exp(np.sqrt(variance) * normal - variance / 2)
 
-        return factor
+        return Remembered(factor)
 
     def cracked(self, x: np.ndarray) -> np.ndarray:
         """True at the points of the notch, one layer of cells, where there is one."""
@@ -109,6 +128,22 @@ def brick(name: str, n: int) -> BenchCase:
     )
 
 
+def large_brick(name: str, n: int) -> BenchCase:
+    """A cube three times as large as `brick` in units of ell, cooled as strongly in these units.
+
+    Its edge is 20 ell, and h = ell/3 at n = 60. Cracks and cold stay near the cooled face.
+    """
+    small, ratio = brick(name, n), 3
+    return replace(
+        small,
+        ell=small.ell / ratio,
+        severity=small.severity * ratio**0.5,
+        times=tuple(round(tau / ratio, 3) for tau in small.times),
+        correlation_length=small.correlation_length / ratio,
+        ranks=(1,),
+    )
+
+
 TEN = tuple(round(0.02 * i, 2) for i in range(1, 11))
 
 CASES = {
@@ -130,6 +165,16 @@ CASES = {
         ),
         brick("D100k", 31),
         brick("D300k", 45),
+        large_brick("E680k", 60),
+    )
+}
+# Small enough to count, in a few seconds each, how many sweeps and iterations they take.
+COUNTED = {
+    case.name: case
+    for case in (
+        replace(slab("slab, 3k", 40, TEN[1:6:2]), ell=0.08),
+        replace(CASES["C120k"], name="notch, 3k", counts=(40, 40), ell=0.08, times=(1.0, 1.4)),
+        replace(brick("brick, 4k", 10), ell=0.3),
     )
 }
 # Small enough to try every preset on, from start to end.

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.common.cases import BenchCase
 from staffa.evolution.advance import advance_to
-from staffa.evolution.equilibrate import Loads
+from staffa.evolution.equilibrate import Loads, settle
 from staffa.evolution.problem import Material, Problem, Solvers
 from staffa.evolution.schedule import schedule
 from staffa.evolution.system import build
@@ -31,10 +31,14 @@ class Cooled:
         return self.case.temperature(x, t)
 
 
-def problem(case: BenchCase, comm: MPI.Comm, **presets: str) -> Problem:
-    """The case as staffa's own objects; presets: names for `Solvers`. Collective."""
+def mesh(case: BenchCase, comm: MPI.Comm) -> Domain:
+    """The script's mesh. Collective."""
     cells = "quadrilateral" if case.dim == 2 else "hexahedron"
-    domain = block(comm, size=case.size, h=case.h, cells=cells)
+    return block(comm, size=case.size, h=case.h, cells=cells)
+
+
+def problem(case: BenchCase, domain: Domain, **presets: str) -> Problem:
+    """The case on a mesh as staffa's own objects; presets: names for `Solvers`. Collective."""
     load: Load = Cooled(case) if case.severity else NoLoad()
     return Problem(
         domain=domain,
@@ -76,7 +80,7 @@ class Ours:
     """One built system; `put` a state, then `step` from it. Collective."""
 
     def __init__(self, case: BenchCase, comm: MPI.Comm, **presets: str) -> None:
-        self.problem = problem(case, comm, **presets)
+        self.problem = problem(case, mesh(case, comm), **presets)
         self.system = build(self.problem)
         self.loads = self._loads(None)
 
@@ -101,6 +105,12 @@ class Ours:
         self.loads = self._loads(time)
         equilibrium(parts, self.loads.values)
 
+    def fields(self) -> dict[str, np.ndarray]:
+        """Return a copy of the state, as `put` takes it."""
+        state = self.system.state
+        u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
+        return {"u": u, "alpha": alpha, "x": state.T.function_space.tabulate_dof_coordinates().T}
+
     def step(self, time: float) -> dict:
         """Put on the loads of a time and minimize."""
         loads = self._loads(time)
@@ -110,3 +120,9 @@ class Ours:
             raise RuntimeError(outcome.reason)
         effort = asdict(outcome.effort)
         return {"sweeps": outcome.sweeps, "energy": lambda: outcome.energies.total, **effort}
+
+    def basin(self, state: dict[str, np.ndarray], time: float, damage: np.ndarray) -> dict:
+        """Minimize at a time from some damage, above that of a state; energy and sweeps."""
+        self.put(state, time)
+        outcome, _ = settle(self.problem, self.system, self.loads, damage=damage)
+        return {"energy": outcome.energies.total, "sweeps_to_it": outcome.sweeps}

@@ -2,6 +2,8 @@
 
     python -m bench.yardstick.run [CASE[:RANKS] ...] [--steps N] [--out FILE]
 
+staffa runs twice: on the script's mesh (`staffa`), and on a mesh that follows the cracks
+(`refined`), whose energy is that of the minimum on the script's mesh that its damage leads to.
 Without a case, all of them; what FILE holds of other cases is kept. N: only the first steps.
 CASE:2 runs staffa alone through the case's first step, on one rank and on two. Run by `make bench`.
 """
@@ -19,7 +21,9 @@ from bench.common.cases import CASES, BenchCase
 from bench.common.machine import ROOT, environment, machine, versions
 
 HERE = Path(__file__).parent
-SIDES = ("script", "staffa")
+SIDES = ("script", "staffa", "refined")
+# Facts of the mesh that follows the cracks, at the end of the last step.
+MESH = ("h", "finest_h", "coarsest_h", "edge_halvings", "cells", "unknowns")
 # Phases of such a script on a quiet machine of two cores: seconds for 131 sweeps, 121k unknowns.
 REFERENCE_SWEEPS = 131
 REFERENCE = {
@@ -59,13 +63,16 @@ def record(folder: str, who: str, index: int) -> dict:
 
 
 def beside(case: BenchCase, steps: int) -> dict:
-    """Both sides on one case, up to a number of steps."""
+    """All sides on one case, up to a number of steps."""
     case = replace(case, times=case.times[:steps])
     with tempfile.TemporaryDirectory() as folder:
         for process in [start(who, case, 1, folder) for who in SIDES]:
             finish(process)
         indices = range(len(case.times))
         found = {who: [record(folder, who, index) for index in indices] for who in SIDES}
+        for index, step in enumerate(found["refined"]):  # its own energy, and that to be compared
+            basin = record(folder, "basin", index)
+            step |= {"energy_on_its_mesh": step["energy"]} | basin
     return summary(case, found)
 
 
@@ -93,7 +100,7 @@ def scaling(case: BenchCase, ranks: int) -> dict:
 
 
 def summary(case: BenchCase, steps: dict[str, list[dict]]) -> dict:
-    """Totals of both sides, their ratios, and the steps themselves."""
+    """Totals of all sides, their ratios, and the steps themselves."""
     total = {
         who: {
             key: round(sum(step[key] for step in steps[who]), 3)
@@ -102,8 +109,6 @@ def summary(case: BenchCase, steps: dict[str, list[dict]]) -> dict:
         | {"peak_MB": round(max(step["peak_MB"] for step in steps[who]), 1)}
         for who in SIDES
     }
-    pairs = zip(steps["script"], steps["staffa"], strict=True)
-    above = [(ours["energy"] - theirs["energy"]) / abs(theirs["energy"]) for theirs, ours in pairs]
     return {
         "case": case.name,
         "ranks": 1,
@@ -111,14 +116,24 @@ def summary(case: BenchCase, steps: dict[str, list[dict]]) -> dict:
         "tolerance": case.tolerance,
         "steps_run": f"{len(case.times)} of {len(CASES[case.name].times)}",
         **total,
-        "ratio_wall": round(total["script"]["wall_s"] / total["staffa"]["wall_s"], 2),
-        "ratio_cpu": round(total["script"]["cpu_s"] / total["staffa"]["cpu_s"], 2),
-        "ratio_sweeps": round(total["script"]["sweeps"] / total["staffa"]["sweeps"], 2),
-        "largest_energy_above_script": max(above),
+        **beside_script(total, steps, "staffa"),
+        "refined_beside_script": beside_script(total, steps, "refined")
+        | {key: steps["refined"][-1][key] for key in MESH}
+        | {"largest_coarse_damage": max(step["coarse_damage"] for step in steps["refined"])},
         "script_phases": phases(case, steps["script"]),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "steps": steps,
     }
+
+
+def beside_script(total: dict, steps: dict[str, list[dict]], who: str) -> dict:
+    """Ratios of the script's totals to those of a side, and how far its energy lies above."""
+    pairs = zip(steps["script"], steps[who], strict=True)
+    above = [(ours["energy"] - theirs["energy"]) / abs(theirs["energy"]) for theirs, ours in pairs]
+    return {
+        f"ratio_{key}": round(total["script"][of] / total[who][of], 2)
+        for key, of in (("wall", "wall_s"), ("cpu", "cpu_s"), ("sweeps", "sweeps"))
+    } | {"largest_energy_above_script": max(above)}
 
 
 def phases(case: BenchCase, steps: list[dict]) -> dict:
@@ -144,7 +159,9 @@ def main() -> None:
     every = [f"{case.name}:{ranks}" for case in CASES.values() for ranks in case.ranks]
     results = json.loads(arguments.out.read_text()) if arguments.out.exists() else {"runs": {}}
     print(
-        f"{'case':9}{'unknowns':>9} {'script':>16} {'staffa':>16} {'ratio':>6}  energy", flush=True
+        f"{'case':9}{'unknowns':>9} {'script':>16} {'staffa':>16} {'refined':>16} "
+        f"{'ratio':>6}  energy    {'ratio':>6}  energy",
+        flush=True,
     )
     for chosen in arguments.cases or every:
         name, _, ranks = chosen.partition(":")
@@ -164,10 +181,12 @@ def line(outcome: dict) -> str:
         one, more = outcome["one"]["wall_s"], outcome["more"]["wall_s"]
         return f"{name:9}{outcome['unknowns']:9d} {one:8.1f} s alone, {more:.1f} s with {name[-1]}"
     sides = [f"{outcome[who]['wall_s']:8.1f} s {outcome[who]['sweeps']:5d}" for who in SIDES]
-    energy = f"{100 * outcome['largest_energy_above_script']:+.3f} %"
-    return (
-        f"{name:9}{outcome['unknowns']:9d} {' '.join(sides)} {outcome['ratio_wall']:6.2f}  {energy}"
-    )
+    found = [outcome, outcome["refined_beside_script"]]
+    beside = [
+        f"{one['ratio_wall']:6.2f}  {100 * one['largest_energy_above_script']:+.3f} %"
+        for one in found
+    ]
+    return f"{name:9}{outcome['unknowns']:9d} {' '.join(sides)} {'  '.join(beside)}"
 
 
 if __name__ == "__main__":

@@ -49,11 +49,46 @@ def test_both_sides_take_the_same_path_without_newton(name: str, monkeypatch) ->
         assert found["energy"]() == pytest.approx(script.total_energy(), rel=1e-6)
 
 
+def test_the_finest_cells_beside_the_script_are_no_longer_than_its_own() -> None:
+    for case in CASES.values():
+        assert case.halvings >= 2
+        assert 0.9 * case.h < case.finest(case.halvings) <= case.h * (1 + 1e-9), case.name
+    large = CASES["E680k"]
+    assert min(large.size) / large.ell >= 20 - 1e-9
+    assert large.ell / large.h >= 3 - 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["A30k", "C120k", "D100k"])
+def test_a_mesh_that_follows_the_cracks_leads_to_the_script_s_energy(name: str) -> None:
+    """From one state and by one step: no coarse cell is damaged, and the basin is the same."""
+    from dataclasses import replace
+
+    from staffa.backend.stack import MPI
+
+    from bench.common.followed import Followed
+    from bench.common.ours import Ours
+
+    case = CASES[name]
+    coarse, ell = {2: ((24, 24), 0.15), 3: ((8, 8, 8), 0.375)}[case.dim]
+    case = replace(case, counts=coarse, ell=ell, times=case.times[:2])
+    ours, followed = Ours(case, MPI.COMM_SELF), Followed(case, MPI.COMM_SELF)
+    ours.put_at_rest()
+    ours.step(case.times[0])
+    start = ours.fields()
+    expected = ours.step(case.times[1])["energy"]()
+    followed.put(start, case.times[0])
+    found = followed.step(case.times[1])
+    assert found["coarse_damage"] <= (0.01 if case.law == "AT1" else 0.1)
+    basin = ours.basin(start, case.times[1], followed.damage())
+    assert basin["energy"] == pytest.approx(expected, rel=1e-3)
+
+
 def test_the_tables_of_the_documents_are_those_of_the_results() -> None:
     """Pages that quote `bench/yardstick/table.py` have its output."""
     results = json.loads((BENCH / "yardstick" / "results.json").read_text())
     pages = {
-        "performance.md": (table.ratios, table.growth, table.ranks),
+        "performance.md": (table.ratios, table.refined, table.growth, table.ranks),
         "how-to-choose-a-solver.md": (table.presets,),
     }
     for page, tables in pages.items():

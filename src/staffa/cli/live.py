@@ -15,11 +15,11 @@ from rich.progress import BarColumn, Progress, TextColumn
 from staffa.backend.parallel import on_root, require_together
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
-from staffa.cli.results import print_pictures, print_summary
+from staffa.cli.results import print_pictures, print_summary, require_clean_audit
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.display_units import Shown
-from staffa.errors import AloneError, AuditError, StaffaError, printable
+from staffa.errors import AloneError, StaffaError, printable
 from staffa.io.run_directory import Run, append_log, open_run
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
@@ -27,8 +27,8 @@ from staffa.records.status import Status
 from staffa.records.step import Moment, Step
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
+from staffa.results.mesh_changes import cells_told
 from staffa.results.radial import radial
-from staffa.results.summary import violations
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 
@@ -113,25 +113,6 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
         print_pictures(run)
 
 
-def require_clean_audit(runs: Sequence[Run]) -> None:
-    """Refuse finished runs whose audit is violated.
-
-    Raises
-    ------
-    AuditError
-        The audit of a run is violated; with the steps and the first of its messages.
-    """
-    for one in runs:
-        found = violations(one)
-        if found:
-            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-            raise AuditError(
-                f"the run in {one.path} is finished, but its audit is violated: {found[0]}{more}; "
-                f"do not use its results before you know why (docs/results.md, What the audit "
-                f"checks)"
-            )
-
-
 # Seconds that mpiexec is left to pass on a traceback: an abort at once can lose it.
 FORWARDED = 0.5
 
@@ -193,6 +174,7 @@ class Follower:
     warnings : warnings of `staffa check` on its case.
     manifest : description of the run; None before it starts.
     latest : cracks of the last step and the time left, as text.
+    cells : number of cells that was told last.
     before : part of the run that was done when it was resumed.
     began : time (s) at which this process began it.
     """
@@ -204,6 +186,7 @@ class Follower:
     warnings: tuple[str, ...] = ()
     manifest: Manifest | None = None
     latest: str = ""
+    cells: int = 0
     before: float = 0.0
     began: float = field(default_factory=perf_counter)
 
@@ -250,6 +233,7 @@ class Follower:
     def resumed(self, steps: tuple[Step, ...]) -> None:
         """Print the step after which a run continues."""
         self.before = self._done(steps[-1]) if steps else 0.0
+        self.cells = steps[-1].mesh.cells if steps and steps[-1].mesh else 0
         last = f"after step {steps[-1].index}, {self._clock(steps[-1])}" if steps else ""
         self._say(f"  goes on {last or 'from its start'}")
 
@@ -297,6 +281,9 @@ class Follower:
             f"total {unit.text(energies.total, 6)}",
             f"{step.sweeps:3d} sweeps",
         ]
+        if cells := cells_told(step, self.cells):
+            self.cells = step.mesh.cells if step.mesh else 0
+            parts.append(cells)
         return ", ".join([*parts, *self._cracks(step), *self._left(step)])
 
     def _cracks(self, step: Step) -> list[str]:

@@ -9,8 +9,8 @@ from staffa.backend.stack import MPI
 from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
-from staffa.cli.live import Follower, ending_all_ranks, require_clean_audit
-from staffa.cli.results import print_ensemble, print_ensemble_pictures
+from staffa.cli.live import Follower, ending_all_ranks
+from staffa.cli.results import print_ensemble, print_ensemble_pictures, require_clean_audit
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError

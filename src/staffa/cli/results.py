@@ -1,6 +1,6 @@
 """Output of results: summaries, tables and pictures of a run, an ensemble or a pair."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from staffa.compare.agreement import agreement
 from staffa.compare.differences import case_differences, manifest_differences
 from staffa.compare.pair import Pair, pair_title
 from staffa.compare.side_by_side import common_times, results
-from staffa.errors import printable
+from staffa.errors import AuditError, printable
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
@@ -22,7 +22,7 @@ from staffa.results.columns import columns
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
-from staffa.results.summary import Fact, summary, title
+from staffa.results.summary import Fact, summary, title, violations
 from staffa.results.tables import Table
 
 
@@ -120,3 +120,22 @@ def _print_drawn(drawn: Drawn) -> None:
         out.print(f"[yellow]not drawn:[/yellow] {escape(reason)}")
     for path in (*drawn.pictures, *drawn.tables, drawn.page):
         print(printable(str(path)))
+
+
+def require_clean_audit(runs: Sequence[Run]) -> None:
+    """Refuse finished runs whose audit is violated.
+
+    Raises
+    ------
+    AuditError
+        The audit of a run is violated; with the steps and the first of its messages.
+    """
+    for one in runs:
+        found = violations(one)
+        if found:
+            more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+            raise AuditError(
+                f"the run in {one.path} is finished, but its audit is violated: {found[0]}{more}; "
+                f"do not use its results before you know why (docs/results.md, What the audit "
+                f"checks)"
+            )

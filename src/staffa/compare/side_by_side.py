@@ -10,6 +10,7 @@ from staffa.compare.agreement import ROUND_OFF, gaps, percent
 from staffa.compare.pair import READINGS, Pair, Side, caveats
 from staffa.display_units import Unit
 from staffa.results.columns import by_depth
+from staffa.results.mesh_changes import follows_cracks, mesh_changes
 from staffa.results.production_table import TIMES, production_numbers
 from staffa.results.slab_table import run_arrests
 from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
@@ -109,7 +110,22 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
             kind = READINGS[name][1]
             kelvin = side.water["T"].size if kind == "T" else None
             yield Number(pair.named(name), value, kind not in ANY_SIZE, kelvin)
+    yield from _mesh(pair, side)
     yield from _production(pair, side)
+
+
+def _mesh(pair: Pair, side: Side) -> Iterator[Number]:
+    """Give the changes of the mesh, where that of either run follows the cracks."""
+    if not any(follows_cracks(one.run) for one in pair.sides):
+        return
+    found = mesh_changes(side.run)
+    yield Number("cells of the mesh, start", found.start, True)
+    yield Number("cells of the mesh, end", found.end, True)
+    yield Number("times that cells were split", found.times)
+    yield Number("largest damage in a coarse cell", found.coarse_damage)
+    if pair.dim:
+        unit = _in_brackets(f" {pair.units['total energy']}".rstrip())
+        yield Number(f"energy by splitting cells{unit}", found.energy / side.energy, True)
 
 
 def _production(pair: Pair, side: Side) -> Iterator[Number]:

@@ -131,7 +131,10 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
         origin=origin,
     )
     advance = rubbing(problem, system, end, advance, watch)
-    return agree(problem, system, end, advance, watch)
+    advance = agree(problem, system, end, advance, watch)
+    if system.resolution:
+        system.resolution.require()
+    return advance
 
 
 def _slide(system: System, end: Loads, loading: Loading) -> tuple[float, Loading]:

@@ -35,6 +35,10 @@ from staffa.records.step import (
     Step,
 )
 
+# Change of the damage in a sweep from which on cracks are near to where they will be: if the mesh
+# is too coarse for them, the rest of the sweeps would be lost.
+ROUGH = 0.05
+
 
 def march(
     problem: Problem,
@@ -211,7 +215,10 @@ def _require_fine(session: Session) -> None:
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
     """Take a step to a later time. Collective."""
     problem, system = session.problem, session.system
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
+    linear, watch = (
+        system.alternation.elastic.linear,
+        partial(_watch, session, observers, started.moment),
+    )
     direct = linear.takeovers
     try:
         tried = try_step(problem, system, started.start, started.end, loop.walk, watch)
@@ -246,7 +253,10 @@ def _return(
 ) -> _Taken:
     """Go back to an earlier step. Collective."""
     problem, system, spent = session.problem, session.system, None
-    linear, watch = system.alternation.elastic.linear, partial(_watch, observers, started.moment)
+    linear, watch = (
+        system.alternation.elastic.linear,
+        partial(_watch, session, observers, started.moment),
+    )
     direct = linear.takeovers
     try:
         advance = go_back(problem, system, history, better, watch)
@@ -312,10 +322,13 @@ def _go_on(session: Session, loop: Loop, started: _Start, advance: Advance) -> N
         loop.due = True
 
 
-def _watch(observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
+def _watch(session: Session, observers: Observers, moment: Moment, sweep: Sweep | None) -> None:
     if sweep is not None:
         observers.watch(moment, sweep)
     observers.pause()
+    resolution = session.system.resolution
+    if resolution and sweep is not None and sweep.change <= ROUGH:
+        resolution.require(of_damage=True)
 
 
 def _look_back(session: Session, observers: Observers, loop: Loop, history: StepHistory) -> None:

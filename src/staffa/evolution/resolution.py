@@ -16,6 +16,8 @@ from staffa.physics.damage import has_threshold
 # Damage above which no cell may be coarse. Without a threshold there is some damage everywhere:
 # then another damage decides, and its slope (in 1/ell).
 DAMAGED, SOFT, STEEP = 0.01, 0.1, 0.05
+# Change of temperature over a cell, over the allowed one, at which it is halved twice.
+MUCH = 4.0
 
 
 class TooCoarseError(Exception):
@@ -50,7 +52,8 @@ class Resolution:
         self._ell, self._threshold = problem.material.ell, has_threshold(problem.material.law)
         self._edges, self._finest = local_edges(domain), domain.source.finest
         self._coarse = np.flatnonzero(too_coarse(self._edges, self._finest))
-        self._corners = state.alpha.function_space.dofmap.list[self._coarse]
+        self._all_corners = state.alpha.function_space.dofmap.list[: len(self._edges)]
+        self._corners = self._all_corners[self._coarse]
         geometry = domain.mesh.geometry
         x = geometry.x[geometry.dofmaps[0][self._coarse], : domain.dim]
         self._frame = np.linalg.inv(x[:, 1:] - x[:, :1])
@@ -64,23 +67,38 @@ class Resolution:
         """Return the largest damage in a coarse cell; 0 where there is no such cell."""
         return max(0.0, max_over_ranks(self._comm, self._state.alpha.x.array[self._corners]))
 
-    def require(self) -> None:
+    def require(self, *, of_damage: bool = False) -> None:
         """Require that no coarse cell has too much damage, drive or change of temperature.
+
+        Parameters
+        ----------
+        of_damage : True to look at the damage alone.
 
         Raises
         ------
         TooCoarseError
             Cells must be split.
         """
-        damaged, halved = self._damaged(), self._uneven()
-        if not any_over_ranks(self._comm, bool(halved.any())):
-            halved = self._driven()  # of a temperature that is resolved
-        if any_over_ranks(self._comm, bool((damaged | halved).any())):
-            wanted = Wanted.nothing(len(self._edges))
-            wanted.edge[self._coarse[halved]] = self._edges[self._coarse[halved]] / 2
-            wanted.edge[self._coarse[damaged]] = self._finest
-            wanted.around[self._coarse[damaged]] = True
+        uneven = self._uneven()
+        if not of_damage and any_over_ranks(self._comm, bool((uneven > 1).any())):
+            raise TooCoarseError(self._wanted(uneven))
+        damaged, most = self._damaged(), self._rules.drive
+        if of_damage and not any_over_ranks(self._comm, bool(damaged.any())):
+            return
+        drive = self._drive()  # at a temperature that is resolved
+        if any_over_ranks(self._comm, bool((damaged | (drive > most)).any())):
+            wanted = self._wanted(np.where(drive > most / 2, 2.0, 1.0))
+            wanted.edge[self._coarse[damaged | (drive > 1)]] = self._finest
+            alpha = self._state.alpha.x.array[self._all_corners].max(axis=1, initial=0.0)
+            wanted.around[:] = alpha > (DAMAGED if self._threshold else SOFT)
             raise TooCoarseError(wanted)
+
+    def _wanted(self, shorter: np.ndarray) -> Wanted:
+        """Return the wish that coarse cells be so much shorter."""
+        wanted = Wanted.nothing(len(self._edges))
+        split = self._coarse[shorter > 1]
+        wanted.edge[split] = self._edges[split] / shorter[shorter > 1]
+        return wanted
 
     def _damaged(self) -> np.ndarray:
         alpha = self._state.alpha.x.array[self._corners]
@@ -91,21 +109,21 @@ class Resolution:
         steep = self._ell * np.linalg.norm(slope, axis=1) > STEEP
         return np.asarray((largest > SOFT) | steep)
 
-    def _driven(self) -> np.ndarray:
-        """Mark cells where the energy that drives the damage comes near to its threshold."""
+    def _drive(self) -> np.ndarray:
+        """Return the energy that drives the damage over its threshold, the largest in each cell."""
         if not self._threshold:
-            return np.zeros(len(self._coarse), dtype=bool)
+            return np.zeros(len(self._coarse))
         self._damage.gradient(self._force)
         drive = self._state.alpha.copy()
         resisted = readable(self._force) / readable(self._damage.unit)
         drive.x.array[: len(resisted)] = 1.0 - resisted
         drive.x.scatter_forward()
-        largest = drive.x.array[self._corners].max(axis=1, initial=0.0)
-        return np.asarray(largest > self._rules.drive)
+        return np.asarray(drive.x.array[self._corners].max(axis=1, initial=0.0))
 
     def _uneven(self) -> np.ndarray:
-        """Mark cells over which the temperature changes by too much of its largest change."""
+        """Return how much shorter cells should be for the temperature: half or a quarter."""
         T = self._state.T.x.array
         allowed = self._rules.drop * max_over_ranks(self._comm, np.abs(T))
         corners = T[self._corners]
-        return np.asarray(corners.max(axis=1) - corners.min(axis=1) > allowed)
+        change = corners.max(axis=1) - corners.min(axis=1)
+        return np.select([change > MUCH * allowed, change > allowed], [4.0, 2.0], 1.0)

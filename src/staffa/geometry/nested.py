@@ -44,7 +44,7 @@ def itself(mesh: Simplices) -> Nested:
 def nested(mesh: Simplices, corners: np.ndarray, parents: np.ndarray) -> Nested:
     """Return the mesh of cells that lie in those of another, whose edges were halved.
 
-    Points and cells are in an order that does not depend on that of the arguments.
+    Points are in an order that does not depend on that of the cells.
 
     Parameters
     ----------
@@ -56,10 +56,8 @@ def nested(mesh: Simplices, corners: np.ndarray, parents: np.ndarray) -> Nested:
     ends = _ends(mesh, corners, parents)
     old = ends[..., 0] == ends[..., 1]
     middles = np.unique(ends[~old], axis=0)
-    number = np.where(old, ends[..., 0], 0)
-    number[~old] = len(mesh.x) + _rows_in(middles, ends[~old])
-    order = np.lexsort((*number.T[::-1], parents))
-    cells, parents = number[order], parents[order]
+    cells = np.where(old, ends[..., 0], 0)
+    cells[~old] = len(mesh.x) + _rows_in(middles, ends[~old])
     n_old, n = len(mesh.x), len(mesh.x) + len(middles)
     pairs = np.concatenate([np.stack([np.arange(n_old)] * 2, axis=1), middles])
     half = np.full(2 * n, 0.5)
@@ -80,10 +78,15 @@ def _ends(mesh: Simplices, corners: np.ndarray, parents: np.ndarray) -> np.ndarr
     these, shape (m, dim + 1, 2)."""
     width = mesh.dim + 1
     pairs = np.array([*((k, k) for k in range(width)), *combinations(range(width), 2)])
-    theirs = mesh.cells[parents]
+    ends = np.repeat(mesh.cells[parents][..., None], 2, axis=2)
+    split = np.flatnonzero(np.bincount(parents)[parents] > 1)
+    theirs = mesh.cells[parents[split]]
     places = mesh.x[theirs][:, pairs].mean(axis=2)  # (m, pairs, dim)
-    away = np.linalg.norm(corners[:, :, None] - places[:, None], axis=3)
-    return np.sort(theirs[:, pairs][np.arange(len(parents))[:, None], away.argmin(axis=2)], axis=2)
+    for corner in range(width):
+        away = np.linalg.norm(corners[split, corner, None] - places, axis=2)
+        found = theirs[np.arange(len(split))[:, None], pairs[away.argmin(axis=1)]]
+        ends[split, corner] = np.sort(found, axis=1)
+    return ends
 
 
 def _rows_in(rows: np.ndarray, wanted: np.ndarray) -> np.ndarray:

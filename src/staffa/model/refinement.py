@@ -75,7 +75,8 @@ def refined(domain: Domain, wanted: Wanted, *, ahead: float) -> tuple[Domain, Ne
 def _split(mesh: Simplices, wanted: Wanted, source: Source, ahead: float) -> Nested:
     """Split cells, and those around them, until none is too coarse."""
     found, finest = itself(mesh), source.finest
-    at = np.unique(mesh.cells[wanted.around])
+    whole, at = distributed(MPI.COMM_SELF, mesh, mesh.dim), np.unique(mesh.cells[wanted.around])
+    known = np.asarray(whole.topology.original_cell_index)
     near = cKDTree(mesh.x[at]) if len(at) else None
     while True:
         corners = found.mesh.x[found.mesh.cells]
@@ -88,23 +89,25 @@ def _split(mesh: Simplices, wanted: Wanted, source: Source, ahead: float) -> Nes
             split |= away < ahead
         if not split.any():
             return found
-        found = found.then(_once(found.mesh, long[split]))
+        whole, corners, parents = _halved(whole, np.isin(known, long[split]))
+        found = found.then(nested(found.mesh, corners, known[parents]))
+        known = np.arange(len(parents))
 
 
-def _once(mesh: Simplices, split: np.ndarray) -> Nested:
-    """Halve all edges of some cells, and as many edges around them as it takes."""
-    whole = distributed(MPI.COMM_SELF, mesh, mesh.dim)
-    topology, dim = whole.topology, mesh.dim
+def _halved(whole: dmesh.Mesh, split: np.ndarray) -> tuple[dmesh.Mesh, np.ndarray, np.ndarray]:
+    """Halve all edges of some local cells, and as many edges around them as it takes.
+
+    Return the finer mesh, the points of its local cells' corners, and their local parents.
+    """
+    topology, dim = whole.topology, whole.topology.dim
     topology.create_entities(1)
     topology.create_connectivity(dim, 1)
-    edges = topology.connectivity(dim, 1).array.reshape(len(mesh.cells), -1)
-    local = np.isin(topology.original_cell_index, split)
+    edges = topology.connectivity(dim, 1).array.reshape(len(split), -1)
     halved, parents, _ = dmesh.refine(
         whole,
-        np.unique(edges[local]).astype(np.int32),
+        np.unique(edges[split]).astype(np.int32),
         partitioner=None,
         option=dmesh.RefinementOption.parent_cell,
     )
     corners = halved.geometry.x[halved.geometry.dofmaps[0]][..., :dim]
-    of_cells = np.asarray(parents)[halved.topology.original_cell_index]
-    return nested(mesh, corners, np.asarray(topology.original_cell_index)[of_cells])
+    return halved, corners, np.asarray(parents)[halved.topology.original_cell_index]

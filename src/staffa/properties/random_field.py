@@ -5,6 +5,7 @@ from math import gamma
 import numpy as np
 
 from staffa.physics.elasticity import PointFunction
+from staffa.properties.remembered import Remembered
 
 DISTRIBUTIONS = ("lognormal", "normal", "weibull")
 
@@ -43,7 +44,7 @@ def random_factor(
         places = x[:dim] if same else axes @ x[:dim]
         return marginal(distribution, variation, score(tuple(places), store=False))
 
-    return factor
+    return Remembered(factor)
 
 
 def marginal(distribution: str, variation: float, z: np.ndarray) -> np.ndarray:

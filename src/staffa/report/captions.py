@@ -39,6 +39,12 @@ def _sections(manifest: Manifest, steps: Steps) -> str:
     )
 
 
+def _mesh(manifest: Manifest, steps: Steps) -> str:
+    what = "The cells" if manifest.flat else "The cells in a section"
+    text = f"{what} at the last time whose fields are kept, over the damage: fine where cracks are."
+    return f"{text} Below: their number at each step." if len(steps) > 1 else text
+
+
 def _energies(manifest: Manifest, steps: Steps) -> str:
     text = "Energies of each step" + (", per unit thickness." if manifest.plane else ".")
     if not since_rest(steps):
@@ -144,6 +150,7 @@ BAND = (
 CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "cracks": _cracks,
     "sections": _sections,
+    "mesh": _mesh,
     "spacing": _spacing,
     "growing": _growing,
     "network": _network,

@@ -22,6 +22,7 @@ from staffa.plot.ensemble_production import ensemble_production_figure, producti
 from staffa.plot.exchange_curves import exchange_figure
 from staffa.plot.frames import Frame, evenly_spread, read_frames, with_fields
 from staffa.plot.heat_balance import heat_figure
+from staffa.plot.mesh_picture import mesh_figure
 from staffa.plot.movie import FEWEST, MOST, write_movie
 from staffa.plot.network_openings import network_figure
 from staffa.plot.production_curves import production_figure
@@ -191,6 +192,8 @@ def _figures(
         if found_in := planes_of(manifest, frames[-1]):
             figures["sections"] = partial(sections_figure, manifest, frames[-1].step, found_in)
         figures |= _sizes([run])
+    if frames and frames[-1].step.mesh:
+        figures["mesh"] = partial(mesh_figure, manifest, frames[-1], steps)
     shown = {frame.step.index for frame in frames}
     water, lost = _water(run, frames)
     figures |= water

@@ -12,6 +12,7 @@ from staffa.records.manifest import Manifest
 from staffa.records.status import Status, Verdict
 from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
 from staffa.results.crack_warnings import crack_warnings
+from staffa.results.mesh_changes import follows_cracks, mesh_text
 from staffa.results.production_table import production_lines
 from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
@@ -49,6 +50,7 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *(Fact(name="flow in cracks", text=text, alarm=True) for text in crack_warnings(run)),
         *_arrests(run),
         *_coarse(run),
+        *([Fact(name="mesh", text=mesh_text(run))] if follows_cracks(run) else []),
         *_audit(run),
     )
 
@@ -73,6 +75,8 @@ def _case(run: Run) -> Iterator[Fact]:
         what = "cooled on" if manifest.cools else "depths from"
         face = f", {what} face '{manifest.face}'"
     cells = f"{manifest.cells} cells of {unit.text(manifest.h, 6)}"
+    if follows_cracks(run):
+        cells = f"cells of {unit.text(manifest.h, 6)} at cracks, else longer"
     yield Fact(name="body", text=f"{size}{unit.behind}{face}, {cells}")
     text = f"{manifest.law}, ell = {unit.text(manifest.ell, 6)}"
     why = f" ({manifest.split_reason})" if manifest.split_reason else ""

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
+from staffa.case.check.refined_cells import MeshSize, mesh_growth
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import plan
 from staffa.case.schema.case import Case
-from staffa.case.values.elements import displacement_unknowns
+from staffa.case.values.elements import unknowns_on
 from staffa.evolution.schedule import AdaptiveSteps
 
 # Measured with one step of the slab at 20k to 101k displacement unknowns (direct), and of the
@@ -56,10 +57,16 @@ def steps(case: Case, derived: Numbers) -> Steps:
 
 
 def memory(case: Case) -> float:
-    """Estimate the memory of a run, over all its ranks (bytes)."""
+    """Estimate the memory of a run at its end, over all its ranks (bytes)."""
     coarser = case.dim == 2 and float(case.damage.ell) >= 6 * case.outline.h
-    levels = 4 / 3 if coarser else 1.0
-    return BASE + levels * PER_UNKNOWN[case.solver.displacement] * displacement_unknowns(case)
+    levels = 4 / 3 if coarser and not case.domain.halvings else 1.0
+    n = unknowns_of(case, mesh_growth(case).end)
+    return BASE + levels * PER_UNKNOWN[case.solver.displacement] * n
+
+
+def unknowns_of(case: Case, size: MeshSize) -> int:
+    """Estimate the number of displacement unknowns on a mesh of a size."""
+    return unknowns_on(case, size.cells, size.vertices)
 
 
 def coarser_for(case: Case, available: float) -> float:
@@ -69,8 +76,11 @@ def coarser_for(case: Case, available: float) -> float:
 
 
 def duration(case: Case, number: int) -> float:
-    """Estimate the time of a number of steps on one core (s), within a factor of WITHIN."""
-    n = displacement_unknowns(case)
+    """Estimate the time of a number of steps on one core (s), within a factor of WITHIN.
+
+    All of them count as if they were on the mesh of the end.
+    """
+    n = unknowns_of(case, mesh_growth(case).end)
     each, power = A_SWEEP[case.solver.displacement]
     sweep = LEAST + each * n * max(1.0, n / SMALL) ** power
     split = 1.0 if case.damage.split == "none" else SPLIT

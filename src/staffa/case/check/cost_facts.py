@@ -1,15 +1,15 @@
 """Facts on the cost of a run: cells, unknowns, steps, memory and time."""
 
 from staffa.case.check.circulation_facts import reservoir_cost
-from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps
+from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps, unknowns_of
 from staffa.case.check.mesh_warnings import cell_edge
+from staffa.case.check.refined_cells import CELLS_WITHIN, MeshGrowth, MeshSize, mesh_growth
 from staffa.case.rules import adaptive
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import prescribed_knots
 from staffa.case.scales.prescribed import visited_times
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, as_duration
-from staffa.case.values.elements import displacement_unknowns
 from staffa.geometry.block import section_raster
 
 Fact = tuple[str, str, str]
@@ -18,17 +18,11 @@ SHOWN = 6  # times of a table that are listed
 
 def cost_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Return cells, unknowns, steps, memory and time of a run."""
-    n_cells, n_vertices = case.outline.n_cells, case.outline.n_vertices
-    planned = steps(case, derived)
-    unknowns = f"{displacement_unknowns(case):,} + {n_vertices:,}"
-    fields = "displacement and damage"
-    if case.heat is not None:
-        unknowns, fields = f"{unknowns} + {n_vertices:,}", "displacement, damage and temperature"
-    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
+    planned, growth = steps(case, derived), mesh_growth(case)
+    refined = growth.start != growth.most
     more = " or more" if planned.open else ""
     return [
-        ("cells", f"{about}{n_cells:,}", str(case.domain.cells)),
-        ("unknowns", about + unknowns, fields),
+        *(_growing(case, growth) if refined else _cells(case, growth.most)),
         (
             "steps",
             f"{planned.number}{more}",
@@ -40,6 +34,39 @@ def cost_facts(case: Case, derived: Numbers) -> list[Fact]:
         ("time", *_time(case, planned)),
         *reservoir_cost(case, planned),
     ]
+
+
+def _cells(case: Case, size: MeshSize) -> list[Fact]:
+    """Return cells and unknowns of a mesh that stays as it is."""
+    about = "about " if case.domain.has_simplices and case.domain.mesh is None else ""
+    unknowns, fields = _unknowns(case, size)
+    return [
+        ("cells", f"{about}{size.cells:,}", str(case.domain.cells)),
+        ("unknowns", about + unknowns, fields),
+    ]
+
+
+def _growing(case: Case, growth: MeshGrowth) -> list[Fact]:
+    """Return cells and unknowns at the start and the end of a mesh that follows the cracks."""
+    many, most = f"{growth.end.cells:,}", f"{growth.most.cells:,}"
+    end, how = f"at most {many}", "only the run can tell where it cracks"
+    if growth.known:
+        end = f"about {many}"
+        how = f"from the depth of the cooling, within a factor of {CELLS_WITHIN:g}"
+    unknowns, fields = _unknowns(case, growth.end)
+    return [
+        ("cells, start", f"about {growth.start.cells:,}", f"{case.domain.cells}, the coarse mesh"),
+        ("cells, end", end, f"{how}; {most} if all were h long"),
+        ("unknowns, end", f"{end.split(many)[0]}{unknowns}", fields),
+    ]
+
+
+def _unknowns(case: Case, size: MeshSize) -> tuple[str, str]:
+    """Return the numbers of unknowns on a mesh, and of which fields."""
+    unknowns, fields = f"{unknowns_of(case, size):,} + {size.vertices:,}", "displacement and damage"
+    if case.heat is not None:
+        return f"{unknowns} + {size.vertices:,}", "displacement, damage and temperature"
+    return unknowns, fields
 
 
 def _knots(case: Case) -> list[Fact]:

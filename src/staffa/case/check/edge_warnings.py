@@ -59,9 +59,12 @@ def _tougher(case: Case, h: float) -> str:
 
 
 def _parts(case: Case) -> Iterator[tuple[str, str, float]]:
-    """Return the parts of a mesh with their edges (m): cooled faces, initial cracks and regions."""
+    """Return the parts of a mesh with their edges (m): cooled faces, initial cracks and regions.
+
+    None of a mesh that follows the cracks: its cells are h long wherever cracks run.
+    """
     edges = case.outline.edges
-    if edges is None:
+    if edges is None or case.domain.halvings:
         return
     for face in _cooled(case):
         yield f"face '{face}', which is cooled", "up to", edges.faces[face]

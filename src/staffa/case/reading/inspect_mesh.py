@@ -86,7 +86,8 @@ def _with_mesh(case: Case, place: FileAccess, given: str) -> Case:
             raise InputError(
                 f"domain.h = {inline(keys.h)}: the mesh has no such edges; they are "
                 f"{found.h:.3g}{unit(case, 'm')} long in the mean, and {least:.3g} in its finest "
-                f"cell; mesh the body again, leave domain.h out, or take domain.refine = true"
+                f"cell; mesh the body again, leave domain.h out, or set domain.refine = true, "
+                f"with which cells are split down to it"
             )
         found = replace(found, h=float(keys.h))
     return case.model_copy(update={"domain": keys.with_mesh(file, found)})

@@ -66,9 +66,9 @@ def mesh_carries_cracks(case: Case) -> None:
 
 
 def mesh_can_be_numbered(case: Case) -> None:
-    """Refuse more unknowns than a 32-bit number counts."""
+    """Refuse more unknowns than a 32-bit number counts, but for a mesh that follows the cracks."""
     unknowns = displacement_unknowns(case)
-    if unknowns > LARGEST:
+    if unknowns > LARGEST and not case.domain.halvings:
         raise InputError(
             f"{_edge_in_words(case)} gives {unknowns:.2g} unknowns of displacement, "
             f"more than the {LARGEST:.0e} that can be numbered; take a larger h"

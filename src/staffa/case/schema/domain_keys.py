@@ -9,7 +9,7 @@ from staffa.case.schema.field_types import CaseTable, FilePath, Length
 from staffa.case.schema.refine_keys import Refine, RefineKeys, multiple
 from staffa.case.schema.shape_keys import ShapeKeys
 from staffa.geometry import shapes
-from staffa.geometry.block import UNSTRUCTURED, halvings
+from staffa.geometry.block import UNSTRUCTURED, edge, halvings
 from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
 from staffa.units import Quantity
 
@@ -127,10 +127,20 @@ class DomainKeys(CaseTable):
         h = float(self.h or 0.0)
         if self.shape is not None:
             return shapes.shape_outline(self.shape.shape(), h)
-        assert self.size is not None
-        size = tuple(float(s) for s in self.size)
+        size, cells = self._extent, self.cells or BLOCKS[len(self._extent)]
         lower = (float(self.hole or 0.0), *(0.0,) * (len(size) - 1))
-        return of_block(size, h, self.cells or BLOCKS[len(size)], lower)
+        if self.halvings:  # the finest cells may be a little shorter than h
+            h = edge(size, h * 2**self.halvings, cells) / 2**self.halvings
+        return of_block(size, h, cells, lower)
+
+    @property
+    def _extent(self) -> tuple[float, ...]:
+        """Return the extent of a block or a shape along each axis (m)."""
+        if self.size is not None:
+            return tuple(float(s) for s in self.size)
+        assert self.shape is not None
+        lower, upper = self.shape.shape().bounds()
+        return tuple(b - a for a, b in zip(lower, upper, strict=True))
 
     @property
     def refining(self) -> RefineKeys | None:
@@ -145,13 +155,13 @@ class DomainKeys(CaseTable):
         keys, h = self.refining, self.h
         if keys is None or h is None:
             return 0
-        body = self._section
-        longest = min(body.size) / COARSEST
+        if self.mesh is not None:
+            edges = self._outline.edges if self._outline else None
+            return halvings(edges.mean, float(h)) if edges else 0
+        longest = min(self._extent) / COARSEST
         if keys.coarsest is not None:
             longest = multiple(keys.coarsest) * float(h)
-        if self.mesh is not None:
-            return halvings(body.edges.mean if body.edges else body.h, float(h))
-        return halvings(longest, float(h), body.size if self.is_block else ())
+        return halvings(longest, float(h), self._extent if self.is_block else ())
 
     @property
     def is_block(self) -> bool:

@@ -44,14 +44,23 @@ def elements_of(case: Case) -> str:
 
 
 def displacement_unknowns(case: Case) -> int:
-    """Estimate the number of displacement unknowns.
+    """Estimate the number of displacement unknowns; if the mesh is refined, at most."""
+    return unknowns_on(case, case.outline.n_cells, case.outline.n_vertices)
+
+
+def unknowns_on(case: Case, n_cells: int, n_vertices: int) -> int:
+    """Estimate the number of displacement unknowns on a mesh.
 
     Quadratic elements have nodes in the middles of edges too, of which there are about as many as
     vertices and cells together (Euler).
+
+    Parameters
+    ----------
+    case : the case.
+    n_cells, n_vertices : numbers of cells and vertices of the mesh.
     """
-    body = case.outline
-    edges = body.n_vertices + body.n_cells if elements_of(case) == QUADRATIC else 0
-    return case.dim * (body.n_vertices + edges)
+    edges = n_vertices + n_cells if elements_of(case) == QUADRATIC else 0
+    return case.dim * (n_vertices + edges)
 
 
 def largest_nu(case: Case) -> tuple[float, Subdomain]:
