@@ -46,19 +46,19 @@ def test_no_coarse_cell_is_damaged_in_any_step(refined: Run) -> None:
         assert worst <= 0.01, f"step {step.index}: damage {worst} in a coarse cell"
         assert step.mesh.coarse_damage == pytest.approx(worst, abs=1e-12)
         assert step.mesh.cells == len(cells.coarse) < 3500
-        assert cells.alpha.max() > 0.9 and not step.audit.violations, step.audit.violations
+        assert not step.audit.violations, step.audit.violations
+    assert cells.alpha.max() > 0.9, "cracks have grown"
 
 
 def test_each_file_has_its_mesh_which_grows_alone(refined: Run) -> None:
-    """Middles of all vertices before are vertices after; a probe reads the same field."""
+    """All vertices before are vertices after, and new ones come; a probe reads each of them."""
     sizes = [step.mesh.cells for step in refined.steps]
     assert sizes == sorted(sizes) and len(set(sizes)) > 2, sizes
     places = [
-        {tuple(p) for p in cells_of(refined, step.fields, FINEST).corners.reshape(-1, 2).tolist()}
-        for step in refined.steps
+        set(map(tuple, cells_of(refined, step.fields, FINEST).points)) for step in refined.steps
     ]
     for before, after in pairwise(places):
-        assert before <= after, "old vertices stay, to the last bit"
+        assert before <= after, "old vertices stay"
     assert [step.mesh.vertices for step in refined.steps] == [len(at) for at in places]
     changed = [step for step in refined.steps if step.mesh.changes]
     assert len(changed) > 1 and all(step.mesh.energy <= 1e-12 for step in changed)
@@ -80,19 +80,25 @@ def marched(case_or_problem: Case | Problem) -> list[tuple[Step, float, float]]:
         session.destroy()
 
 
+SLAB = (
+    "supports.left=rollers",
+    "supports.right=rollers",
+    "domain.h=0.015625",
+    "toughness.amplitude=0.0",
+    "time.tau=[0.35,0.5]",
+    "solver.stability=none",
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("severity", [0.3, 0.9])
-def test_before_any_damage_the_elastic_energy_and_the_drive_are_those_of_fine_cells(
-    severity: float,
-) -> None:
-    """On a coarse start, a cold front that wanders in; by the change of temperature alone at
-    first, later by the drive."""
-    cold = ('domain.refine={coarsest="8 h"}', f"temperature.severity={severity}")
-    case = ("time.tau=[0.02,0.05,0.1]", "toughness.amplitude=0.0", *cold)
-    found, expected = marched(refining(*case)), marched(refining(*case, UNIFORM))
+@pytest.mark.parametrize("severity", [0.5, 1.7], ids=["far from damage", "near to damage"])
+def test_before_any_damage_energy_and_drive_are_those_of_fine_cells(severity: float) -> None:
+    """A slab with a cold front that the finest cells resolve: 2.5 % of the drop over each."""
+    case, start = (*SLAB, f"temperature.severity={severity}"), 'domain.refine={coarsest="16 h"}'
+    found, expected = marched(refining(*case, start)), marched(refining(*case, UNIFORM))
     for (one, damage, drive), (other, _, exact) in zip(found, expected, strict=True):
         assert damage == 0.0 < exact < 1.0
-        assert one.mesh.cells < 3000, "of 4096"
+        assert one.mesh.cells < 10_000, "of 16,384"
         assert one.energies.elastic == pytest.approx(other.energies.elastic, rel=1e-3)
         assert drive == pytest.approx(exact, rel=1e-2)
 
@@ -100,13 +106,15 @@ def test_before_any_damage_the_elastic_energy_and_the_drive_are_those_of_fine_ce
 @pytest.mark.slow
 def test_without_a_threshold_damage_and_slope_are_resolved(tmp_path: Path) -> None:
     """AT2 has some damage everywhere; its energy is that of fine cells within .1 %."""
-    case = (AT2, "toughness.amplitude=0.0", "temperature.severity=4.0", "time.tau=[0.01,0.05]")
-    found = whole_run(refining(*case), tmp_path / "refined")
+    case, start = (*SLAB, AT2, "temperature.severity=2.5"), 'domain.refine={coarsest="16 h"}'
+    found = whole_run(refining(*case, start), tmp_path / "refined")
     expected = whole_run(refining(*case, UNIFORM), tmp_path / "uniform")
     for one, other in zip(found.steps, expected.steps, strict=True):
-        cells = cells_of(found, one.fields, FINEST)
+        cells = cells_of(found, one.fields, mean_edge_of_crossed(1 / 64))
+        assert cells.alpha.max() > 0.2, "damage that counts"
         assert 0.0 < cells.alpha[cells.coarse].max() <= 0.1
         assert 0.1 * cells.slope[cells.coarse].max() <= 0.05
+        assert one.mesh.cells < 14_000, "of 16,384"
         assert one.energies.total == pytest.approx(other.energies.total, rel=1e-3)
         assert not one.audit.violations
 

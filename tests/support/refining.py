@@ -21,7 +21,7 @@ title = "A plate cooled from below"
 size = [1.0, 1.0]
 h = 0.03125
 cells = "triangle"
-refine = { coarsest = "8 h", ahead = "1 ell" }
+refine = { coarsest = "8 h", ahead = "0.5 ell" }
 [damage]
 ell = 0.1
 [toughness]
@@ -29,9 +29,9 @@ amplitude = 0.1
 seed = 3
 [temperature]
 profile = "half-space"
-severity = 10.0
+severity = 20.0
 [time]
-tau = [0.002, 0.01, 0.05, 0.2]
+tau = [0.002, 0.01, 0.04, 0.2]
 [output]
 steps = "all"
 at = []
@@ -66,6 +66,11 @@ class Cells:
         legs = self.corners[:, 1:] - self.corners[:, :1]
         rise = self.alpha[:, 1:] - self.alpha[:, :1]
         return np.linalg.norm(np.linalg.solve(legs, rise[..., None])[..., 0], axis=1)
+
+    @property
+    def points(self) -> list[list[float]]:
+        """Places of their corners (m), to twelve digits, each as often as it is a corner."""
+        return (self.corners.reshape(-1, self.corners.shape[2]).round(12) + 0.0).tolist()
 
     @property
     def middles(self) -> np.ndarray:
