@@ -62,8 +62,9 @@ def mesh_growth(case: Case) -> MeshGrowth:
     if keys.refining is None or not keys.halvings:
         return MeshGrowth(start=most, end=most, most=most)
     if keys.file is not None:  # the outline has the numbers of the file, which is the coarse mesh
-        finer = 2 ** (case.dim * keys.halvings)
-        most = MeshSize(cells=finer * most.cells, vertices=finer * most.vertices)
+        assert body.edges is not None
+        finer = (body.edges.mean / body.h) ** case.dim
+        most = MeshSize(cells=round(finer * most.cells), vertices=round(finer * most.vertices))
     start, derived = _at_start(case), derived_numbers(case)
     if derived.face is None or not derived.cooled or not derived.dT_c or other_causes(case):
         return MeshGrowth(start=start, end=most, most=most, known=False)
