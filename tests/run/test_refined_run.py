@@ -92,7 +92,7 @@ def test_where_only_a_run_can_tell_the_end_is_bounded_by_the_uniform_mesh():
 
 
 def test_the_edge_that_check_reads_is_that_of_the_finest_cells():
-    """Of .0164 and a coarsest of 8: 8 cells of .125 along each side are halved 3 times."""
+    """Eight cells of .125 along each side, no longer than 8 h = .131, are halved three times."""
     case = parse_case(TEXT, ["domain.h=0.0164", 'domain.refine={coarsest="8 h"}'])
     assert case.domain.halvings == 3 and case.outline.h == 1 / 64
 
@@ -100,6 +100,8 @@ def test_the_edge_that_check_reads_is_that_of_the_finest_cells():
 @pytest.mark.slow
 def test_the_log_tells_the_cells_when_they_change(refined):
     steps, told = open_run(refined).steps, 0
+    first = (refined / "run.log").read_text().splitlines()[0]
+    assert first.startswith("refined: 123 unknowns at the start, 3 steps")
     lines = [line for line in (refined / "run.log").read_text().splitlines() if "sweeps" in line]
     for step, line in zip(steps, lines, strict=True):
         assert (f", {step.mesh.cells:,} cells" in line) == (step.mesh.cells != told)
