@@ -7,6 +7,8 @@ It is the integral over the depth below the cooled face of the density of the ce
 - h long in a band of that kind around each crack, down to the depth that cooling drives at the
   end; the cracks are as far apart as parallel ones that double (`physics.doubling`);
 - as long as the temperature allows, elsewhere.
+
+Boundaries of regions, which are split from the start, do not count.
 """
 
 from dataclasses import dataclass
@@ -105,8 +107,10 @@ def _fine_share(case: Case, derived: Numbers, keys: RefineKeys) -> float:
     apart = MEAN_SPACING * _doubled(z, derived)
     covered = np.minimum(1.0, 2 * beyond / apart)
     covered = covered if case.dim == 2 else 1 - (1 - covered) ** 2
-    fine = np.where(z < at_end + beyond, np.maximum(fine, covered), fine)
-    fine = np.where(z < at_once + beyond, 1.0, fine) if at_once else fine
+    if at_end:
+        fine = np.where(z < at_end + beyond, np.maximum(fine, covered), fine)
+    if at_once:
+        fine = np.where(z < at_once + beyond, 1.0, fine)
     return float(fine.mean())
 
 
