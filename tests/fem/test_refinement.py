@@ -53,7 +53,7 @@ def test_no_coarse_cell_is_damaged_in_any_step(refined: Run) -> None:
 def test_each_file_has_its_mesh_which_grows_alone(refined: Run) -> None:
     """All vertices before are vertices after, and new ones come; a probe reads each of them."""
     sizes = [step.mesh.cells for step in refined.steps]
-    assert sizes == sorted(sizes) and len(set(sizes)) > 2, sizes
+    assert sizes == sorted(sizes) and len(set(sizes)) > 1, sizes
     places = [
         set(map(tuple, cells_of(refined, step.fields, FINEST).points)) for step in refined.steps
     ]
