@@ -52,19 +52,30 @@ class BenchCase:
         return self.size[0] / self.counts[0]
 
     @property
+    def longest(self) -> float:
+        """Longest edge of the simplices that stand for the script's cells.
+
+        Four triangles to a square of sides sqrt(2) h have legs h, and as many vertices as squares
+        of sides h; six tetrahedra to a cube of edges h have those of the cube.
+        """
+        return self.h * (2**0.5 if self.dim == 2 else 1.0)
+
+    @property
     def halvings(self) -> int:
         """Number of times that edges of a mesh that follows the cracks are halved.
 
-        Such a mesh is a block's, whose cells end at h or shorter. It begins with cells at least 4 h
-        long, and at most a quarter of the shortest side. Of these the nearest to h, then the
-        coarsest.
+        Such a mesh is a block's, whose cells end at `longest` or shorter. It begins with cells at
+        least 4 times as long, and at most a quarter of the shortest side: the coarsest of those
+        that end within 5 % of `longest`, or the one that ends nearest to it.
         """
-        most = halvings(min(self.size) / 4, self.h, self.size)
-        return min(range(min(2, most), most + 1), key=lambda k: (-round(self.finest(k), 9), -k))
+        most = halvings(min(self.size) / 4, self.longest, self.size)
+        several = range(min(2, most), most + 1)
+        near = [k for k in several if self.finest(k) >= 0.95 * self.longest]
+        return max(near) if near else max(several, key=self.finest)
 
     def finest(self, halved: int) -> float:
         """Return the longest edge of a block's finest square or cube, halved so often."""
-        whole = 2**halved * self.h
+        whole = 2**halved * self.longest
         return edge(self.size, whole, "triangle") / 2**halved
 
     @property

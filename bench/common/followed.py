@@ -53,7 +53,7 @@ class Damage:
 def followed_problem(case: BenchCase, comm: MPI.Comm) -> Problem:
     """The case on a coarse mesh of simplices that is to be refined. Collective."""
     cells = "triangle" if case.dim == 2 else "tetrahedron"
-    domain = block(comm, size=case.size, h=case.h, cells=cells, halvings=case.halvings)
+    domain = block(comm, size=case.size, h=case.longest, cells=cells, halvings=case.halvings)
     return replace(
         problem(case, domain),
         refinement=Refinement(ahead=AHEAD * case.ell),
@@ -147,6 +147,7 @@ class Followed:
         domain, case = self.session.domain, self.case
         return {
             "h": case.h,
+            "longest_h": case.longest,
             "finest_h": domain.h,
             "coarsest_h": 2**case.halvings * domain.h,
             "edge_halvings": case.halvings,

@@ -23,7 +23,7 @@ from bench.common.machine import ROOT, environment, machine, versions
 HERE = Path(__file__).parent
 SIDES = ("script", "staffa", "refined")
 # Facts of the mesh that follows the cracks, at the end of the last step.
-MESH = ("h", "finest_h", "coarsest_h", "edge_halvings", "cells", "unknowns")
+MESH = ("h", "longest_h", "finest_h", "coarsest_h", "edge_halvings", "cells", "unknowns")
 # Phases of such a script on a quiet machine of two cores: seconds for 131 sweeps, 121k unknowns.
 REFERENCE_SWEEPS = 131
 REFERENCE = {
