@@ -137,7 +137,7 @@ def _doubled(z: np.ndarray, derived: Numbers) -> np.ndarray:
     known = np.isfinite(found)
     if not known.any():
         return np.full_like(z, 1e-300)  # all of it is fine: nothing is known
-    return np.interp(z, z[known], found[known])
+    return np.asarray(np.interp(z, z[known], found[known]))
 
 
 def _even(case: Case, drops: dict[float, np.ndarray], z: np.ndarray, most: float) -> np.ndarray:
