@@ -83,7 +83,7 @@ def test_the_mesh_is_the_same_on_any_ranks(ranks: int, name: str, alone, tmp_pat
 def test_what_two_ranks_began_one_and_three_finish(alone, tmp_path: Path) -> None:
     """Stopped after the mesh has changed; the checkpoint holds it."""
     began = tmp_path / "two"
-    waiting(2).run(CUT.format(folder=str(began), looks=14))
+    waiting(2).run(CUT.format(folder=str(began), looks=25))
     steps = open_run(began).steps
     assert 0 < len(steps) < len(alone("plain").steps)
     for ranks in (1, 3):
