@@ -196,7 +196,7 @@ def _start(
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
     """Split cells, and go back to the state with which the step began. Collective.
 
-    An earlier step is found anew: on the finer mesh another one may be better, or none.
+    The earlier step is looked for again: on the finer mesh another one may be better, or none.
     """
     restore(session.system, started.restart.kept)
     if loop.history and started.better:
