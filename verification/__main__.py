@@ -23,8 +23,8 @@ PAGE = HERE.parent / "docs" / "verification.md"
 # In the order of the page.
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
-    *("toughness_direction", "arrays", "pairs", "energies", "slabs", "squeezed", "grain"),
-    *("opposite_boundary", "columns", "layers", "neighbors", "imposed_cracks", "feedback"),
+    *("toughness_direction", "arrays", "pairs", "energies", "slabs", "slabs_refined", "squeezed"),
+    *("grain", "opposite_boundary", "columns", "layers", "neighbors", "imposed_cracks", "feedback"),
     *("doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {

@@ -31,8 +31,9 @@ from bench.common.machine import ROOT, environment, machine, versions
 RESULTS = Path(__file__).parent / "results.json"
 SIZE = {2: (1.0, 1.0), 3: (1.0, 1.0, 0.2)}
 NU = 0.2
-# The tip at the start and at the end of each step. The first puts the crack in place.
-TIPS = (0.4, 0.45, 0.5, 0.55, 0.6)
+# The tip at the end of each step. The first puts the crack in place; each other moves it by about
+# as much as the least ell of a family.
+TIPS = (0.4, 0.42, 0.44, 0.46, 0.48, 0.5, 0.52)
 # Stress intensity of the sides over sqrt(E Gc): the crack follows on cells of any toughness.
 STRONGER = 1.15
 # Longest edge of the cells at the start, which follows the body.
@@ -70,11 +71,11 @@ FAMILIES = {
     "unknowns-2d": family(
         "unknowns-2d", 2, (0.08, 8, 3e4), (0.08, 16, 1.2e5), (0.08, 32, 4.5e5), (0.08, 48, 1e6)
     ),
-    "ell-2d": family("ell-2d", 2, (0.08, 4, 8e3), (0.04, 4, 1.6e4), (0.02, 4, 3.2e4)),
+    "ell-2d": family("ell-2d", 2, (0.06, 4, 9e3), (0.03, 4, 1.8e4), (0.015, 4, 3.6e4)),
     "unknowns-3d": family(
         "unknowns-3d", 3, (0.1, 4, 3e4), (0.1, 6, 1e5), (0.1, 9, 3.4e5), (0.1, 13, 1e6)
     ),
-    "ell-3d": family("ell-3d", 3, (0.1, 3, 1.5e4), (0.05, 3, 6e4), (0.025, 3, 2.4e5)),
+    "ell-3d": family("ell-3d", 3, (0.08, 3, 2e4), (0.04, 3, 8e4), (0.02, 3, 3.2e5)),
 }
 
 
@@ -166,22 +167,39 @@ def one(run: Run) -> dict:
 
 
 def exponents(runs: dict[str, dict]) -> dict[str, dict]:
-    """Fit the CPU time of a step by powers of unknowns and of 1/ell, in each family."""
+    """Fit the CPU time of a step by powers of unknowns and of 1/ell, in each family.
+
+    Beside it stand the exponents of the sweeps, of the time of steps whose mesh stays as it is, and
+    of the unknowns.
+    """
     found = {}
     for name in FAMILIES:
         rows = [run for run in runs.values() if run["family"] == name]
         if len(rows) < 3:
             continue
-        seconds = np.log([np.mean(run["cpu_s"]) for run in rows])
-        of = "ell" if name.startswith("ell") else "unknowns"
-        at = np.log([1 / run["ell"] if of == "ell" else run["unknowns"] for run in rows])
-        fit = np.polyfit(at, seconds, 1)
+        of = "1/ell" if name.startswith("ell") else "unknowns"
+        at = [1 / run["ell"] if of == "1/ell" else run["unknowns"] for run in rows]
+        calm = [
+            [
+                s
+                for s, changed in zip(run["cpu_s"], run["changes_of_mesh"], strict=True)
+                if not changed
+            ]
+            for run in rows
+        ]
         found[name] = {
-            "of": "1/ell" if of == "ell" else "unknowns",
-            "exponent": round(float(fit[0]), 3),
-            "largest_deviation": round(float(np.abs(seconds - np.polyval(fit, at)).max()), 3),
+            "of": of,
+            "exponent": slope(at, [np.mean(run["cpu_s"]) for run in rows]),
+            "of_sweeps": slope(at, [np.mean(run["sweeps"]) for run in rows]),
+            "of_unknowns": slope(at, [run["unknowns"] for run in rows]),
+            "on_the_same_mesh": slope(at, [np.mean(some) for some in calm]) if all(calm) else None,
         }
     return found
+
+
+def slope(at: list[float], values: list[float]) -> float:
+    """Return the exponent p of values ~ at^p, by least squares."""
+    return round(float(np.polyfit(np.log(at), np.log(values), 1)[0]), 3)
 
 
 def main() -> None:
@@ -205,7 +223,11 @@ def main() -> None:
             arguments.out.write_text(json.dumps(results, indent=1) + "\n")
             print(line(run, results["runs"][run.name]), flush=True)
     for name, found in exponents(results["runs"]).items():
-        print(f"{name}: CPU time of a step ~ ({found['of']})^{found['exponent']}")
+        print(
+            f"{name}: CPU time of a step ~ ({found['of']})^{found['exponent']}, "
+            f"{found['on_the_same_mesh']} on the same mesh; sweeps ^{found['of_sweeps']}, "
+            f"unknowns ^{found['of_unknowns']}"
+        )
 
 
 def launch(chosen: str, number: int) -> dict:

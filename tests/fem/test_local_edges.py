@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from staffa.case.check.preview import preview
+from staffa.case.check.refined_cells import mesh_growth
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
 from staffa.geometry.msh import read_msh
@@ -69,6 +70,24 @@ def test_edges_that_a_mesh_does_not_have_are_refused(tmp_path: Path, h: str) -> 
     parse_case(ASKED, folder=here)
     with pytest.raises(InputError, match=f"domain.h = {h}: the mesh has no such edges; they are"):
         parse_case(ASKED, (f"domain.h={h}",), folder=here)
+
+
+@needs_gmsh
+def test_with_refinement_such_edges_are_made_by_splitting(tmp_path: Path) -> None:
+    """0.05 is halved twice to 0.012, and no part of the mesh is then told to be too coarse."""
+    here = folder(tmp_path, "0.05", fault=None)
+    asked = ["domain.h=0.012", "domain.refine=true", "damage.ell=0.04"]
+    coarse, case = parse_case(ASKED, folder=here), parse_case(ASKED, asked, folder=here)
+    assert case.domain.halvings == 2
+    growth, facts = mesh_growth(case), {name: value for name, value, _ in preview(case).facts}
+    assert growth.start.cells == coarse.outline.n_cells
+    assert growth.most.cells == pytest.approx(16 * growth.start.cells, rel=0.15)
+    assert facts["ell/h"] == "3.33"
+    told = preview(case)
+    assert not [text for text in (*told.warnings, *told.notes) if "edges there are" in text]
+    built = problem(case).domain
+    assert built.source is not None
+    assert built.source.finest == pytest.approx(0.012)
 
 
 @needs_gmsh

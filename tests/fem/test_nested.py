@@ -186,6 +186,22 @@ def test_around_a_drawn_crack_cells_are_fine_and_well_shaped(end, cells, halving
     assert len(corners) < 0.5 * uniform, "most of it stays coarse"
 
 
+@pytest.mark.parametrize(
+    ("size", "cells"),
+    [((1.0, 1.0), "triangle"), ((0.75, 0.75, 1.0), "tetrahedron")],
+    ids=["2-D", "3-D"],
+)
+def test_a_fine_part_that_grows_over_the_whole_body_ends_as_the_uniform_mesh(size, cells) -> None:
+    """Cells beside a fine part are cut on the way: that must not leave them far too small."""
+    domain = block(COMM, size=size, h=1 / 16, cells=cells, halvings=2)
+    uniform = len(domain.source.mesh.cells) * 4 ** len(size)
+    for depth in np.arange(0.2, 1.3, 0.1):
+        domain, _ = refined(domain, marked(domain, lambda c, d=depth: c[:, -1] < d), ahead=0.05)
+    edges = local_edges(domain)
+    assert not too_coarse(edges, domain.source.finest).any()
+    assert 0.9 * uniform < len(edges) < 1.1 * uniform
+
+
 def test_a_mesh_without_a_wish_stays_as_it_is() -> None:
     domain = block(COMM, size=(1.0, 1.0), h=0.05, cells="triangle", halvings=2)
     same, found = refined(domain, Wanted.nothing(len(local_edges(domain))), ahead=AHEAD)

@@ -41,6 +41,7 @@ tau = [0.03, 0.06, 0.1]
 at = [0.1]
 """
 DEEP = ("time.tau=[0.05,0.12,0.25]", "output.at=[0.25]", "temperature.severity=30.0")
+SOUND = ("temperature.severity=0.5",)  # nothing cracks: cells follow the temperature alone
 UNIFORM = ("domain.refine=false", "domain.h=0.03125", "damage.allow_coarse=true", "time.tau=[0.1]")
 
 
@@ -60,7 +61,7 @@ def refined(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("settings", [(), DEEP], ids=["strong", "deep"])
+@pytest.mark.parametrize("settings", [(), DEEP, SOUND], ids=["strong", "deep", "sound"])
 def test_check_knows_the_cells_at_the_end_within_the_factor_it_says(settings, tmp_path):
     found = mesh_growth(parse_case(TEXT, settings))
     changes = mesh_changes(open_run(runs_in(tmp_path, *settings)))
@@ -91,8 +92,14 @@ def test_where_only_a_run_can_tell_the_end_is_bounded_by_the_uniform_mesh():
     assert facts["cells, end"][1].startswith("only the run can tell")
 
 
+def test_a_body_that_nothing_cracks_stays_coarse_but_for_its_temperature():
+    sound, cracked = (parse_case(TEXT, [f"temperature.severity={s}"]) for s in (0.5, 54.0))
+    ends = [mesh_growth(case).end.cells for case in (sound, cracked)]
+    assert 64 < ends[0] < ends[1] / 2, ends
+
+
 def test_the_edge_that_check_reads_is_that_of_the_finest_cells():
-    """Of .0164 and a coarsest of 8: 8 cells of .125 along each side are halved 3 times."""
+    """Eight cells of .125 along each side, no longer than 8 h = .131, are halved three times."""
     case = parse_case(TEXT, ["domain.h=0.0164", 'domain.refine={coarsest="8 h"}'])
     assert case.domain.halvings == 3 and case.outline.h == 1 / 64
 
@@ -100,6 +107,8 @@ def test_the_edge_that_check_reads_is_that_of_the_finest_cells():
 @pytest.mark.slow
 def test_the_log_tells_the_cells_when_they_change(refined):
     steps, told = open_run(refined).steps, 0
+    first = (refined / "run.log").read_text().splitlines()[0]
+    assert first.startswith("refined: 123 unknowns at the start, 3 steps")
     lines = [line for line in (refined / "run.log").read_text().splitlines() if "sweeps" in line]
     for step, line in zip(steps, lines, strict=True):
         assert (f", {step.mesh.cells:,} cells" in line) == (step.mesh.cells != told)

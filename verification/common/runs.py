@@ -14,10 +14,15 @@ ROOT = Path(__file__).parent.parent.parent
 READY = ROOT / "src" / "staffa" / "case" / "ready"
 
 
+def command(case: Path, where: Path, settings: Sequence[str]) -> list[str]:
+    """The command that runs a case, into a folder that is new."""
+    run = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
+    return [*run, "--quiet", *(f"--set={s}" for s in settings)]
+
+
 def staffa(case: Path, where: Path, settings: Sequence[str]) -> None:
     """Run a case as from the command line, into a folder that is new."""
-    command = [f"{Path(sys.executable).parent}/staffa", "run", f"{case}", "--out", f"{where}"]
-    subprocess.run([*command, "--quiet", *(f"--set={s}" for s in settings)], check=True)
+    subprocess.run(command(case, where, settings), check=True)
 
 
 def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:

@@ -219,9 +219,10 @@ class Follower:
         self.progress.update(self.task, total=1.0)
         steps = "adaptive" if manifest.adaptive else f"{len(manifest.times)}"
         self._say(
-            f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns, "
-            f"{steps} steps, {manifest.law}, {manifest.ranks} rank(s), "
-            f"effective Gc {manifest.toughness_factor:.4f} Gc, in {self.directory}"
+            f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns"
+            f"{' at the start' if manifest.refined else ''}, {steps} steps, {manifest.law}, "
+            f"{manifest.ranks} rank(s), effective Gc {manifest.toughness_factor:.4f} Gc, "
+            f"in {self.directory}"
         )
         for sentence in self.warnings:
             self._say(f"  warning: {sentence}")

@@ -10,7 +10,7 @@ from staffa.compare.agreement import ROUND_OFF, gaps, percent
 from staffa.compare.pair import READINGS, Pair, Side, caveats
 from staffa.display_units import Unit
 from staffa.results.columns import by_depth
-from staffa.results.mesh_changes import follows_cracks, mesh_changes
+from staffa.results.mesh_changes import mesh_changes
 from staffa.results.production_table import TIMES, production_numbers
 from staffa.results.slab_table import run_arrests
 from staffa.results.tables import ABSENT, Cell, Table, columns_of, number
@@ -116,7 +116,7 @@ def _end(pair: Pair, side: Side) -> Iterator[Number]:
 
 def _mesh(pair: Pair, side: Side) -> Iterator[Number]:
     """Give the changes of the mesh, where that of either run follows the cracks."""
-    if not any(follows_cracks(one.run) for one in pair.sides):
+    if not any(one.run.manifest.refined for one in pair.sides):
         return
     found = mesh_changes(side.run)
     yield Number("cells of the mesh, start", found.start, True)

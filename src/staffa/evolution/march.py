@@ -196,7 +196,7 @@ def _start(
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
     """Split cells, and go back to the state with which the step began. Collective.
 
-    The earlier step is looked for again: on the finer mesh another one may be better, or none.
+    An earlier step is looked for again: on the finer mesh another one may be better, or none.
     """
     restore(session.system, started.restart.kept)
     if loop.history and started.better:

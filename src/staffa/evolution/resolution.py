@@ -18,6 +18,8 @@ from staffa.physics.damage import has_threshold
 DAMAGED, SOFT, STEEP = 0.01, 0.1, 0.05
 # Change of temperature over a cell, over the allowed one, at which it is halved twice.
 MUCH = 4.0
+# Of the drive at which cells are split: where some are, those above this part of it are split too.
+NEAR = 0.7
 
 
 class TooCoarseError(Exception):
@@ -87,7 +89,7 @@ class Resolution:
             return
         drive = self._drive()  # at a temperature that is resolved
         if any_over_ranks(self._comm, bool((damaged | (drive > most)).any())):
-            wanted = self._wanted(np.where(drive > most / 2, 2.0, 1.0))
+            wanted = self._wanted(np.where(drive > NEAR * most, 2.0, 1.0))
             wanted.edge[self._coarse[damaged | (drive > 1)]] = self._finest
             alpha = self._state.alpha.x.array[self._all_corners].max(axis=1, initial=0.0)
             wanted.around[:] = alpha > (DAMAGED if self._threshold else SOFT)

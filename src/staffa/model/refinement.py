@@ -20,8 +20,8 @@ from staffa.geometry.simplices import Simplices
 from staffa.model.distributed import distributed
 from staffa.model.domain import Domain, Source, finer
 
-# A cell is too coarse if its mean edge is longer than the wanted one by this. To split it halves
-# its edges: those of fine cells are within a factor of 2, and about the wanted one in the mean.
+# A cell is too coarse if its mean edge is longer than the wanted one by this; then its edges that
+# are longer by this are halved. Were all halved, cells cut in two would come out far too small.
 # Right triangles cut in two reach the root of 2 exactly: round-off must not decide about them.
 COARSE = 2**0.5 * (1 + 1e-6)
 
@@ -80,32 +80,37 @@ def _split(mesh: Simplices, wanted: Wanted, source: Source, ahead: float) -> Nes
     near = cKDTree(mesh.x[at]) if len(at) else None
     while True:
         corners = found.mesh.x[found.mesh.cells]
-        edges = cell_edges(corners)
+        edges, goal = cell_edges(corners), np.maximum(wanted.edge[found.parents], finest)
         long = np.flatnonzero(too_coarse(edges, finest))
-        split = too_coarse(edges[long], wanted.edge[found.parents[long]])
-        split |= source.parted(found.mesh, long)
+        to_finest = source.parted(found.mesh, long)
         if near is not None:
             away, _ = near.query(corners[long].mean(axis=1), distance_upper_bound=ahead)
-            split |= away < ahead
-        if not split.any():
+            to_finest |= away < ahead
+        goal[long[to_finest]] = finest
+        goal[~too_coarse(edges, goal)] = np.inf
+        if np.isinf(goal).all():
             return found
-        whole, corners, parents = _halved(whole, np.isin(known, long[split]))
+        whole, corners, parents = _halved(whole, COARSE * goal[known])
         found = found.then(nested(found.mesh, corners, known[parents]))
         known = np.arange(len(parents))
 
 
-def _halved(whole: dmesh.Mesh, split: np.ndarray) -> tuple[dmesh.Mesh, np.ndarray, np.ndarray]:
-    """Halve all edges of some local cells, and as many edges around them as it takes.
+def _halved(whole: dmesh.Mesh, longest: np.ndarray) -> tuple[dmesh.Mesh, np.ndarray, np.ndarray]:
+    """Halve edges of local cells that are longer than allowed, and those around that it takes.
 
     Return the finer mesh, the points of its local cells' corners, and their local parents.
     """
     topology, dim = whole.topology, whole.topology.dim
     topology.create_entities(1)
     topology.create_connectivity(dim, 1)
-    edges = topology.connectivity(dim, 1).array.reshape(len(split), -1)
+    topology.create_connectivity(1, dim)
+    edges = topology.connectivity(dim, 1).array.reshape(len(longest), -1)
+    every = np.arange(topology.index_map(1).size_local, dtype=np.int32)
+    x = whole.geometry.x[dmesh.entities_to_geometry(whole, 1, every)]
+    lengths = np.linalg.norm(x[:, 1] - x[:, 0], axis=-1)[edges]
     halved, parents, _ = dmesh.refine(
         whole,
-        np.unique(edges[split]).astype(np.int32),
+        np.unique(edges[lengths > longest[:, None]]).astype(np.int32),
         partitioner=None,
         option=dmesh.RefinementOption.parent_cell,
     )

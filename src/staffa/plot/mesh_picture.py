@@ -21,7 +21,7 @@ POINTS = 72.0  # of an inch
 SHARE, THICKEST, THINNEST = 0.08, 0.4, 0.04  # width of a line over the edge of a cell; in points
 CURVE = 1.9  # inches: height of the panel of their number
 TALLEST = 1.3  # height of the cells' panel over the width of the picture, at most
-BESIDE_THE_MIDDLE = 0.4987  # where a section is, so that it runs along no faces of cells
+BESIDE_THE_MIDDLE = 0.48  # where a section is, so that it runs along no faces of cells
 
 
 def mesh_figure(manifest: Manifest, frame: Frame, steps: Sequence[Step]) -> Figure:

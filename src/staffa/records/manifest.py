@@ -159,6 +159,8 @@ class Manifest:
         Elements of the displacement, see `physics.locking`.
     quantities
         Quantities of a script, recorded at each step.
+    refined
+        True for a mesh that follows the cracks: `cells`, `unknowns`, `mesh` are of the first one.
     reservoir
         The reservoir before the first step; None where no water circulates.
     format
@@ -203,6 +205,7 @@ class Manifest:
     axial: bool = False
     elements: str = "linear"
     quantities: tuple[QuantityRecord, ...] = ()
+    refined: bool = False
     reservoir: ReservoirFacts | None = None
     format: int = 1
 

@@ -37,11 +37,6 @@ def mesh_changes(run: Run) -> MeshChanges:
     )
 
 
-def follows_cracks(run: Run) -> bool:
-    """Return True if the mesh of a run follows the cracks, which its first step tells."""
-    return any(step.mesh for step in run.steps)
-
-
 def mesh_text(run: Run) -> str:
     """Return the changes of the mesh of a run in words."""
     found, unit = mesh_changes(run), run.manifest.shown.energy

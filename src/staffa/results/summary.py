@@ -12,7 +12,7 @@ from staffa.records.manifest import Manifest
 from staffa.records.status import Status, Verdict
 from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
 from staffa.results.crack_warnings import crack_warnings
-from staffa.results.mesh_changes import follows_cracks, mesh_text
+from staffa.results.mesh_changes import mesh_text
 from staffa.results.production_table import production_lines
 from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
@@ -50,7 +50,7 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *(Fact(name="flow in cracks", text=text, alarm=True) for text in crack_warnings(run)),
         *_arrests(run),
         *_coarse(run),
-        *([Fact(name="mesh", text=mesh_text(run))] if follows_cracks(run) else []),
+        *_mesh(run),
         *_audit(run),
     )
 
@@ -75,7 +75,7 @@ def _case(run: Run) -> Iterator[Fact]:
         what = "cooled on" if manifest.cools else "depths from"
         face = f", {what} face '{manifest.face}'"
     cells = f"{manifest.cells} cells of {unit.text(manifest.h, 6)}"
-    if follows_cracks(run):
+    if run.manifest.refined:
         cells = f"cells of {unit.text(manifest.h, 6)} at cracks, else longer"
     yield Fact(name="body", text=f"{size}{unit.behind}{face}, {cells}")
     text = f"{manifest.law}, ell = {unit.text(manifest.ell, 6)}"
@@ -233,6 +233,11 @@ def _coarse(run: Run) -> Iterator[Fact]:
         f"a crack costs about {last.toughness:.3f} Gc there; mesh it finer, h <= ell/3",
         alarm=last.edge > run.manifest.ell / 2,
     )
+
+
+def _mesh(run: Run) -> Iterator[Fact]:
+    if run.manifest.refined and run.steps:
+        yield Fact(name="mesh", text=mesh_text(run))
 
 
 def _gap(audits: Sequence[Audit]) -> str:

@@ -286,6 +286,7 @@ def describe(
         profile="" if own_load else case.temperature.profile,
         units=units(case, derived),
         axial=domain.axial,
+        refined=domain.source is not None,
         reference=None if own_load else reference(case),
         elements=setup.elements,
         quantities=quantities,

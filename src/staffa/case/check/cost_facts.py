@@ -54,8 +54,11 @@ def _growing(case: Case, growth: MeshGrowth) -> list[Fact]:
         end = f"about {many}"
         how = f"from the depth of the cooling, within a factor of {CELLS_WITHIN:g}"
     unknowns, fields = _unknowns(case, growth.end)
+    begin = f"{case.domain.cells}, the coarse mesh"
+    if case.regions and case.domain.is_block:
+        begin += "; more at the boundaries of regions"
     return [
-        ("cells, start", f"about {growth.start.cells:,}", f"{case.domain.cells}, the coarse mesh"),
+        ("cells, start", f"about {growth.start.cells:,}", begin),
         ("cells, end", end, f"{how}; {most} if all were h long"),
         ("unknowns, end", f"{end.split(many)[0]}{unknowns}", fields),
     ]

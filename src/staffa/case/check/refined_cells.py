@@ -7,6 +7,8 @@ It is the integral over the depth below the cooled face of the density of the ce
 - h long in a band of that kind around each crack, down to the depth that cooling drives at the
   end; the cracks are as far apart as parallel ones that double (`physics.doubling`);
 - as long as the temperature allows, elsewhere.
+
+Boundaries of regions, which are split from the start, do not count.
 """
 
 from dataclasses import dataclass
@@ -62,8 +64,9 @@ def mesh_growth(case: Case) -> MeshGrowth:
     if keys.refining is None or not keys.halvings:
         return MeshGrowth(start=most, end=most, most=most)
     if keys.file is not None:  # the outline has the numbers of the file, which is the coarse mesh
-        finer = 2 ** (case.dim * keys.halvings)
-        most = MeshSize(cells=finer * most.cells, vertices=finer * most.vertices)
+        assert body.edges is not None
+        finer = (body.edges.mean / body.h) ** case.dim
+        most = MeshSize(cells=round(finer * most.cells), vertices=round(finer * most.vertices))
     start, derived = _at_start(case), derived_numbers(case)
     if derived.face is None or not derived.cooled or not derived.dT_c or other_causes(case):
         return MeshGrowth(start=start, end=most, most=most, known=False)
@@ -104,8 +107,10 @@ def _fine_share(case: Case, derived: Numbers, keys: RefineKeys) -> float:
     apart = MEAN_SPACING * _doubled(z, derived)
     covered = np.minimum(1.0, 2 * beyond / apart)
     covered = covered if case.dim == 2 else 1 - (1 - covered) ** 2
-    fine = np.where(z < at_end + beyond, np.maximum(fine, covered), fine)
-    fine = np.where(z < at_once + beyond, 1.0, fine) if at_once else fine
+    if at_end:
+        fine = np.where(z < at_end + beyond, np.maximum(fine, covered), fine)
+    if at_once:
+        fine = np.where(z < at_once + beyond, 1.0, fine)
     return float(fine.mean())
 
 
@@ -132,7 +137,7 @@ def _doubled(z: np.ndarray, derived: Numbers) -> np.ndarray:
     known = np.isfinite(found)
     if not known.any():
         return np.full_like(z, 1e-300)  # all of it is fine: nothing is known
-    return np.interp(z, z[known], found[known])
+    return np.asarray(np.interp(z, z[known], found[known]))
 
 
 def _even(case: Case, drops: dict[float, np.ndarray], z: np.ndarray, most: float) -> np.ndarray:

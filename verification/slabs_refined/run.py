@@ -1,0 +1,163 @@
+"""The paper's slab on meshes that follow the cracks, beside the uniform runs of `slabs`.
+
+    python -m verification.slabs_refined.run NAME ...
+
+runs members that are not kept yet, one after the other, like "stretch-0.013-triangle-1": section,
+ell, cells, seed, as in `verification/slabs/run.py`, with domain.refine. CPU time and peak memory
+are those of the whole process on one rank. "uniform" measures the memory of a uniform run, in its
+first step alone, so the memory of the whole run is no smaller. To run one again, delete its file in
+verification/slabs_refined/kept. `make verify ONLY=slabs-refined` runs nothing.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from staffa.io.run_directory import open_run
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import ROOT, command, keep
+from verification.slabs.run import CASE, COUNTED, crossing, digest, settings
+from verification.slabs.run import kept as uniform_runs
+
+KEPT = Path(__file__).parent / "kept"
+RUNS = ROOT / "runs" / "verification" / "slabs_refined"
+UNIFORM, FIRST = "stretch-0.013-quadrilateral", ["time.tau=[0.01]", "output.at=[0.01]"]
+TIME, MEMORY = 1 / 8, 1 / 4  # of what the uniform run took, at most
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """CPU time (s) and peak memory (GiB) of a process."""
+
+    cpu: float
+    memory: float
+
+
+def run_with_cost(where: Path, asked: list[str]) -> Cost:
+    """Run the case afresh on one rank, and return its cost."""
+    process = subprocess.Popen(command(ROOT / CASE, where, asked), cwd=ROOT)
+    _, status, used = os.wait4(process.pid, 0)
+    assert status == 0, f"{where} failed"
+    return Cost(cpu=used.ru_utime + used.ru_stime, memory=used.ru_maxrss / 2**20)
+
+
+def run_member(name: str) -> None:
+    """Run a member that is not kept yet, and keep its numbers."""
+    file = KEPT / f"{name}.json"
+    if file.exists():
+        return
+    KEPT.mkdir(exist_ok=True)
+    if name == "uniform":
+        cost = run_with_cost(RUNS / name, [*settings(f"{UNIFORM}-1"), *FIRST])
+        run = open_run(RUNS / name)
+        found = {"commit": run.manifest.commit, "date": run.manifest.created[:10]}
+        keep(file, found | {"memory": round(cost.memory, 3), "unknowns": run.manifest.unknowns})
+        return
+    cost = run_with_cost(RUNS / name, [*settings(name), "domain.refine=true"])
+    keep(file, numbers(name, cost))
+
+
+def numbers(name: str, cost: Cost) -> dict:
+    """Return the numbers that are kept of a member."""
+    run = open_run(RUNS / name)
+    found = digest(name, run)
+    meshes = [step.mesh for step in run.steps if step.mesh]
+    found["command"] += " --set domain.refine=true"
+    return found | {
+        "cpu": round(cost.cpu),
+        "memory": round(cost.memory, 3),
+        "cells": [mesh.cells for mesh in meshes],
+        "vertices": [mesh.vertices for mesh in meshes],
+        "changes": [mesh.changes for mesh in meshes],
+        "coarse_damage": max(mesh.coarse_damage for mesh in meshes),
+    }
+
+
+def refined() -> Found:
+    """Cracks, time and memory of each member beside those of the uniform run of the same rock."""
+    uniform = uniform_runs()
+    first = json.loads((KEPT / "uniform.json").read_text())
+    files = sorted(KEPT.glob("stretch-*.json"))
+    figures, rows = [], {}
+    for file in files:
+        k, name = json.loads(file.read_text()), file.stem
+        reference = uniform[f"{UNIFORM}-{name.split('-')[-1]}"]
+        figures += [*_cracks(name, k, reference), *_cost(name, k, reference, first["memory"])]
+        rows[name] = k
+    return Found(figures=figures, text=_table(rows))
+
+
+def _cracks(name: str, k: dict, reference: dict) -> list[Figure]:
+    figures = []
+    for height in COUNTED:
+        there = crossing([reference], height)
+        figures.append(
+            Figure(
+                what=f"{name.replace('-', ', ')}: cracks that cross {height:g}",
+                source="uniform quadrilaterals, the same rock",
+                reference=there,
+                measured=crossing([k], height),
+                tolerance=max(1.0, 0.15 * there),
+            )
+        )
+    return figures
+
+
+def _cost(name: str, k: dict, reference: dict, memory: float) -> list[Figure]:
+    said = name.replace("-", ", ")
+    return [
+        Figure(
+            what=f"{said}: CPU time (s)",
+            source=f"an eighth of the {reference['seconds']} s of the uniform run",
+            reference=TIME * reference["seconds"],
+            measured=k["cpu"],
+            tolerance=0.0,
+            bound="most",
+        ),
+        Figure(
+            what=f"{said}: peak memory (GiB)",
+            source=f"a quarter of {memory:.2f} GiB, uniform, first step",
+            reference=MEMORY * memory,
+            measured=k["memory"],
+            tolerance=0.0,
+            bound="most",
+        ),
+    ]
+
+
+def _table(members: dict[str, dict]) -> str:
+    lines = [
+        "| section, ell, cells, seed | vertices at the start | at the end | changes of the mesh | "
+        "largest damage in a coarse cell | sweeps | CPU (s) | GiB | commit |",
+        "|" + " --- |" * 9,
+    ]
+    for name, k in members.items():
+        mesh = f"{k['vertices'][0]} | {k['vertices'][-1]} | {sum(k['changes'])}"
+        cost = f"{k['sweeps']} | {k['cpu']} | {k['memory']:.2f} | {k['commit'][:7]}"
+        coarse = f"{k['coarse_damage']:.2g}"
+        lines.append(f"| {name.replace('-', ', ')} | {mesh} | {coarse} | {cost} |")
+    return "\n".join(lines)
+
+
+CHECKS = {
+    "slabs-refined": Check(
+        title="The paper's slab on a mesh that follows the cracks",
+        text=(
+            "Half slabs, section `stretch`, ell = 0.013, at tau = 0.30, on triangles with "
+            "`domain.refine = true`, beside the uniform quadrilaterals of the section `slabs`. The "
+            "edges of squares are ell/4 in both; four triangles take the place of a square, so "
+            "the finest triangles have twice as many vertices per area. Tolerance: one crack, or "
+            "15 %."
+        ),
+        measure=refined,
+        kept="kept",
+    ),
+}
+
+
+if __name__ == "__main__":
+    for member in sys.argv[1:]:
+        run_member(member)
