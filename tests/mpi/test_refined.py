@@ -16,11 +16,19 @@ from support.refining import cells_of, mean_edge_of_crossed, refining
 from support.restarting import assert_same, whole_run
 
 FINEST = mean_edge_of_crossed(1 / 32)
+SHORT = "time.tau=[0.002,0.2]"
 CASES = {
     "plain": (),
-    "heat": ("temperature={profile='heat'}", "heat={initial=0.0,bottom={T=-10.0}}",
-             "time={t=[0.002,0.01,0.05]}"),
-}  # fmt: skip
+    "heat": (
+        "temperature={profile='heat'}",
+        "heat={initial=0.0,bottom={T=-20.0}}",
+        "time={t=[0.001,0.01]}",
+    ),
+    "contact": (SHORT, "damage.split=contact"),
+    "quadratic": (SHORT, "domain.elements=quadratic"),
+    "returns": (SHORT, "solver.backtracking=true"),
+}
+FURTHER = [pytest.param(name, marks=pytest.mark.long) for name in CASES if name != "plain"]
 
 RUN = """
 from pathlib import Path
@@ -72,7 +80,7 @@ def assert_agree(many: Run, one: Run) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", RANKS)
-@pytest.mark.parametrize("name", ["plain", pytest.param("heat", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["plain", *FURTHER])
 def test_the_mesh_is_the_same_on_any_ranks(ranks: int, name: str, alone, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     waiting(ranks).run(RUN.format(settings=CASES[name], folder=str(folder)))
@@ -83,7 +91,7 @@ def test_the_mesh_is_the_same_on_any_ranks(ranks: int, name: str, alone, tmp_pat
 def test_what_two_ranks_began_one_and_three_finish(alone, tmp_path: Path) -> None:
     """Stopped after the mesh has changed; the checkpoint holds it."""
     began = tmp_path / "two"
-    waiting(2).run(CUT.format(folder=str(began), looks=14))
+    waiting(2).run(CUT.format(folder=str(began), looks=25))
     steps = open_run(began).steps
     assert 0 < len(steps) < len(alone("plain").steps)
     for ranks in (1, 3):

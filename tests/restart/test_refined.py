@@ -37,10 +37,10 @@ def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(settings, tmp_p
     case = refining(*settings)
     expected = whole_run(case, tmp_path / "whole")
     times = []
-    for looks in (1, 7, 11):
+    for looks in (1, 7, 25):
         directory = tmp_path / f"cut-{looks}"
         cut_run(case, directory, looks)
-        times.append(finish(directory, 12))
+        times.append(finish(directory, 21))
         found = open_run(directory)
         assert_same(found, expected, EXACT)
         assert_same_meshes(found, expected)

@@ -81,6 +81,18 @@ def test_the_heat_equation_is_as_conservative_as_on_one_mesh(tmp_path: Path) -> 
         assert step.heat.stored == pytest.approx(sum(step.heat.entered.values()), rel=1e-8)
 
 
+@pytest.mark.slow
+def test_tetrahedra_follow_the_cracks(tmp_path: Path) -> None:
+    solid = ("domain.size=[0.5,0.5,1.0]", "domain.cells=tetrahedron", "domain.h=0.0625")
+    start = ('domain.refine={coarsest="4 h",ahead="0.5 ell"}', "damage.ell=0.2")
+    case = refining("time.tau=[0.02,0.2]", *solid, *start, "temperature.severity=8.0")
+    found = whole_run(case, tmp_path / "run")
+    assert_fine(found)
+    assert found.steps[-1].energies.surface > 0.05, "damage has come"
+    assert body_of(case, MPI.COMM_WORLD).mesh.topology.index_map(3).size_global == 96
+    assert 500 < found.steps[-1].mesh.cells < 6144, "of a uniform mesh"
+
+
 @needs_gmsh
 @pytest.mark.slow
 @pytest.mark.parametrize(

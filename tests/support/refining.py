@@ -67,6 +67,14 @@ class Cells:
         rise = self.alpha[:, 1:] - self.alpha[:, :1]
         return np.linalg.norm(np.linalg.solve(legs, rise[..., None])[..., 0], axis=1)
 
+    def damage_at(self, point: tuple[float, ...]) -> float:
+        """Return the damage at a point (m) of the body."""
+        legs = self.corners[:, 1:] - self.corners[:, :1]
+        parts = np.linalg.solve(legs.transpose(0, 2, 1), (point - self.corners[:, 0])[..., None])
+        parts = np.insert(parts[..., 0], 0, 1 - parts[..., 0].sum(axis=1), axis=1)
+        cell = parts.min(axis=1).argmax()
+        return float(parts[cell] @ self.alpha[cell])
+
     @property
     def points(self) -> list[list[float]]:
         """Places of their corners (m), to twelve digits, each as often as it is a corner."""
