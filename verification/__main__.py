@@ -24,7 +24,16 @@ PAGE = HERE.parent / "docs" / "verification.md"
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
     *("toughness_direction", "arrays", "pairs", "energies", "slabs", "slabs_refined", "squeezed"),
-    *("grain", "opposite_boundary", "columns", "layers", "neighbors", "imposed_cracks", "feedback"),
+    *(
+        "grain",
+        "opposite_boundary",
+        "columns",
+        "brick_refined",
+        "layers",
+        "neighbors",
+        "imposed_cracks",
+        "feedback",
+    ),
     *("doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {

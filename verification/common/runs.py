@@ -1,11 +1,13 @@
 """Runs from the command line, as a user starts them, kept in runs/verification."""
 
 import json
+import os
 import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from staffa.io.run_directory import Run, open_run
@@ -23,6 +25,22 @@ def command(case: Path, where: Path, settings: Sequence[str]) -> list[str]:
 def staffa(case: Path, where: Path, settings: Sequence[str]) -> None:
     """Run a case as from the command line, into a folder that is new."""
     subprocess.run(command(case, where, settings), check=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """CPU time (s) and peak memory (GiB) of a process."""
+
+    cpu: float
+    memory: float
+
+
+def run_with_cost(case: Path, where: Path, settings: Sequence[str]) -> Cost:
+    """Run a case on one rank into a folder that is new, and return its cost."""
+    process = subprocess.Popen(command(case, where, settings), cwd=ROOT)
+    _, status, used = os.wait4(process.pid, 0)
+    assert status == 0, f"{where} failed"
+    return Cost(cpu=used.ru_utime + used.ru_stime, memory=used.ru_maxrss / 2**20)
 
 
 def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
