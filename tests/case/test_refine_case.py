@@ -49,7 +49,7 @@ RULES = [
     (("domain.cells=quadrilateral", "domain.refine={drop=0.1}"), "quadrilateral", OFF),
     ((SOLID, "domain.refine=true"), "hexahedron cells cannot be split", 'cells = "tetrahedron"'),
     ((SOLID, "domain.cells=hexahedron", "domain.refine=true"), "hexahedron", '"unstructured"'),
-    ((TRIANGLES, "domain.refine=true", "domain.h=0.2"), "a quarter of the body", OFF),
+    ((TRIANGLES, "domain.refine=true", "domain.h=0.2"), "a sixteenth of the body", OFF),
     ((TRIANGLES, 'domain.refine={coarsest="1.9 h"}'), "refine.coarsest is not twice", OFF),
     ((DISC,), 'the coarse cells of a "disc"', "a body with flat faces"),
     ((BORED,), 'the coarse cells of a "plate with hole"', OFF),
@@ -92,16 +92,17 @@ def test_the_cells_of_a_reservoir_stay_as_they_are() -> None:
     ("setting", "halvings"),
     [
         ("domain.refine=false", 0),
-        ("domain.refine=true", 1),
-        ("domain.refine={}", 1),
+        ("domain.refine=true;domain.h=0.025", 1),
+        ("domain.refine={};domain.h=0.025", 1),
         ('domain.refine={coarsest="2 h"}', 1),
         ('domain.refine={coarsest="4 h"}', 1),
         ('domain.refine={coarsest="5 h"}', 1),
     ],
 )
 def test_edges_are_halved_as_often_as_the_body_allows(setting: str, halvings: int) -> None:
-    """A side of 10 h has 5 cells of 2 h; 3 cells of 4 h would end at .83 h."""
-    case = read([TRIANGLES, setting])
+    """A side of 10 h has 5 cells of 2 h; 3 cells of 4 h would end at .83 h. By default cells begin
+    with a sixteenth of the side."""
+    case = read([TRIANGLES, *setting.split(";")])
     assert case.domain.halvings == halvings
     assert parse_case(to_toml(case)).domain.halvings == halvings
 

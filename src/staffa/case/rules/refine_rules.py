@@ -37,7 +37,7 @@ def refinement_is_possible(case: Case) -> None:
             f"of the rock; leave domain.refine out"
         )
     if not keys.halvings:
-        begin = "domain.refine.coarsest" if keys.refining.coarsest else "a quarter of the body"
+        begin = "domain.refine.coarsest" if keys.refining.coarsest else "a sixteenth of the body"
         raise InputError(
             f"domain.refine = {inline(keys.refine)}: {begin} is not twice as long as domain.h = "
             f"{inline(keys.h)}, or cells of h do not come of halving it; take a coarser start or a "

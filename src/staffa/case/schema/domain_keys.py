@@ -14,7 +14,7 @@ from staffa.geometry.outline import Outline, is_axis, of_block, without_axis
 from staffa.units import Quantity
 
 # Cells along the shortest side of a body whose mesh follows the cracks, at the start.
-COARSEST = 4
+COARSEST = 16
 
 BLOCKS = {2: "quadrilateral", 3: "hexahedron"}
 

@@ -36,7 +36,7 @@ class RefineKeys(CaseTable):
     coarsest: Edges | None = Field(
         default=None,
         description="longest edge of the cells at the start, in h; it is halved until cells are h "
-        "long where cracks are; default: a quarter of the shortest side of the body",
+        "long where cracks are; default: a sixteenth of the shortest side of the body",
         examples=["8 h"],
     )
     ahead: Bands = Field(
