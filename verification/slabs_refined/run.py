@@ -147,8 +147,8 @@ CHECKS = {
             "`domain.refine = true`, beside the uniform quadrilaterals of the section `slabs`. The "
             "finest triangles have as many vertices per area as these: four take the place of a "
             "square, and the edges of their squares are ell/4 times the root of 2. Seed 1 alone "
-            "was run, beside other work on the machine, and its cracks cost 1.2 % too much, for the "
-            "factor of its cells was measured on another body. Tolerance: one crack, or 15 %."
+            "was run, beside other work on the machine, and its cracks cost 1.2 % too much, as "
+            "the factor of its cells was measured on another body. Tolerance: one crack, or 15 %."
         ),
         measure=refined,
         kept="kept",
