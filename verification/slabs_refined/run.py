@@ -25,7 +25,7 @@ UNIFORM, FIRST = "stretch-0.013-quadrilateral", ["time.tau=[0.01]", "output.at=[
 TIME, MEMORY = 1 / 8, 1 / 4  # of what the uniform run took, at most
 # Four triangles take the place of a square, with two vertices: squares larger by the root of 2 have
 # as many vertices per area as the uniform run's. A crack costs FACTOR Gc on such triangles.
-EDGE, FACTOR = 2**0.5 * 0.013 / 4, 1.12228
+EDGE, FACTOR = 2**0.5 * 0.013 / 4, 1.13522
 
 
 def refined_settings(name: str) -> list[str]:
@@ -58,6 +58,7 @@ def numbers(name: str, cost: Cost) -> dict:
     meshes = [step.mesh for step in run.steps if step.mesh]
     return digest(f"{UNIFORM}-{name.split('-')[-1]}", run) | {
         "command": as_typed(run, CASE, refined_settings(name)),
+        "unknowns": 3 * meshes[-1].vertices,
         "cpu": round(cost.cpu),
         "memory": round(cost.memory, 3),
         "cells": [mesh.cells for mesh in meshes],
@@ -145,8 +146,9 @@ CHECKS = {
             "Half slabs, section `stretch`, ell = 0.013, at tau = 0.30, on triangles with "
             "`domain.refine = true`, beside the uniform quadrilaterals of the section `slabs`. The "
             "finest triangles have as many vertices per area as these: four take the place of a "
-            "square, and the edges of their squares are ell/4 times the root of 2. Tolerance: one "
-            "crack, or 15 %."
+            "square, and the edges of their squares are ell/4 times the root of 2. Seed 1 alone "
+            "was run, beside other work on the machine, and its cracks cost 1.2 % too much, as "
+            "the factor of its cells was measured on another body. Tolerance: one crack, or 15 %."
         ),
         measure=refined,
         kept="kept",
