@@ -22,7 +22,7 @@ title = "refined"
 size = [1.0, 1.0]
 h = 0.015625
 cells = "triangle"
-refine = true
+refine = { coarsest = "16 h" }
 [material]
 nu = 0.2
 [damage]
