@@ -123,9 +123,6 @@ def _mesh(pair: Pair, side: Side) -> Iterator[Number]:
     yield Number("cells of the mesh, end", found.end, True)
     yield Number("times that cells were split", found.times)
     yield Number("largest damage in a coarse cell", found.coarse_damage)
-    if pair.dim:
-        unit = _in_brackets(f" {pair.units['total energy']}".rstrip())
-        yield Number(f"energy by splitting cells{unit}", found.energy / side.energy, True)
 
 
 def _production(pair: Pair, side: Side) -> Iterator[Number]:

@@ -64,6 +64,8 @@ def advance_to(
         raise
     except SolveError as error:
         failure = error
+        if system.resolution:  # on a finer mesh it may not fail
+            system.resolution.require()
         loose = loose_part(problem, system, solved=False)
         restore(system, kept)
         if loose is not None:

@@ -9,14 +9,18 @@ import numpy as np
 from dolfinx import fem
 
 from staffa.backend.parallel import any_over_ranks
+from staffa.evolution.initial_equilibrium import unmoved
 from staffa.evolution.problem import Problem
 from staffa.evolution.snapshot import Snapshot, copied, restore
 from staffa.evolution.system import System, build, initially_broken
 from staffa.geometry.nested import Nested
+from staffa.minimize.alternate import equilibrium
 from staffa.model.domain import Domain, local_edges
 from staffa.model.fields import Transfer, owned, spaces_on
+from staffa.model.initial_cracks import broken
 from staffa.model.numbering import Numbering
 from staffa.model.refinement import Wanted, refined, too_coarse
+from staffa.records.energies import Energies
 
 # Values of one function as values of another one, ghosts included.
 Across = Callable[[fem.Function, fem.Function, np.ndarray], np.ndarray]
@@ -47,9 +51,21 @@ def carried(old: System, problem: Problem, across: Across) -> System:
         spent=booked,
         loads=kept.loads,
     )
+    rest = old.energy.rest if problem.forces.at_rest else _rest(new)
     restore(new, moved)
-    new.energy.rest = old.energy.rest
+    new.energy.rest = rest
     return new
+
+
+def _rest(system: System) -> Energies:
+    """Return the energies from which others count, of a system as it was built.
+
+    They are those of the loads of t = 0 without damage but that of initial cracks: on another mesh
+    they are others, and may be much larger than what comes.
+    """
+    equilibrium(system.alternation, unmoved(system).values)
+    system.energy.count_from_here()
+    return system.energy.rest
 
 
 def interpolation(h: float) -> Across:
@@ -136,7 +152,10 @@ def _at_cracks(problem: Problem) -> tuple[Wanted, bool]:
     assert domain.source is not None
     space = spaces_on(domain).alpha
     cells = space.dofmap.list[: domain.mesh.topology.index_map(domain.dim).size_local]
-    cracked, edges = initially_broken(problem, space)[cells].any(axis=1), local_edges(domain)
+    at = initially_broken(problem, space)
+    for crack in problem.material.given:  # coarse vertices may all be too far from it to break
+        at |= broken(space, crack, h=domain.h)
+    cracked, edges = at[cells].any(axis=1), local_edges(domain)
     long, wanted = cracked & too_coarse(edges, domain.source.finest), Wanted.nothing(len(edges))
     coarse = any_over_ranks(domain.comm, bool(long.any()))
     wanted.edge[long] = edges[long] / 2

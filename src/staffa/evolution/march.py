@@ -13,17 +13,17 @@ from staffa.evolution.advanced_step import Advance
 from staffa.evolution.audit import Before, audit
 from staffa.evolution.backtrack import Better, StepHistory, better_earlier, go_back
 from staffa.evolution.equilibrate import Loads
-from staffa.evolution.initial_equilibrium import come_to_rest
 from staffa.evolution.loop_numbers import Finer
 from staffa.evolution.observers import Observers as Observers
 from staffa.evolution.problem import Problem
 from staffa.evolution.rejected_steps import not_returned, rejected
 from staffa.evolution.resolution import TooCoarseError
+from staffa.evolution.rest import rest_on_fine_mesh
 from staffa.evolution.restart_state import Loop, RestartState
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
 from staffa.evolution.session import Session
-from staffa.evolution.snapshot import restore, snapshot
+from staffa.evolution.snapshot import restore
 from staffa.evolution.step_record import accepted, failed, mesh_record
 from staffa.evolution.system import System
 from staffa.evolution.try_step import try_step
@@ -102,15 +102,7 @@ def march_session(
 
 def _started(session: Session, observers: Observers) -> Loop:
     """The loop before the first step, in the initial equilibrium. Collective."""
-    while True:
-        first = snapshot(session.system)
-        try:
-            come_to_rest(session.problem, session.system, lambda sweep: observers.pause())
-            _require_fine(session)
-            break
-        except TooCoarseError as error:
-            restore(session.system, first)
-            session.refine(error.wanted)
+    rest_on_fine_mesh(session, observers.pause)
     problem, system = session.problem, session.system
     if session.circulated:
         system.thermal.put(session.circulated.at_rest(system.thermal.read(), system.cracks))
@@ -204,12 +196,12 @@ def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError
         loop.history.returns[index] = started.restart.returns.get(index, 0)
         loop.better, loop.due = None, True
     session.refine(error.wanted)
-
-
-def _require_fine(session: Session) -> None:
-    """Require a mesh that is fine enough for the state, where it may be refined. Collective."""
-    if session.system.resolution:
-        session.system.resolution.require()
+    try:
+        loop.meet_mesh()
+    except SolveError as failure:
+        require_together(session.comm, failure)
+        index = started.moment.index
+        raise SolveError(f"step {index} failed on a finer mesh: {failure}") from failure
 
 
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
@@ -231,7 +223,7 @@ def _advance(session: Session, observers: Observers, loop: Loop, started: _Start
         ending.__cause__ = error
         return _Taken(step=failed(session, moment, observers, str(error)), error=ending)
     if not tried.rejected:
-        _require_fine(session)
+        session.require_fine()
     seconds = perf_counter() - started.clock
     if tried.rejected:
         return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
@@ -264,7 +256,7 @@ def _return(
         spent = advance.outcome
         if not spent.converged:
             raise SolveError(spent.reason)
-        _require_fine(session)
+        session.require_fine()
     except SolveError as error:
         require_together(session.comm, error)
         restore(system, started.restart.kept)

@@ -4,7 +4,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
-from staffa.backend.parallel import any_over_ranks, max_over_ranks
+from staffa.backend.parallel import any_over_ranks, max_over_ranks, sum_over_ranks
 from staffa.backend.vectors import readable
 from staffa.evolution.problem import Problem
 from staffa.minimize.bounded import BoundedEnergy
@@ -16,6 +16,8 @@ from staffa.physics.damage import has_threshold
 # Damage above which no cell may be coarse. Without a threshold there is some damage everywhere:
 # then another damage decides, and its slope (in 1/ell).
 DAMAGED, SOFT, STEEP = 0.01, 0.1, 0.05
+# Part of the coarse cells up to which damage is that of cracks.
+FEW = 0.2
 # Change of temperature over a cell, over the allowed one, at which it is halved twice.
 MUCH = 4.0
 # Of the drive at which cells are split: where some are, those above this part of it are split too.
@@ -74,7 +76,8 @@ class Resolution:
 
         Parameters
         ----------
-        of_damage : True to look at the damage alone.
+        of_damage : True to look at the damage alone, and only if it is that of cracks: while a body
+            is evenly damaged, before cracks part from it, nothing is known yet.
 
         Raises
         ------
@@ -85,7 +88,7 @@ class Resolution:
         if not of_damage and any_over_ranks(self._comm, bool((uneven > 1).any())):
             raise TooCoarseError(self._wanted(uneven))
         damaged, most = self._damaged(), self._rules.drive
-        if of_damage and not any_over_ranks(self._comm, bool(damaged.any())):
+        if of_damage and not self._at_few_places(damaged):
             return
         drive = self._drive()  # at a temperature that is resolved
         if any_over_ranks(self._comm, bool((damaged | (drive > most)).any())):
@@ -94,6 +97,12 @@ class Resolution:
             alpha = self._state.alpha.x.array[self._all_corners].max(axis=1, initial=0.0)
             wanted.around[:] = alpha > (DAMAGED if self._threshold else SOFT)
             raise TooCoarseError(wanted)
+
+    def _at_few_places(self, damaged: np.ndarray) -> bool:
+        """Return True if some coarse cells are damaged, and most are not."""
+        counts = np.array([damaged.sum(), len(damaged)], dtype=float)
+        some, every = sum_over_ranks(self._comm, counts)
+        return bool(0 < some <= FEW * every)
 
     def _wanted(self, shorter: np.ndarray) -> Wanted:
         """Return the wish that coarse cells be so much shorter."""

@@ -44,6 +44,8 @@ def local(domain: Domain, factor: float) -> Local | None:
     if not domain.graded:
         return None
     edge = local_edges(domain)
+    if domain.source:  # h is no mean edge there: the finest cells of a block have edges of 0.8 h
+        edge *= domain.h / domain.source.finest
     return Local(edge=edge, toughness=1 + (factor - 1) * edge / domain.h)
 
 

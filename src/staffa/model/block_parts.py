@@ -13,6 +13,8 @@ from staffa.geometry.simplices import Simplices
 
 # Corners this much nearer to the center tell a cell's region: round-off does not.
 WITHIN = 1 - 1e-6
+ROUND_OFF = 1e-9  # of a number of points
+AT_ONCE = 1_000_000  # points
 
 # True for points, shape (3, n), in a part of the body: shape (n,).
 Part = Callable[[np.ndarray], np.ndarray]
@@ -56,24 +58,48 @@ def region_cells(mesh: dmesh.Mesh, parts: Mapping[str, Part]) -> dict[str, np.nd
     return {name: np.flatnonzero(number == k).astype(np.int32) for k, name in enumerate(parts)}
 
 
-def parted_cells(parts: Mapping[str, Part], mesh: Simplices, cells: np.ndarray) -> np.ndarray:
-    """Mark cells with a corner, or the middle of an edge, in another region than the center.
+def parted_cells(
+    parts: Mapping[str, Part], spacing: float, mesh: Simplices, cells: np.ndarray
+) -> np.ndarray:
+    """Mark cells that are in several regions, shape (n,).
 
     Parameters
     ----------
     parts : the regions.
+    spacing : largest distance (m) between neighboring points at which a cell is looked at.
     mesh : the whole mesh.
     cells : cells that are looked at, shape (n,).
     """
-    corners = mesh.x[mesh.cells[cells]]
-    center = corners.mean(axis=1, keepdims=True)
-    one, other = np.triu_indices(mesh.dim + 1)
-    at = center + WITHIN * ((corners[:, one] + corners[:, other]) / 2 - center)
-    here, there = np.full(len(corners), -1), np.full(at.shape[:2], -1)
+    corners, found = mesh.x[mesh.cells[cells]], np.zeros(len(cells), dtype=bool)
+    if not parts or not len(cells):
+        return found
+    one, other = np.triu_indices(mesh.dim + 1, 1)
+    longest = np.linalg.norm(corners[:, one] - corners[:, other], axis=2).max(axis=1)
+    counts = np.ceil(longest / spacing - ROUND_OFF).astype(int)
+    for count in np.unique(counts):
+        lattice = _lattice(mesh.dim, int(count))
+        same = np.flatnonzero(counts == count)
+        for some in np.array_split(same, 1 + len(same) * len(lattice) // AT_ONCE):
+            center = corners[some].mean(axis=1, keepdims=True)
+            at = center + WITHIN * (lattice @ corners[some] - center)
+            number = _numbers(parts, at.reshape(-1, mesh.dim)).reshape(at.shape[:2])
+            found[some] = (number != number[:, :1]).any(axis=1)
+    return found
+
+
+def _lattice(dim: int, count: int) -> np.ndarray:
+    """Return weights of the corners for evenly spaced points of a simplex, shape (k, dim + 1)."""
+    steps = np.indices((count + 1,) * dim).reshape(dim, -1).T
+    steps = steps[steps.sum(axis=1) <= count]
+    return np.column_stack([count - steps.sum(axis=1), steps]) / count
+
+
+def _numbers(parts: Mapping[str, Part], x: np.ndarray) -> np.ndarray:
+    """Return the number of the part at points of shape (n, dim), -1 for none."""
+    found = np.full(len(x), -1)
     for k, inside in enumerate(parts.values()):
-        here[inside(_in_space(center[:, 0]))] = k
-        there[inside(_in_space(at.reshape(-1, mesh.dim))).reshape(there.shape)] = k
-    return np.asarray((there != here[:, None]).any(axis=1))
+        found[inside(_in_space(x))] = k
+    return found
 
 
 def _in_space(x: np.ndarray) -> np.ndarray:

@@ -131,6 +131,7 @@ def block(
     axial: bool = False,
     hole: float = 0.0,
     halvings: int = 0,
+    uneven: Mapping[str, Part] | None = None,
 ) -> Domain:
     """Mesh a rectangle or a box with its lower corner at the origin. Collective.
 
@@ -147,6 +148,7 @@ def block(
     hole : distance along x at which the body begins (m), the radius of a hole along the axis.
     halvings : how often edges may be halved, from cells that begin so much longer, until they are
         no longer than h; 0 for a mesh that stays as it is. Of triangles and tetrahedra alone.
+    uneven : other parts of the rock that differ: their boundaries are fine as those of regions are.
 
     Raises
     ------
@@ -177,7 +179,14 @@ def block(
     if halvings:
         edges = None if whole is None else float(cell_edges(whole.x[whole.cells]).mean())
         finest = comm.bcast(edges) / 2**halvings
-        source = Source(mesh=whole, finest=finest, named=named, parted=partial(parted_cells, known))
+        source = Source(
+            mesh=whole,
+            finest=finest,
+            named=named,
+            parted=partial(
+                parted_cells, {**known, **(uneven or {})}, edge(size, longest, cells) / 2**halvings
+            ),
+        )
         description += f" halved {halvings} times".encode()
     return Domain(
         mesh=mesh,

@@ -13,7 +13,7 @@ import numpy as np
 from dolfinx import mesh as dmesh
 from scipy.spatial import cKDTree
 
-from staffa.backend.parallel import gather
+from staffa.backend.parallel import gather, on_root
 from staffa.geometry.edges import cell_edges
 from staffa.geometry.nested import Nested, itself, nested
 from staffa.geometry.simplices import Simplices
@@ -63,12 +63,17 @@ def refined(domain: Domain, wanted: Wanted, *, ahead: float) -> tuple[Domain, Ne
     assert source is not None
     number = np.asarray(topology.original_cell_index)[: topology.index_map(domain.dim).size_local]
     told = [gather(domain.comm, part) for part in (number, wanted.edge, wanted.around)]
-    found = None
-    if source.mesh is not None:
+    held: list[Nested] = []
+
+    def split() -> None:
+        assert source.mesh is not None
         numbers, edges, around = (np.concatenate(part or []) for part in told)
         order = np.argsort(numbers)
         every = Wanted(edge=edges[order], around=around[order])
-        found = _split(source.mesh, every, source, ahead)
+        held.append(_split(source.mesh, every, source, ahead))
+
+    on_root(domain.comm, split)
+    found = held[0] if held else None
     return finer(domain, None if found is None else found.mesh), found
 
 

@@ -42,9 +42,10 @@ def mesh_text(run: Run) -> str:
     found, unit = mesh_changes(run), run.manifest.shown.energy
     total = abs(run.steps[-1].energies.total)
     share = f" ({abs(found.energy) / total:.1e} of the total)" if total else ""
+    change = f"changed the energy by {unit.text(found.energy, 3)}{share}"
     return (
         f"{found.start:,} cells at the start, {found.end:,} at the end; split {found.times} times, "
-        f"which changed the energy by {unit.text(found.energy, 3)}{share}; largest damage in a "
+        f"which {change if found.energy else 'did not change the energy'}; largest damage in a "
         f"coarse cell {found.coarse_damage:.2g}"
     )
 

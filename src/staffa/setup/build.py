@@ -54,7 +54,7 @@ from staffa.physics.scales import tau_of_time
 from staffa.physics.split import EnergySplit
 from staffa.records.step import Stop
 from staffa.setup.field_coverage import check_files
-from staffa.setup.rock import check_rock, materials, region_boxes
+from staffa.setup.rock import check_rock, materials, region_boxes, toughness_boxes
 from staffa.setup.simulators import reservoir_load
 from staffa.setup.user_objects import Given, known_load, try_given
 
@@ -202,6 +202,7 @@ def body_of(case: Case, comm: MPI.Comm) -> Domain:
         axial=case.axial,
         hole=float(keys.hole or 0.0),
         halvings=keys.halvings,
+        uneven=toughness_boxes(case),
     )
 
 

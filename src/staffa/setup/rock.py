@@ -110,6 +110,14 @@ def region_boxes(case: Case) -> dict[str, Part]:
     }
 
 
+def toughness_boxes(case: Case) -> dict[str, Part]:
+    """Return, for each band of [toughness], the function that finds its points."""
+    return {
+        f"band {number}": partial(in_box, band.lower, band.upper, h=case.outline.h)
+        for number, band in enumerate(case.toughness.bands)
+    }
+
+
 def check_rock(case: Case, domain: Domain) -> None:
     """Require possible values of all properties that vary, in the middles of cells. Collective.
 

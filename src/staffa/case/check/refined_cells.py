@@ -23,7 +23,7 @@ from staffa.geometry.block import cells_and_vertices
 from staffa.geometry.shapes import shape_outline
 from staffa.physics.doubling import spacing_at
 
-# Refined runs have end within this factor of what is said (`tests/fem/test_refined_cells.py`).
+# Refined runs have end within this factor of what is said (`tests/run/test_refined_results.py`).
 CELLS_WITHIN = 1.5
 POINTS = 400  # of the depth
 TIMES = 20  # at which the temperature is looked at
