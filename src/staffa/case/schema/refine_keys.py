@@ -41,7 +41,7 @@ class RefineKeys(CaseTable):
     )
     ahead: Bands = Field(
         default="2 ell",
-        description="distance from damage within which cells are h long",
+        description="distance from damage within which cells with their middles there are h long",
         examples=["2 ell"],
     )
     drive: Share = Field(
