@@ -37,7 +37,7 @@ from staffa.records.step import (
 
 # Change of the damage in a sweep from which on cracks are near to where they will be: if the mesh
 # is too coarse for them, the rest of the sweeps would be lost.
-ROUGH = 0.05
+ROUGH = 0.002
 
 
 def march(
