@@ -28,19 +28,22 @@ def assert_same_meshes(found: Run, expected: Run) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "settings",
-    [(), ("solver.backtracking=true", "time.tau=[0.002,0.04,0.2]")],
+    ("settings", "every"),
+    [((), 41), (("solver.backtracking=true", "time.tau=[0.002,0.04,0.2]"), 31)],
     ids=["plain", "back"],
 )
-def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(settings, tmp_path) -> None:
-    """Stopped before steps, in sweeps, and while cells are split for a step."""
+def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(
+    settings: tuple[str, ...], every: int, tmp_path: Path
+) -> None:
+    """Stopped before steps, in sweeps, and while cells are split for a step; then at every so many
+    looks, which are more than any step with all its tries takes."""
     case = refining(*settings)
     expected = whole_run(case, tmp_path / "whole")
     times = []
     for looks in (1, 7, 25):
         directory = tmp_path / f"cut-{looks}"
         cut_run(case, directory, looks)
-        times.append(finish(directory, 21))
+        times.append(finish(directory, every))
         found = open_run(directory)
         assert_same(found, expected, EXACT)
         assert_same_meshes(found, expected)
