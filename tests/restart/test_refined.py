@@ -35,7 +35,7 @@ def assert_same_meshes(found: Run, expected: Run) -> None:
 def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(
     settings: tuple[str, ...], every: int, tmp_path: Path
 ) -> None:
-    """Stopped before steps, in sweeps, and while cells are split for a step; then at every few dozen
+    """Stopped before steps, in sweeps, and while cells are split for a step, then every few dozen
     looks, which are more than any step with all its tries takes."""
     case = refining(*settings)
     expected = whole_run(case, tmp_path / "whole")
