@@ -64,8 +64,7 @@ def advance_to(
         raise
     except SolveError as error:
         failure = error
-        if system.resolution:  # on a finer mesh it may not fail
-            system.resolution.require()
+        system.require_fine()  # on a finer mesh it may not fail
         loose = loose_part(problem, system, solved=False)
         restore(system, kept)
         if loose is not None:
@@ -115,8 +114,7 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
     origin = Origin(time=start.time, thermal=system.thermal.read())
     renewed = renew(system, start)
     loading = change_loads(problem, system, start, end)
-    if system.resolution:
-        system.resolution.require()
+    system.require_fine()
     overwhelmed = loading.end - loading.start > (SURGE - 1) * abs(loading.start)
     rubbed, slid = _slide(system, end, loading)
     outcome, healing = settle(problem, system, end, watch, guess=overwhelmed)
@@ -134,8 +132,7 @@ def _advance(problem: Problem, system: System, start: Loads, end: Loads, watch: 
     )
     advance = rubbing(problem, system, end, advance, watch)
     advance = agree(problem, system, end, advance, watch)
-    if system.resolution:
-        system.resolution.require()
+    system.require_fine()
     return advance
 
 

@@ -95,6 +95,7 @@ class Lift:
         """
         assert old.source is not None
         self._old, self._nested = old, nested
+        self._orders: dict[tuple[bool, int], Numbering] = {}
 
     def __call__(
         self, source: fem.Function, target: fem.Function, values: np.ndarray
@@ -105,14 +106,21 @@ class Lift:
         if per_cell > self._old.dim + 1:
             return Transfer(before, after, h=self._old.h)(values)
         width = before.dofmap.index_map_bs
-        whole = Numbering(self._old.comm, before).whole(values.reshape(-1, width))
+        whole = self._order(before).whole(values.reshape(-1, width))
         lifted = None
         if whole is not None and self._nested is not None:
             lifted = self._in_cells(whole) if per_cell == 1 else self._nested.values @ whole
         field = fem.Function(after)
-        owned(field)[:] = Numbering(self._old.comm, after).share(lifted).ravel()
+        owned(field)[:] = self._order(after).share(lifted).ravel()
         field.x.scatter_forward()
         return np.asarray(field.x.array.copy())
+
+    def _order(self, space: fem.FunctionSpace) -> Numbering:
+        """Return the order of vertices or cells of one of the meshes, found once."""
+        key = (space.mesh is self._old.mesh, space.dofmap.list.shape[1])
+        if key not in self._orders:
+            self._orders[key] = Numbering(self._old.comm, space)
+        return self._orders[key]
 
     def _in_cells(self, whole: np.ndarray) -> np.ndarray:
         """Return values in the finer cells in their order, from those in the coarser cells."""

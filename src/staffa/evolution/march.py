@@ -223,7 +223,7 @@ def _advance(session: Session, observers: Observers, loop: Loop, started: _Start
         ending.__cause__ = error
         return _Taken(step=failed(session, moment, observers, str(error)), error=ending)
     if not tried.rejected:
-        session.require_fine()
+        system.require_fine()
     seconds = perf_counter() - started.clock
     if tried.rejected:
         return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
@@ -256,7 +256,7 @@ def _return(
         spent = advance.outcome
         if not spent.converged:
             raise SolveError(spent.reason)
-        session.require_fine()
+        system.require_fine()
     except SolveError as error:
         require_together(session.comm, error)
         restore(system, started.restart.kept)
@@ -320,7 +320,7 @@ def _watch(session: Session, observers: Observers, moment: Moment, sweep: Sweep 
     observers.pause()
     resolution = session.system.resolution
     if resolution and sweep is not None and sweep.change <= ROUGH:
-        resolution.require(of_damage=True)
+        resolution.require_at_cracks()
 
 
 def _look_back(session: Session, observers: Observers, loop: Loop, history: StepHistory) -> None:

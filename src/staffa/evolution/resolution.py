@@ -71,13 +71,8 @@ class Resolution:
         """Return the largest damage in a coarse cell; 0 where there is no such cell."""
         return max(0.0, max_over_ranks(self._comm, self._state.alpha.x.array[self._corners]))
 
-    def require(self, *, of_damage: bool = False) -> None:
+    def require(self) -> None:
         """Require that no coarse cell has too much damage, drive or change of temperature.
-
-        Parameters
-        ----------
-        of_damage : True to look at the damage alone, and only if it is that of cracks: while a body
-            is evenly damaged, before cracks part from it, nothing is known yet.
 
         Raises
         ------
@@ -85,12 +80,27 @@ class Resolution:
             Cells must be split.
         """
         uneven = self._uneven()
-        if not of_damage and any_over_ranks(self._comm, bool((uneven > 1).any())):
+        if any_over_ranks(self._comm, bool((uneven > 1).any())):
             raise TooCoarseError(self._wanted(uneven))
-        damaged, most = self._damaged(), self._rules.drive
-        if of_damage and not self._at_few_places(damaged):
-            return
-        drive = self._drive()  # at a temperature that is resolved
+        self._require_of(self._damaged())  # at a temperature that is resolved
+
+    def require_at_cracks(self) -> None:
+        """Require that no crack is in coarse cells.
+
+        While a body is evenly damaged, before cracks part from it, nothing is known yet.
+
+        Raises
+        ------
+        TooCoarseError
+            Cells must be split.
+        """
+        damaged = self._damaged()
+        if self._at_few_places(damaged):
+            self._require_of(damaged)
+
+    def _require_of(self, damaged: np.ndarray) -> None:
+        """Require that no coarse cell is damaged, or driven too much."""
+        drive, most = self._drive(), self._rules.drive
         if any_over_ranks(self._comm, bool((damaged | (drive > most)).any())):
             wanted = self._wanted(np.where(drive > NEAR * most, 2.0, 1.0))
             wanted.edge[self._coarse[damaged | (drive > 1)]] = self._finest
@@ -105,7 +115,7 @@ class Resolution:
         return bool(0 < some <= FEW * every)
 
     def _wanted(self, shorter: np.ndarray) -> Wanted:
-        """Return the wish that coarse cells be so much shorter."""
+        """Return the edges of coarse cells divided by these numbers as what cells should become."""
         wanted = Wanted.nothing(len(self._edges))
         split = self._coarse[shorter > 1]
         wanted.edge[split] = self._edges[split] / shorter[shorter > 1]

@@ -32,15 +32,15 @@ def rest_on_fine_mesh(session: Session, pause: Callable[[], None]) -> None:
             _come_to_rest(session, pause)
             return
         except TooCoarseError as error:
-            system.energy.rest = Energies(elastic=0.0, surface=0.0)
             restore(system, first)
             session.refine(error.wanted)
+            session.system.energy.rest = Energies(elastic=0.0, surface=0.0)
 
 
 def _come_to_rest(session: Session, pause: Callable[[], None]) -> None:
     try:
         come_to_rest(session.problem, session.system, lambda sweep: pause())
     except LoadError:
-        session.require_fine()  # on a finer mesh the loads may not crack the rock
+        session.system.require_fine()  # on a finer mesh the loads may not crack the rock
         raise
-    session.require_fine()
+    session.system.require_fine()

@@ -139,17 +139,6 @@ class Session:
         tensor[:, :size, :size] = found.reshape(len(cells), size, size)
         return tensor.reshape(-1, 9)
 
-    def require_fine(self) -> None:
-        """Require that a mesh that may be refined is fine enough for the state. Collective.
-
-        Raises
-        ------
-        TooCoarseError
-            Cells must be split.
-        """
-        if self.system.resolution:
-            self.system.resolution.require()
-
     def refine(self, wanted: Wanted) -> None:
         """Split cells, and put the finer mesh in place of the current one. Collective.
 

@@ -106,6 +106,17 @@ class System:
             volumes=lambda: self.energy.openings.volumes(),
         )
 
+    def require_fine(self) -> None:
+        """Require that a mesh that may be refined is fine enough for the state. Collective.
+
+        Raises
+        ------
+        TooCoarseError
+            Cells must be split.
+        """
+        if self.resolution:
+            self.resolution.require()
+
     def begin(self) -> None:
         """Start a time step with the solvers that were asked for."""
         self.alternation.elastic.linear.begin()

@@ -24,7 +24,8 @@ class Local:
 
     Attributes
     ----------
-    edge : mean edge length of each cell (m), shape (n,).
+    edge : mean edge length of each cell (m), shape (n,); where a mesh follows the cracks, in
+        proportion to it, and h of the finest cells.
     toughness : effective Gc over Gc of each cell, shape (n,).
     """
 
