@@ -133,7 +133,7 @@ create() {
 # The build backend is installed first and used in place, so that it is a pinned one too.
 install() {
     set -- .venv/bin/python -m pip --disable-pip-version-check install --constraint constraints.txt
-    "$@" pip setuptools && "$@" --no-build-isolation --editable '.[wheel,mesh,dev]'
+    "$@" pip setuptools && "$@" --no-build-isolation --editable '.[wheel,mesh,docs,dev]'
 }
 
 exec 9<.
