@@ -184,7 +184,7 @@ class Refinement:
 
     ahead: float
     drive: float = 0.5
-    drop: float = 0.05
+    drop: float = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,10 +51,10 @@ class RefineKeys(CaseTable):
         examples=[0.5],
     )
     drop: Share = Field(
-        default=0.05,
+        default=0.02,
         description="change of temperature over a cell, over the largest change since the start, "
         "from which on the cell is split",
-        examples=[0.05],
+        examples=[0.02],
     )
 
 
