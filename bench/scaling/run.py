@@ -26,6 +26,7 @@ RESULTS = Path(__file__).parent / "results.json"
 # Bricks of 22 and 39 columns are twice those of 15 and 27: as much for each of two ranks.
 COLUMNS = (15, 22, 27, 39, 50, 87)
 CELLS = ("hexahedron", "tetrahedron")
+H = 0.077  # ell/1.8
 RANKS = (1, 2)
 # One step from rest until cracks are everywhere. It ends after this number of sweeps, converged or
 # not: all sizes do the same work, Newton's moves included, in the expensive part of a run.
@@ -35,13 +36,10 @@ TIMEOUT = 1200
 
 def settings(columns: int, cells: str) -> list[str]:
     """Settings that make the ready case `brick` one of these runs."""
-    from staffa.case.reading.ready_cases import ready_case
-
-    keys = ready_case("brick").domain
-    assert keys.size is not None and keys.h is not None
-    width = columns * float(keys.h)
+    width = columns * H
     return [
-        f"domain.size=[{width}, {width}, {float(keys.size[2])}]",
+        f"domain.size=[{width}, {width}, 1.0]",
+        f"domain.h={H}",
         f"domain.cells={cells}",
         f"time.tau=[{TAU}]",
         "output.at=[]",

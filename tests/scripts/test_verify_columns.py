@@ -81,7 +81,7 @@ def test_cells_that_differ_by_more_than_their_errors_are_not_alike(checks) -> No
 def test_the_strip_is_cut_from_the_brick() -> None:
     brick, strip = (
         tomllib.loads((ROOT / name).read_text())
-        for name in ("src/staffa/case/ready/brick.toml", "verification/opposite_boundary/case.toml")
+        for name in ("verification/columns/case.toml", "verification/opposite_boundary/case.toml")
     )
     for table in ("damage", "toughness", "temperature", "time"):
         assert strip[table] == brick[table], table

@@ -30,7 +30,7 @@ from staffa.report.drawing import draw
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, keep, origin, run_once
 
-CASE = "src/staffa/case/ready/brick.toml"
+CASE = "verification/columns/case.toml"
 KEPT = Path(__file__).parent / "kept.json"
 SIZES = {"single": (2.5, tuple(range(1, 9))), "doubled": (5.0, tuple(range(1, 7)))}  # width, seeds
 SHOWN = "doubled-1"  # the one that the README shows too
@@ -71,7 +71,7 @@ def run_members() -> dict:
 
 def digest(run: Run) -> dict:
     """The numbers that are kept of a run."""
-    before, step = run.steps[-2:]  # `brick` ends before a crack runs through to the far face
+    before, step = run.steps[-2:]  # it ends before a crack runs through to the far face
     assert step.measures is not None and before.measures is not None
     return {
         "nu": float(parse_case(run.case).material.nu),
@@ -398,8 +398,8 @@ CHECKS = {
     "columns": Check(
         title="Columns",
         text=(
-            "The ready case `brick`, and the same twice as wide in both directions, several seeds "
-            "each. Areas are means in which a cell at a roller counts half, and one in a corner a "
+            "A block like the ready case `brick`, coarser (ell = 1.8 h), and the same twice as wide in "
+            "both directions, several seeds each. Areas are means in which a cell at a roller counts half, and one in a corner a "
             "quarter. The diameter is that of the circle of this area, the spacing area over "
             "length of the cracks. Both are compared with parallel cracks, at the depths that "
             "cracks have reached. With halves and quarters added up, a single block has one and a "
