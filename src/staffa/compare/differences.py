@@ -18,7 +18,10 @@ FACTS = (
     *("version", "commit", "ranks", "law", "scaled", "adaptive", "mesh", "cells", "unknowns"),
     *("toughness_factor", "tip_reach"),
 )
-LABELS = {"toughness_factor": "effective Gc over Gc", "tip_reach": "tip reach"}
+LABELS = {
+    **{"cells": "cells at the start", "unknowns": "unknowns at the start"},
+    **{"toughness_factor": "effective Gc over Gc", "tip_reach": "tip reach"},
+}
 Facts = Iterable[tuple[str, Any]]
 
 
