@@ -1,4 +1,4 @@
-"""Draws docs/pictures/shapes.png, the shapes of docs/geometry.md with the names of their parts:
+"""Draw docs/pictures/shapes.png, the shapes of docs/how-to/geometry.md with names of their parts:
 .venv/bin/python tools/draw_shapes.py"""
 
 from pathlib import Path

@@ -4,7 +4,8 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-# The floors of docs/architecture.md. A package is named by its folder, a module by its file.
+# The floors of docs/development/architecture.md. A package is named by its folder, a module by its
+# file.
 FLOORS = [
     {"errors", "arguments", "units", "display_units", "records", "backend"},
     {"geometry"},

@@ -4,7 +4,8 @@
 
 Runs each case side by side with damage.split "none" and "no-tension", from its first step to its
 last. Writes `results.json`, from which docs/performance.md quotes. `excess` is the largest part
-by which the energy that drove damage in a step exceeded that of the safe split (docs/results.md).
+by which the energy that drove damage in a step exceeded that of the safe split
+(docs/reference/results.md).
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The tables of docs/performance.md and docs/how-to-choose-a-solver.md, from results.json.
+"""The tables of docs/performance.md and docs/how-to/choose-a-solver.md, from results.json.
 
 python -m bench.yardstick.table
 """

@@ -41,7 +41,7 @@ top = "rollers"
 [time]
 t = { start = "2 min", stop = "3 hours", steps = 10 }
 """
-# A bar's strength, and what no-tension makes of it in plane stress (docs/forces.md).
+# A bar's strength, and what no-tension makes of it in plane stress (docs/how-to/forces.md).
 STRENGTH = sqrt(3 * GC * E / (8 * ELL))
 STARTS = STRENGTH / sqrt(1 - NU**2)
 

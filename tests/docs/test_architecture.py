@@ -1,4 +1,4 @@
-"""docs/architecture.md: its pictures are those of the code, its files exist, some rows are done."""
+"""Page on the architecture: its pictures are those of the code, its files exist, rows are done."""
 
 import ast
 import importlib.util
@@ -14,12 +14,12 @@ from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.case import Case
 from staffa.errors import InputError
-from support.paths import ROOT
+from support.paths import DOCS, ROOT
 
-SOURCE, DOCS = ROOT / "src" / "staffa", ROOT / "docs"
-PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
+SOURCE = ROOT / "src" / "staffa"
+PAGE = (DOCS / "development" / "architecture.md").read_text(encoding="utf-8")
 TABLE = PAGE.split("## To add X, touch Y")[1].split("\n## ")[0]
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
 REPOSITORY = ("src/", "docs/", "tests/", "tools/", "bench/", "verif")
 
 
@@ -45,7 +45,7 @@ def test_the_page_tells_of_every_room() -> None:
     table = PAGE.split("## The rooms")[1].split("\n## ")[0]
     told = set(re.findall(r"`(\w+)`", table))
     rooms = {name.split(".")[-1] for name in drawing().Rooms(SOURCE).below}
-    assert rooms <= told, f"docs/architecture.md tells nothing of {rooms - told}"
+    assert rooms <= told, f"docs/development/architecture.md tells nothing of {rooms - told}"
 
 
 def test_the_picture_of_the_data_names_classes_where_they_are() -> None:

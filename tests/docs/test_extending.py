@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from support.paths import ROOT
+from support.paths import DOCS
 
-PAGE = ROOT / "docs" / "extending.md"
+PAGE = DOCS / "how-to" / "extending.md"
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 TESTS = Path(__file__).parents[1]
-PAGE = TESTS.parent / "docs" / "extending.md"
+PAGE = TESTS.parent / "docs" / "how-to" / "extending.md"
 NAMES = ("sheared", "cubic", "flash")
 # Does what the page says: a class and a line in a registry.
 PLUGIN = """

@@ -1,4 +1,4 @@
-"""docs/files.md tells of every file that is written and of every member of its records."""
+"""Page on files: it tells of every file that is written and of every member of its records."""
 
 import json
 import re
@@ -19,10 +19,10 @@ from staffa.report.drawing import draw
 from staffa.results.summary import summary
 from staffa.runs.run import Watcher, run
 from support.commands import forked
-from support.paths import ROOT
+from support.paths import DOCS
 from support.restarting import SMALL, small
 
-PAGES = ROOT / "docs"
+PAGES = DOCS / "reference"
 PAGE = (PAGES / "files.md").read_text()
 SHORT = [
     *("--set", "time.tau=[0.3,0.6]", "--set", "measures.depths=[0.1]"),

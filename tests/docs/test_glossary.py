@@ -1,10 +1,10 @@
-"""docs/glossary.md is a law that does not contradict itself, and names what there is."""
+"""docs/reference/glossary.md is a law that does not contradict itself, and names what there is."""
 
 import re
 
-from support.paths import ROOT
+from support.paths import DOCS, ROOT
 
-PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "reference" / "glossary.md").read_text(encoding="utf-8")
 SOURCE = ROOT / "src" / "staffa"
 # Names of equations, and names that a user gives.
 FREE = {

@@ -10,10 +10,10 @@ from staffa.case.check.preview import preview
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import parse_case
 from staffa.cli.commands import app
-from support.paths import ROOT
+from support.paths import DOCS, ROOT
 
 README = ROOT / "README.md"
-DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [README, *sorted(DOCS.rglob("*.md"))]
 POINTER = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 PLACEHOLDER = re.compile(r"\b(TABLE|PICTURE|TODO|TBD|FIXME|XXX|PLACEHOLDER)\b")
 KNOWN = typer.main.get_command(app).commands  # type: ignore[attr-defined]
@@ -35,7 +35,7 @@ def commands() -> list[list[str]]:
     return [match.group(1).split() for match in called if match]
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_every_link_and_picture_is_there(document: Path) -> None:
     missing = [
         name for name in pointers(document) if not (document.parent / name.split("#")[0]).exists()
@@ -45,15 +45,16 @@ def test_every_link_and_picture_is_there(document: Path) -> None:
 
 def block(page: str) -> str:
     """The first case, or part of one, that a page shows."""
-    found = re.search(r"```toml\n(.*?)```", (ROOT / "docs" / page).read_text(), flags=re.DOTALL)
+    text = (DOCS / page).read_text(encoding="utf-8")
+    found = re.search(r"```toml\n(.*?)```", text, flags=re.DOTALL)
     assert found
     return found.group(1)
 
 
 def test_nothing_is_off_with_the_first_case_and_its_numbers_are_those_of_check() -> None:
-    found = preview(parse_case(block("first-case.md")))
+    found = preview(parse_case(block("tutorials/first-case.md")))
     facts = {name: value for name, value, _ in found.facts}
-    page = (ROOT / "docs" / "first-case.md").read_text(encoding="utf-8")
+    page = (DOCS / "tutorials" / "first-case.md").read_text(encoding="utf-8")
     assert found.warnings == ()
     assert float(facts["sigma_c"].split()[0]) == pytest.approx(10e6, rel=1e-2)
     assert "here 4 mm" in page and facts["ell0"] == "0.00411 m"
@@ -79,7 +80,7 @@ ROCK = 'E = "60 GPa"\nnu = 0.2\nGc = "60 J/m^2"\nexpansion = "8e-6 1/K"\nkappa =
 
 
 def test_the_stress_of_the_page_on_forces_is_held() -> None:
-    text = block("forces.md").replace("[material]\n", f"[material]\n{ROCK}") + REST
+    text = block("how-to/forces.md").replace("[material]\n", f"[material]\n{ROCK}") + REST
     assert not [said for said in preview(parse_case(text)).warnings if "relaxes" in said]
 
 
@@ -87,7 +88,7 @@ def test_the_readme_has_links() -> None:
     assert len(pointers(README)) >= 5, f"only {pointers(README)}: does the test still see them?"
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_no_placeholder_is_left(document: Path) -> None:
     lines = document.read_text(encoding="utf-8").splitlines()
     left = [line for line in lines if PLACEHOLDER.search(line)]

@@ -176,7 +176,7 @@ def test_cracks_as_wide_as_the_fracture_they_end_in_are_told(tmp_path: Path) -> 
     assert beside("wide", 1.8e-3) == []  # the cube of 8/18 is 0.088
     (text,) = beside("narrow", 1.6e-3)
     assert "the side 'bottom' that they end in, 0.8 mm beside 1.6 mm at 10 d" in text
-    assert "docs/circulation.md" in text
+    assert "docs/how-to/circulation.md" in text
 
 
 def test_water_in_cracks_is_told_from_a_hundredth_of_the_injected_water(tmp_path: Path) -> None:

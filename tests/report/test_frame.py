@@ -14,9 +14,9 @@ from staffa.io.step_columns import DERIVED, fields_of
 from staffa.records.manifest import QuantityRecord
 from staffa.records.status import Status
 from staffa.records.step import Fluid, Heat, Step
-from support.paths import ROOT
+from support.paths import DOCS
 
-DOCS = ROOT / "docs" / "results.md"
+PAGE = DOCS / "reference" / "results.md"
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_every_number_and_text_of_a_step_has_a_column_that_the_documentation_lis
     run_folder: Path,
 ) -> None:
     columns = set(staffa.open_run(run_folder).to_frame())
-    section = DOCS.read_text(encoding="utf-8").split("## All steps as a frame")[1].split("\n## ")[0]
+    section = PAGE.read_text(encoding="utf-8").split("## All steps as a frame")[1].split("\n## ")[0]
     names = [field.name for field in fields_of()]
     assert len(set(names)) == len(names) and {*names, *DERIVED} <= columns
     assert [name for name in (*names, *DERIVED) if f"`{name}`" not in section] == []

@@ -1,6 +1,7 @@
 """Attacks: a stranger's folder, case, run directory; a person's files; a terminal that goes away.
 
-Each left a canary before what it attacks was fixed; docs/security.md says who may give what.
+Each left a canary before what it attacks was fixed; docs/reference/security.md says who may
+give what.
 """
 
 import json

@@ -23,10 +23,11 @@ from staffa.model.supports import SideSupport, no_displacement
 from staffa.runs.resume import resume
 from staffa.runs.run import run
 from support.bodies import Unbreakable, body, rock
+from support.paths import DOCS
 from support.restarting import small
 
 STRETCH, RESIDUAL = 0.01, 1 + 1e-6  # of the displacement; stiffness with its residual
-DOCS = Path(__file__).parents[2] / "docs"
+
 SHAPES = {"vertices": {"u": (3,)}, "cells": {"stress": (9,), "strain": (9,)}}
 
 
@@ -100,7 +101,7 @@ def test_every_field_has_its_shape_and_a_row_in_the_docs() -> None:
         values = {**at_vertices, **in_cells}[name]
         assert values.shape == (counts[field.at], *SHAPES[field.at].get(name, ())), name
     session.destroy()
-    page = (DOCS / "files.md").read_text()
+    page = (DOCS / "reference" / "files.md").read_text()
     rows = re.findall(r"^\| `(\w+)` \| (vertices|cells) \| ([^|]*) \|", page, re.MULTILINE)
     assert rows == [(f.name, f.at, f.unit) for f in FIELDS.values()]
 

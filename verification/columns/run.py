@@ -121,7 +121,7 @@ def columns() -> Found:
     there = {size: {d: found[d] for d in still} for size, found in patterns.items()}
     one = next(iter(kept.values()))
     ell0 = one["ell0"] * one["toughness_factor"]  # cracks cost what they cost on these cells
-    cells_ell0 = ell0 * (1 + one["nu"]) / 2  # if both lateral stresses go: docs/columns.md
+    cells_ell0 = ell0 * (1 + one["nu"]) / 2  # if both lateral stresses go: docs/how-to/columns.md
     draw_sizes(there, ell0, cells_ell0)
     pictures = "\n".join(f"![Columns](pictures/{name})" for name in DRAWN)
     wide = there["doubled"]  # fewer of its cells are at walls
@@ -313,7 +313,7 @@ def beside(both: dict[float, Pattern], ell0: float, cells_ell0: float) -> str:
     return (
         "The doubled blocks, beside parallel cracks (ell0 with the effective Gc of these "
         "cells). Two things bring columns closer than parallel cracks. They release both lateral "
-        "stresses, for which the right column is the bound (docs/columns.md). And alternate "
+        "stresses, for which the right column is the bound (docs/how-to/columns.md). And alternate "
         "minimization alone may pass the loss of stability at which every other crack should "
         "arrest, as alike cracks do (every other crack arrests, above). "
         f"Cells of the least depths are those of nucleation.\n\n{lines}"

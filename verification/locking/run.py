@@ -2,7 +2,7 @@
 
     python -m verification.locking.run
 
-prints the table of docs/how-to-choose-a-solver.md, of Lame's ring (`tests/support/rings.py`).
+prints the table of docs/how-to/choose-a-solver.md, of Lame's ring (`tests/support/rings.py`).
 """
 
 from staffa.physics.locking import too_stiff

@@ -136,6 +136,6 @@ def require_clean_audit(runs: Sequence[Run]) -> None:
             more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
             raise AuditError(
                 f"the run in {one.path} is finished, but its audit is violated: {found[0]}{more}; "
-                f"do not use its results before you know why (docs/results.md, What the audit "
-                f"checks)"
+                f"do not use its results before you know why (docs/reference/results.md, What the "
+                f"audit checks)"
             )

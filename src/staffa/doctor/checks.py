@@ -55,7 +55,7 @@ STAFFA = "from staffa.cli import main; main()"
 SMALL = ("domain.h=0.05", "time.t=[0.1,0.9]", "output.at=[]", "solver.guess=none")
 LITTLE = 1e9  # bytes; the fields and pictures of one run of the size of the slab take some 10 MB
 GET_ONE = "install one (apt install gcc, dnf install gcc), or name yours like CC=/usr/bin/gcc"
-FROM_WHERE = "install DOLFINx again, as docs/cluster.md says"
+FROM_WHERE = "install DOLFINx again, as docs/how-to/cluster.md says"
 
 
 def require_sound(sound: object, sentence: str) -> None:

@@ -1,6 +1,6 @@
 """Registry of the fields that can be written for ParaView; light, so that a case knows the names.
 
-A new field is one more `OutputField` here, and a row of the table in docs/files.md.
+A new field is one more `OutputField` here, and a row of the table in docs/reference/files.md.
 """
 
 from collections.abc import Callable, Iterable

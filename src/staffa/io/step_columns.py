@@ -103,7 +103,7 @@ def pandas_frame(rows: Sequence[Any], columns: Sequence[str]) -> "DataFrame":
 
 
 def rows_of(manifest: Manifest, steps: Sequence[Step]) -> list[dict[str, Any]]:
-    """Return a row for each step, as docs/results.md lists its columns.
+    """Return a row for each step, as docs/reference/results.md lists its columns.
 
     Parameters
     ----------

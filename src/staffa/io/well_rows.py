@@ -10,7 +10,7 @@ from staffa.records.step import Step
 
 
 class WellRow(NamedTuple):
-    """Well at the end of a step, as docs/circulation.md defines its numbers; NaN without one."""
+    """Well at the end of a step, by docs/how-to/circulation.md; a number is NaN without one."""
 
     step: int
     time: float

@@ -1,6 +1,6 @@
 """Statistics of the polygonal cells of one plane, or of several similar ones, with their errors.
 
-docs/columns.md has the formulas, and their values for known patterns.
+docs/how-to/columns.md has the formulas, and their values for known patterns.
 """
 
 from collections import Counter

@@ -165,7 +165,7 @@ def has_members(
         The object breaks one of these rules.
     """
     listed = ", ".join(f"{name}()" if name in methods else name for name in members)
-    way_out = f"give an object with {listed}; docs/extending.md has one"
+    way_out = f"give an object with {listed}; docs/how-to/extending.md has one"
     if isinstance(thing, type):
         name = thing.__name__
         raise InputError(f"{argument} = {name} is a class; give an object of it, like {name}()")

@@ -89,7 +89,7 @@ def crack_effect(run: Run) -> CrackEffect | None:
 
 
 def _kind(changes: CrackChanges) -> Effect:
-    """Return the kind of effect, by the rules of docs/circulation.md."""
+    """Return the kind of effect, by the rules of docs/how-to/circulation.md."""
     if changes.warmer and changes.colder:
         return Effect.CHANGING
     if changes.warmer:

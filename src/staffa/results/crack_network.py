@@ -80,8 +80,8 @@ def _outline(grid: VtkMesh) -> np.ndarray:
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     """Write `network/cracks-NNNN.vtp`, `.csv` for each step, and `network.csv`; return the paths.
 
-    docs/results.md describes their content. Files of an earlier version, whose openings this
-    version cannot find again, are kept.
+    docs/reference/results.md describes their content. Files of an earlier version, whose
+    openings this version cannot find again, are kept.
     """
     folder, written = run.path / FOLDER, []
     if without_openings(found) and (run.path / TABLE).exists():

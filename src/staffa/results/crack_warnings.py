@@ -68,7 +68,7 @@ def _beside(found: Sequence[Met], rule: CrackRule, shown: Shown) -> Iterator[str
                     f"'{side}' that they end in, {share} at {shown.time.text(one.time)}. In cells "
                     f"they are bands, and water of the fracture goes around in them, also where "
                     f"they lead nowhere: a change of the production by degrees may be this alone. "
-                    f"Cracks along the axes of the cells do not do it (docs/circulation.md)."
+                    f"Cracks along the axes of the cells do not do it (docs/how-to/circulation.md)."
                 )
                 return
 

@@ -213,7 +213,7 @@ def production_numbers_table(run: Run) -> Table:
         cells = [(one.text, one.text_without, one.change) for one in numbers]
     notes = (
         "Heat counts above that of the injected water. production.csv has the numbers of each "
-        "step and well, docs/circulation.md their formulas.",
+        "step and well, docs/how-to/circulation.md their formulas.",
     )
     return Table(
         title="Production",

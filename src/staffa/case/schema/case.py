@@ -168,13 +168,13 @@ class OutputKeys(CaseTable):
     fields: tuple[Annotated[str, one_of(FIELDS)], ...] = Field(
         default=DEFAULT,
         description=f"which fields are kept for ParaView: of {', '.join(FIELDS)}; "
-        f"{' and '.join(NEEDED)} always; see docs/files.md",
+        f"{' and '.join(NEEDED)} always; see docs/reference/files.md",
         examples=[["u", "alpha", "T", "stress", "energy_density"]],
     )
     checkpoint: CheckpointKeys = Field(
         default=CheckpointKeys(),
         description="when the run is saved for `staffa resume`: after this many steps, and after "
-        "a step at whose end this many minutes have gone; see docs/restarts.md",
+        "a step at whose end this many minutes have gone; see docs/how-to/restarts.md",
         examples=[{"steps": 10, "minutes": 30.0}],
     )
     probes: tuple[ProbeKeys, ...] = Field(

@@ -37,13 +37,13 @@ class DomainKeys(CaseTable):
     shape: ShapeKeys | None = Field(
         default=None,
         description="in place of size: a plate with hole, a wellbore, a disc, a cylinder, or "
-        "layers, with named faces and regions (docs/geometry.md; needs Gmsh)",
+        "layers, with named faces and regions (docs/how-to/geometry.md; needs Gmsh)",
         examples=[{"kind": "plate with hole", "size": [2.0, 2.0], "radius": 0.1}],
     )
     mesh: FilePath | None = Field(
         default=None,
         description="in place of size: a file of a mesh, .msh (Gmsh), .med, .unv, .inp, .vtu and "
-        "others (docs/geometry.md), as seen from the folder of this file",
+        "others (docs/how-to/geometry.md), as seen from the folder of this file",
         examples=["rock.msh"],
     )
     unit: Length | None = Field(
@@ -70,7 +70,7 @@ class DomainKeys(CaseTable):
         default=None,
         description="axis: a body of revolution, given by its section, x = r from the axis x = 0 "
         "outward and y = z along it; energies, areas and forces are then of the whole body, and "
-        "only cracks that run around the axis exist (docs/geometry.md)",
+        "only cracks that run around the axis exist (docs/how-to/geometry.md)",
         examples=["axis"],
     )
     hole: Length | None = Field(
@@ -84,13 +84,14 @@ class DomainKeys(CaseTable):
         "(quadrilaterals and hexahedra: the volume change in the middle of each cell alone). "
         "Default: linear, but quadratic or reduced where nu is 0.45 or more in plane strain, a "
         "body of revolution or 3-D, where linear ones are too stiff "
-        "(docs/how-to-choose-a-solver.md)",
+        "(docs/how-to/choose-a-solver.md)",
         examples=["linear"],
     )
     refine: Refine | None = Field(
         default=None,
         description="true, or a table of settings: the mesh begins coarse, and is refined down to "
-        "h where cracks are and before they come (triangles and tetrahedra; docs/refinement.md)",
+        "h where cracks are and before they come (triangles and tetrahedra; "
+        "docs/how-to/refinement.md)",
         examples=[{"coarsest": "8 h"}],
     )
     _file: Path | None = PrivateAttr(default=None)

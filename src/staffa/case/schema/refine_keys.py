@@ -31,7 +31,7 @@ Share = Annotated[PositiveNumber, Field(le=1)]
 
 
 class RefineKeys(CaseTable):
-    """Settings of a mesh that follows the cracks (docs/refinement.md)."""
+    """Settings of a mesh that follows the cracks (docs/how-to/refinement.md)."""
 
     coarsest: Edges | None = Field(
         default=None,

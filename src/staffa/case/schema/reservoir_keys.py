@@ -136,7 +136,7 @@ WELLS_EXAMPLE = [
 class ReservoirKeys(CaseTable):
     """Water that circulates between wells, for temperature.profile = "reservoir": a reservoir
     simulator computes temperature and pressure in cells of its grid, which the rock then
-    follows (docs/circulation.md). All numbers have units."""
+    follows (docs/how-to/circulation.md). All numbers have units."""
 
     simulator: Literal["darts", "single", "fields"] = Field(
         default="darts",
