@@ -10,7 +10,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from pydantic import BaseModel
 
-from staffa.case.reading.messages import _models_in
+from staffa.case.reading.messages import models_in
 from staffa.case.reading.read import parse_case
 from staffa.case.reading.ready_cases import ready_case, ready_case_names, text
 from staffa.case.schema.case import Case
@@ -52,7 +52,7 @@ def tables(model: type[BaseModel], seen: dict[str, type[BaseModel]]) -> dict[str
     if model.__name__ not in seen:
         seen[model.__name__] = model
         for field in model.model_fields.values():
-            for inner in _models_in(field.annotation):
+            for inner in models_in(field.annotation):
                 tables(inner, seen)
     return seen
 
