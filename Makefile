@@ -14,7 +14,7 @@ export PYTHONNOUSERSITE = 1
 # for a debugger, with which the largest form takes three times as long.
 FOR_TESTS = STAFFA_CFLAGS="-O1 -g0"
 SHARED_OUT = -n $(RANKS) --dist worksteal
-.PHONY: help demo demo3d check lint types quick test test-serial test-mpi docs coverage
+.PHONY: help demo demo3d check lint types quick test test-serial test-mpi docs linkcheck coverage
 .PHONY: bench verify format clean reservoir FORCE
 .NOTPARALLEL:
 
@@ -25,7 +25,8 @@ help:
 	@echo "make check   format, lint, measures of the code and types; no tests, which are in make test"
 	@echo "make quick   the fast tests alone"
 	@echo "make test    run every test, the fast ones too, but those of minutes, which make verify runs"
-	@echo "make docs    run the scripts of the docs, and check their links and words"
+	@echo "make docs    build the site of the documentation into build/docs, its notebooks executed"
+	@echo "make linkcheck  ask whether the outside links of the docs are there"
 	@echo "make coverage  the tests of one rank, with the lines that they leave out"
 	@echo "make bench   staffa beside a hand-written script, case by case; takes hours"
 	@echo "make verify  long verifications against references, into docs/verification.md; takes hours"
@@ -66,8 +67,14 @@ test-serial: $(READY)
 test-mpi: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/mpi -m "not long"
 
+# Notebooks are executed; a warning is an error.
 docs: $(READY)
-	$(FOR_TESTS) $(PYTHON_HERE) -m pytest tests/docs
+	$(FOR_TESTS) $(PYTHON_HERE) -m sphinx --builder html --fail-on-warning --keep-going --quiet docs build/docs
+	@echo "open build/docs/index.html in a browser"
+
+# Asks the servers of all outside links, so it is no part of any test.
+linkcheck: $(READY)
+	$(PYTHON_HERE) -m sphinx --builder linkcheck -D nb_execution_mode=off docs build/linkcheck
 
 # The floor is in pyproject.toml.
 coverage: $(READY)

@@ -1,5 +1,6 @@
 """Commands, their arguments and their output."""
 
+import json
 import os
 import sys
 import warnings
@@ -13,6 +14,7 @@ from rich.table import Table
 from staffa.case.check.preview import preview
 from staffa.case.reading import ready_cases
 from staffa.case.reading.read import read_case
+from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import wall_time_seconds
@@ -64,6 +66,12 @@ def new(
 ) -> None:
     """Write a ready case to the terminal, every key explained: staffa new slab > my.toml."""
     print(to_toml(ready_cases.ready_case(case), explained=True), end="")
+
+
+@app.command()
+def schema() -> None:
+    """Write the JSON schema of a case, for editors: staffa schema > case.schema.json."""
+    print(json.dumps(Case.model_json_schema(), indent=1, ensure_ascii=False))
 
 
 @app.command()

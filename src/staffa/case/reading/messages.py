@@ -174,7 +174,7 @@ def _field(keys: Sequence[int | str]) -> FieldInfo | None:
 
 
 def _names_in(table: str) -> set[str]:
-    models = _models_in(Case.model_fields[table].annotation)
+    models = models_in(Case.model_fields[table].annotation)
     return {name for model in models for name in model.model_fields}
 
 
@@ -184,7 +184,7 @@ def _models_at(keys: Sequence[int | str]) -> list[type[BaseModel]]:
     for key in keys:
         fields = [found for model in models if (found := _field_of(model, str(key)))]
         if fields:
-            models = [found for field in fields for found in _models_in(field.annotation)]
+            models = [found for field in fields for found in models_in(field.annotation)]
     return models
 
 
@@ -195,9 +195,9 @@ def _field_of(model: type[BaseModel], key: str) -> FieldInfo | None:
     return model.model_fields.get(key)
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     alias = get_origin(annotation)  # of a kind of values with parameters: these, and what it holds
     held = [alias.__value__] if isinstance(alias, TypeAliasType) else []
-    return [model for part in (*held, *get_args(annotation)) for model in _models_in(part)]
+    return [model for part in (*held, *get_args(annotation)) for model in models_in(part)]

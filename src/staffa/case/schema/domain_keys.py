@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, PrivateAttr
+from pydantic import Field, PrivateAttr
 
 from staffa.case.schema.field_types import CaseTable, FilePath, Length
+from staffa.case.schema.json_schema import Rule
 from staffa.case.schema.refine_keys import Refine, RefineKeys, multiple
 from staffa.case.schema.shape_keys import ShapeKeys
 from staffa.geometry import shapes
@@ -29,7 +30,7 @@ class DomainKeys(CaseTable):
     """The body: a rectangle or a box with its lower corner at the origin (size), a shape, or a mesh
     (mesh) whose names are its regions, faces and cracks."""
 
-    size: Annotated[tuple[Length, ...], AfterValidator(_two_or_three)] | None = Field(
+    size: Annotated[tuple[Length, ...], Rule(_two_or_three, minItems=2, maxItems=3)] | None = Field(
         default=None,
         description="extent along x, y (2-D) or x, y, z (3-D); the last is the height",
         examples=[[5.0, 1.0]],

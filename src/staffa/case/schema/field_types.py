@@ -6,7 +6,6 @@ from typing import Annotated, Any
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
@@ -15,18 +14,20 @@ from pydantic import (
     Strict,
     StringConstraints,
 )
-from pydantic.json_schema import GenerateJsonSchema
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
+from staffa.case.schema.json_schema import Rule, Schema
 from staffa.errors import InputError, did_you_mean
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.formula import LONGEST, formula, formula_variables
-from staffa.units import EXAMPLES, Quantity, parse, sensible
+from staffa.units import EXAMPLES, SI_UNITS, Quantity, parse, sensible
 
 LONGEST_NAME = 60
 LONGEST_LINE = 200
 LONGEST_PATH = 1000
+# A number and a unit, as the pattern of a JSON schema; `units.parse` says what else it must be.
+WITH_UNIT = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*[^\s\d.]"
 
 
 def _or_value_error(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -45,7 +46,7 @@ class _Read:
     """Reads a quantity as a user writes it; its JSON schema says how that is."""
 
     def __init__(self, read: Callable[[Any], Any], *dimensions: str) -> None:
-        self._read, self._examples = _or_value_error(read), [EXAMPLES[d] for d in dimensions]
+        self._read, self._dimensions = _or_value_error(read), dimensions
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -56,8 +57,13 @@ class _Read:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Return a number, or a text with a unit."""
-        return {"type": ["number", "string"], "examples": self._examples}
+        """Return a number, or a text with a unit; editors ignore keywords that begin with x-."""
+        return {
+            "type": ["number", "string"],
+            "pattern": WITH_UNIT,
+            "examples": [EXAMPLES[name] for name in self._dimensions],
+            "x-dimensions": {name: SI_UNITS[name] for name in self._dimensions},
+        }
 
 
 def _reads(dimension: str) -> _Read:
@@ -114,8 +120,8 @@ def is_line(text: str) -> str:
     return text
 
 
-POSITIVE = AfterValidator(_positive)
-NOT_NEGATIVE = AfterValidator(_not_negative)
+POSITIVE = Rule(_positive, exclusiveMinimum=0)
+NOT_NEGATIVE = Rule(_not_negative, minimum=0)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
 Length = Annotated[Position, POSITIVE]
 Stress = Annotated[InstanceOf[Quantity], _reads("stress")]
@@ -146,16 +152,16 @@ Instant = Annotated[InstanceOf[Quantity], _reads("time"), NOT_NEGATIVE]
 Number = Annotated[float, Strict(), AfterValidator(_or_value_error(sensible))]
 PositiveNumber = Annotated[Number, POSITIVE]
 Direction = tuple[Number, ...]
-Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
-Name = Annotated[str, AfterValidator(is_name)]
-FilePath = Annotated[str, AfterValidator(is_path)]
-Line = Annotated[str, AfterValidator(is_line)]
+Angle = Annotated[Number, _Read(_in_degrees, "rotation")]
+Name = Annotated[str, Rule(is_name, minLength=1, maxLength=LONGEST_NAME)]
+FilePath = Annotated[str, Rule(is_path, maxLength=LONGEST_PATH)]
+Line = Annotated[str, Rule(is_line, maxLength=LONGEST_LINE)]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
 
 
-def one_of(known: Iterable[str]) -> AfterValidator:
+def one_of(known: Iterable[str]) -> Rule:
     """Return the rule for one of the names of a registry, so that additions count at once."""
     names = tuple(known)
 
@@ -165,7 +171,7 @@ def one_of(known: Iterable[str]) -> AfterValidator:
             raise ValueError(f"it must be one of {listed}.{did_you_mean(value, names)}")
         return value
 
-    return AfterValidator(is_known)
+    return Rule(is_known, enum=list(names))
 
 
 def kind(value: Any) -> str:
@@ -176,19 +182,6 @@ def kind(value: Any) -> str:
     if isinstance(value, dict | BaseModel):
         return "a table"
     return "a list" if isinstance(value, list | tuple) else "a value"
-
-
-# How JSON schemas call bounds that Pydantic leaves by its own names.
-BOUNDS = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
-
-
-class Schema(GenerateJsonSchema):
-    """The JSON schema of a table, its bounds by their names there."""
-
-    def generate_inner(self, schema: Any) -> dict[str, Any]:
-        """See `GenerateJsonSchema`."""
-        found = super().generate_inner(schema)
-        return {BOUNDS.get(name, name): value for name, value in found.items()}
 
 
 class CaseTable(BaseModel):

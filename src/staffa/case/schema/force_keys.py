@@ -73,7 +73,9 @@ class Prestress(CaseTable):
 
 
 def _traction(axis: str) -> Any:
-    return Field(default=None, description=f"force per area along {axis}", examples=STRESS_EXAMPLES)
+    return Field(
+        default=None, description=f"force per area along {axis}", examples=IN_TIME_EXAMPLES
+    )
 
 
 class SideForce(CaseTable):

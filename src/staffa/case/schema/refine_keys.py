@@ -1,32 +1,33 @@
 """The table domain.refine: how the mesh follows the cracks, as keys."""
 
 import re
-from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from staffa.case.schema.field_types import CaseTable, Flag, PositiveNumber
+from staffa.case.schema.json_schema import Rule
 
 # Number of h or of ell, at most.
 MOST = 1_000_000
 
 
-def _in(unit: str) -> Callable[[str], str]:
-    """Return a function that takes a number of h or of ell, as text."""
+def _in(unit: str) -> Rule:
+    """Return the rule for a number of h or of ell, as text."""
+    pattern = rf"\d+(\.\d+)? {unit}"
 
     def read(text: str) -> str:
-        if not re.fullmatch(rf"\d+(\.\d+)? {unit}", text) or not 0 < multiple(text) <= MOST:
+        if not re.fullmatch(pattern, text) or not 0 < multiple(text) <= MOST:
             raise ValueError(
                 f'it must be a number of {unit} above 0 and up to {MOST:,}, like "4 {unit}"'
             )
         return text
 
-    return read
+    return Rule(read, pattern=f"^{pattern}$")
 
 
-Edges = Annotated[str, AfterValidator(_in("h"))]
-Bands = Annotated[str, AfterValidator(_in("ell"))]
+Edges = Annotated[str, _in("h")]
+Bands = Annotated[str, _in("ell")]
 Share = Annotated[PositiveNumber, Field(le=1)]
 
 

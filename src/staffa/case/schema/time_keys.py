@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
 from staffa.case.schema.field_types import (
     POSITIVE,
@@ -12,6 +12,7 @@ from staffa.case.schema.field_types import (
     PositiveNumber,
     kind,
 )
+from staffa.case.schema.json_schema import Rule
 
 
 def _two_ends(steps: int) -> int:
@@ -20,7 +21,7 @@ def _two_ends(steps: int) -> int:
     return steps
 
 
-Steps = Annotated[Integer, AfterValidator(_two_ends), Field(le=100_000)]
+Steps = Annotated[Integer, Rule(_two_ends, minimum=2), Field(le=100_000)]
 
 
 class UniformTau(CaseTable):

@@ -1,14 +1,12 @@
 """Tolerances as kinds of values: bounded, since beyond them a run would leave out the physics."""
 
-from collections.abc import Callable
 from typing import Annotated
 
-from pydantic import AfterValidator
-
 from staffa.case.schema.field_types import PositiveNumber
+from staffa.case.schema.json_schema import Rule
 
 
-def _between(least: float, most: float, why: str) -> AfterValidator:
+def _between(least: float, most: float, why: str) -> Rule:
     """Return a rule for a value from least to most, both included; why: the reason for most."""
 
     def bounded(value: float) -> float:
@@ -16,8 +14,7 @@ def _between(least: float, most: float, why: str) -> AfterValidator:
             raise ValueError(f"it must lie between {least:g} and {most:g}: with more, {why}")
         return value
 
-    checked: Callable[[float], float] = bounded
-    return AfterValidator(checked)
+    return Rule(bounded, minimum=least, maximum=most)
 
 
 # Below the least, round-off decides. Damage begins at a force of 1, in the unit of `residual`.
