@@ -82,6 +82,17 @@ class StudyPlan:
         pairs = zip(self.parameters, point.texts, strict=True)
         return tuple(f"{parameter.key}={text}" for parameter, text in pairs)
 
+    @property
+    def short(self) -> tuple[str, ...]:
+        """Names of the parameters: the ends of their keys, long enough to differ."""
+        keys = [parameter.key.split(".") for parameter in self.parameters]
+        longest = max((len(key) for key in keys), default=0)
+        for length in range(1, longest + 1):
+            ends = [".".join(key[-length:]) for key in keys]
+            if len(set(ends)) == len(keys):
+                break
+        return tuple(ends)
+
     def named(self, point: Point) -> str:
         """Return the parameters of a point in words: "material.Gc 40 J/m²"."""
         pairs = zip(self.parameters, point.values, strict=True)

@@ -14,6 +14,7 @@ from staffa.measure.averages import average
 from staffa.plot.style import BLACK, GENERATIONS, new_figure
 
 COLUMNS = 2
+FEWEST_APART = 6.5  # extent of an axis over the smallest distance of its ticks
 POINTS: Any = {"marker": ".", "linestyle": "none", "markersize": 4, "alpha": 0.45}
 MEANS: Any = {"marker": "o", "markersize": 4, "linewidth": 1.2, "capsize": 2.5, "elinewidth": 1.0}
 
@@ -69,6 +70,12 @@ class Abscissa:
         return list(dict.fromkeys(str(value) for value in self.values))
 
     @property
+    def has_few_places(self) -> bool:
+        """True if each value has room for a tick with its number."""
+        places = np.unique(self.places)
+        return bool(np.ptp(places) < FEWEST_APART * np.diff(places, append=np.inf).min())
+
+    @property
     def is_text(self) -> bool:
         """True if the values are no numbers."""
         return any(isinstance(value, str) for value in self.values)
@@ -95,11 +102,15 @@ def response_figure(abscissa: Abscissa, responses: Sequence[Response]) -> Figure
         if abscissa.is_text:
             axes.set_xticks(range(len(abscissa.texts)), abscissa.texts)
             axes.margins(x=0.2)
+        elif abscissa.has_few_places:
+            axes.set_xticks(np.unique(abscissa.places))
         else:
             axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.yaxis.get_major_formatter().set_useOffset(False)
     for axes in list(panels.flat)[len(responses) :]:
         axes.set_axis_off()
-    _legend(figure, abscissa)
+    several = any(len(values) > 1 for response in responses for values in response.values)
+    _legend(figure, abscissa, several)
     return figure
 
 
@@ -127,17 +138,21 @@ def _draw(
     bars.lines[0].set_label(name or "_")
 
 
-def _legend(figure: Figure, abscissa: Abscissa) -> None:
-    """Name curves, means and runs above all panels."""
+def _legend(figure: Figure, abscissa: Abscissa, several: bool) -> None:
+    """Name curves above all panels, and means and runs if points have several runs."""
     handles = [
         Line2D([], [], color=color, marker="o", markersize=4, label=name)
         for color, (name, _) in zip(GENERATIONS, abscissa.curves, strict=False)
         if name
     ]
-    mean = "mean of the runs of a point, its standard error"
-    handles += [
-        Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle="none", label=mean),
-        Line2D([], [], color=BLACK, label="each run", **POINTS),
-    ]
-    title = abscissa.others if len(abscissa.curves) > 1 else None
-    figure.legend(handles=handles, loc="outside upper left", ncols=3, title=title, alignment="left")
+    if several:
+        mean: Any = {"marker": "o", "markersize": 4, "linestyle": "none"}
+        handles += [
+            Line2D([], [], color=BLACK, label="mean, standard error", **mean),
+            Line2D([], [], color=BLACK, label="each run", **POINTS),
+        ]
+    if handles:
+        title = abscissa.others if len(abscissa.curves) > 1 else None
+        figure.legend(
+            handles=handles, loc="outside upper left", ncols=5, title=title, alignment="left"
+        )

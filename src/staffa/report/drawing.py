@@ -274,7 +274,7 @@ def _study_figures(study: Study) -> tuple[dict[str, Callable[[], Figure]], list[
         if drawn := [response for response in found if over.spans(response)]:
             figures[f"response-{k + 1}"] = partial(response_figure, over, drawn)
     if produced := productions(study):
-        names = ", ".join(one.key for one in study.plan.parameters)
+        names = ", ".join(one.shown.header(one.key) for one in study.plan.parameters)
         figures[STUDY_PRODUCTION] = partial(
             study_production_figure, study.first.manifest, names, produced
         )

@@ -24,15 +24,16 @@ MOST_PANELS = 16
 
 
 def responses(study: Study) -> list[Response]:
-    """Return the results that can be drawn over a parameter: those that two points have."""
+    """Return the results that can be drawn over a parameter: those that are not zero throughout."""
     points = [point for point, _ in study.started]
     found = []
     for group in groups(study):
         by_point = [group.of_point(point) for point in points]
         for k, column in enumerate(group.columns):
             values = [[column.unit.of(value) for value in of[k]] for of in by_point]
-            if column.name.rstrip("0123456789") in NOT_DRAWN or sum(map(bool, values)) < 2:
-                continue
+            known = [value for one in values for value in one]
+            if column.name.rstrip("0123456789") in NOT_DRAWN or not any(known):
+                continue  # zeros alone are no response
             label = LABELS.get(column.name) or column.label or _arrest(column.name)
             has_unit = study.first.manifest.scaled and not label.startswith("cracks")
             label = column.unit.label(label) if has_unit else column.unit.header(label)
@@ -80,5 +81,7 @@ def productions(study: Study) -> Sequence[PointProduction]:
     for point, ensemble in study.started:
         pairs = zip(study.plan.parameters, point.values, strict=True)
         words = ", ".join(f"{number(value)}{one.shown.behind}" for one, value in pairs)
-        found.append(point_production(words, list(ensemble.finished.values())))
+        value = point.values[0]
+        place = value if isinstance(value, float) else float(point.number)
+        found.append(point_production(words, place, list(ensemble.finished.values())))
     return [one for one in found if one is not None]

@@ -1,7 +1,7 @@
 """Numbers of a study: those of each run, and means and errors of each point."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from staffa.display_units import NONE
 from staffa.io.run_directory import Run
@@ -146,14 +146,32 @@ def study_sheets(study: Study) -> tuple[Table, ...]:
             title=group.title,
             columns=(
                 Column(name="point"),
-                *_parameter_columns(study),
+                *(
+                    Column(name=short, unit=one.shown)
+                    for short, one in zip(study.plan.short, study.plan.parameters, strict=True)
+                ),
                 Column(name="runs"),
                 *(Column(name=column.heading) for column in group.columns),
             ),
             rows=tuple(_row(group, point, len(runs.finished)) for point, runs in study.started),
             notes=(*_notes(study, group), NOTE),
         )
-        for group in groups(study)
+        for group in map(_known, groups(study))
+        if group.columns
+    )
+
+
+def _known(group: Group) -> Group:
+    """Return a group without the columns of which no run has a number."""
+    kept = [
+        k
+        for k in range(len(group.columns))
+        if any(row[k] is not None for row in group.rows.values())
+    ]
+    return replace(
+        group,
+        columns=tuple(group.columns[k] for k in kept),
+        rows={key: tuple(row[k] for k in kept) for key, row in group.rows.items()},
     )
 
 
@@ -176,7 +194,7 @@ def _notes(study: Study, group: Group) -> tuple[str, ...]:
         return (*arrest_definitions(manifest), tip(manifest))
     if group.title == "The last step":
         return end_definitions(manifest, [column.name for column in group.columns])
-    return MEMBERS[1:] if group.title == "Production" else ()
+    return MEMBERS[1:] if any("change" in column.name for column in group.columns) else ()
 
 
 def study_facts(study: Study) -> Iterator[Fact]:
