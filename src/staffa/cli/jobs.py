@@ -14,6 +14,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn
 
 from staffa.backend.child_process import last_words
 from staffa.backend.isolation import isolated_python
+from staffa.case.check.preview import preview
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import AuditError, InputError, StoppedError
@@ -146,6 +147,8 @@ class SideBySide:
         begins = "begins" if member.finished is None else "goes on"
         said = f": {member.said}" if member.said else ""
         self._say(f"{self._name(member)} {begins}{said}, in {member.place}")
+        for sentence in preview(member.case).warnings if member.warns else ():
+            self._say(f"  warning: {sentence}")
 
     def _end(self, job: Job) -> None:
         """Note how a member ended."""
