@@ -35,7 +35,7 @@ help:
 
 demo: $(READY)
 	rm -rf runs/demo
-	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa run src/staffa/case/ready/slab.toml --out runs/demo
+	.venv/bin/mpiexec -n $(RANKS) .venv/bin/staffa demo
 
 demo3d: $(READY)
 	rm -rf runs/demo3d

@@ -207,9 +207,24 @@ def unit_of(quantity: Quantity, dimension: str) -> Unit | None:
     unit = _registry().Quantity(f"1 {written[2].strip()}").units
     if not unit.is_compatible_with(SI_UNITS[dimension]):
         return None
-    name = f"{unit:~P}".replace("\u03bc", "\u00b5")  # the micro sign, as everywhere here
+    name = _shown(unit)
     zero, one = (
         float(_registry().Quantity(count, unit).to(SI_UNITS[dimension]).magnitude)
         for count in (0.0, 1.0)
     )
     return Unit(name=name, size=one - zero, zero=zero)
+
+
+def unit_name(text: str) -> str:
+    """Return the name of a unit as results show it: "J/m²" of "J/m^2".
+
+    Raises
+    ------
+    InputError
+        It is no unit.
+    """
+    return _shown(_unit(text, "write it like mm or J/m^2").units)
+
+
+def _shown(unit: pint.Unit) -> str:
+    return f"{unit:~P}".replace("\u03bc", "\u00b5")  # the micro sign, as everywhere here

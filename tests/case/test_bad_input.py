@@ -1224,6 +1224,7 @@ def staffa(folder: Path, *arguments: str, ranks: int = 0) -> subprocess.Complete
 
 
 VARIED = ("--set", "toughness.amplitude=0.1")
+OVER_H = ("--over", "domain.h=0.1,0.05")
 COMMANDS = [
     (("check", "none.toml"), "no file none.toml"),
     (("check", "my.toml", "--set", "material.nu=0.7"), "material.nu = 0.7"),
@@ -1242,6 +1243,23 @@ COMMANDS = [
     (("ensemble", "my.toml", "--seeds", "2", "--first", f"{2**32 - 1}", *VARIED), "4294967296"),
     (("ensemble", "my.toml", "--seeds", "2", "--out", "done", *VARIED), "done holds a run already"),
     (("ensemble", "my.toml", "--seeds", "2", "--out", "my.toml", *VARIED), "my.toml is a file"),
+    (("ensemble", "my.toml", "--seeds", "2", "--jobs", "0", *VARIED), "--jobs 0: "),
+    (("ensemble", "my.toml", "--seeds", "2", "--member", "3", *VARIED), "--member 3: "),
+    (("study", "my.toml"), "--over material.Gc="),
+    (("study", "my.toml", *OVER_H[:1], "domain.h=0.1,2.0"), "domain.h = 2.0"),
+    (("study", "my.toml", *OVER_H[:1], "domain.hh=0.1,0.2"), "Did you mean 'h'?"),
+    (("study", "my.toml", *OVER_H[:1], "temperature={},3"), "temperature"),
+    (("study", "my.toml", *OVER_H, "--seeds", "2"), "toughness.amplitude = 0"),
+    (("study", "my.toml", *OVER_H, "--seeds", "0"), "--seeds 0: "),
+    (("study", "my.toml", *OVER_H, "--seeds", "600", *VARIED), "1,200 runs"),
+    (("study", "my.toml", *OVER_H, "--first", "-1"), "--first -1: "),
+    (("study", "my.toml", *OVER_H, "--samples", "3"), "--samples draws from ranges"),
+    (("study", "my.toml", *OVER_H, "--member", "3"), "--member 3: this command has 2 members"),
+    (("study", "my.toml", *OVER_H, "--jobs", "2", "--member", "1"), "--jobs and --member"),
+    (("study", "my.toml", *OVER_H, "--slurm", "my.toml"), "--slurm my.toml is there already"),
+    (("study", "my.toml", *OVER_H, "--slurm", "none/job.sh"), "there is no folder none"),
+    (("study", "my.toml", *OVER_H, "--out", "done"), "done holds a run already"),
+    (("study", "none.toml", *OVER_H), "no file none.toml"),
 ]
 
 

@@ -15,6 +15,8 @@ from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.quantity_text import is_scaled, quantities
 from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.toml_text import OPTIONAL, to_toml
+from staffa.errors import InputError
+from support.circulation_cases import wall
 
 SCALED = """
 [domain]
@@ -263,6 +265,29 @@ def test_of_two_settings_of_a_key_the_last_counts():
 
 def test_a_setting_may_have_a_unit():
     assert parse_case(IN_UNITS, ["domain.h=0.5 mm"]).domain.h == 0.5e-3
+
+
+def test_a_setting_reaches_an_entry_of_a_list_by_its_name_or_number():
+    case = wall("reservoir.wells.in.T=80 °C", "reservoir.fractures.1.opening=0.3 mm")
+    found = (case.reservoir.wells[0].T, case.reservoir.fractures[0].opening)
+    assert found == pytest.approx((353.15, 0.3e-3))
+    assert wall("domain.size.2=8 m").domain.size == (12.0, 8.0)
+    assert case.reservoir.wells[1] == wall().reservoir.wells[1]
+
+
+@pytest.mark.parametrize(
+    ("setting", "part"),
+    [
+        ("reservoir.wells.inn.T=80 °C", "no entry of this list is 'inn'; it has in, out."),
+        ("reservoir.fractures.2.opening=1 mm", "is '2'; count from 1 to 1"),
+        ("reservoir.wells.0.T=1", "no entry of this list is '0'"),
+        ("domain.size.3=3 m", "no entry of this list is '3'; count from 1 to 2"),
+    ],
+)
+def test_an_entry_that_is_not_there_is_refused(setting, part):
+    with pytest.raises(InputError) as caught:
+        wall(setting)
+    assert part in str(caught.value)
 
 
 def test_the_same_body_in_units_and_scaled_is_the_same():

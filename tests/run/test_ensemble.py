@@ -394,7 +394,7 @@ def test_a_member_that_fails_loses_none_of_the_others(
 ) -> None:
     """The second of three runs out of sweeps."""
     from staffa.case.reading.read import read_case
-    from staffa.cli.members import run_members_and_follow
+    from staffa.cli.members import Way, run_members_and_follow
     from staffa.records.step import Stop
     from staffa.runs import run as experiment
 
@@ -410,7 +410,11 @@ def test_a_member_that_fails_loses_none_of_the_others(
     monkeypatch.setattr(experiment, "march_session", tiring)
     with pytest.raises(SolveError) as caught:
         run_members_and_follow(
-            lambda: read_case(real / "small.toml"), tmp_path / "e", count=3, first=None, quiet=True
+            lambda: read_case(real / "small.toml"),
+            tmp_path / "e",
+            count=3,
+            first=None,
+            way=Way(quiet=True),
         )
     said = str(caught.value)
     assert "1 of 3 members failed (seed 4)" in said and "try shorter time steps" in said
@@ -431,7 +435,7 @@ def test_a_seed_whose_rock_cannot_be_stops_none_of_the_others(tmp_path: Path, mo
         problem(case, comm=MPI.COMM_SELF)
         ran.append(case.toughness.seed)
 
-    monkeypatch.setattr("staffa.runs.ensemble.run", run_member)
+    monkeypatch.setattr("staffa.runs.member_runs.run", run_member)
     failures = run_ensemble(case, range(5, 8), tmp_path)
     assert failures and ran and sorted([*failures, *ran]) == [5, 6, 7]
     assert all("in the middle of every cell" in said for said in failures.values())

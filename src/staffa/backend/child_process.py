@@ -61,11 +61,11 @@ def output_of(
     if child.returncode < 0:
         raise StaffaError(f"{name} was ended by {signal.Signals(-child.returncode).name}")
     if child.returncode:
-        raise StaffaError(_last_words(said) or _last_words("".join(lines)) or f"{name} failed")
+        raise StaffaError(last_words(said) or last_words("".join(lines)) or f"{name} failed")
     return "".join(lines)
 
 
-def _last_words(text: str) -> str:
+def last_words(text: str) -> str:
     """Return the line that tells most: the last that names an error, or the last of all."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     telling = [line for line in lines if "rror:" in line or line.startswith("staffa:")]

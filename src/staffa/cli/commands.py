@@ -16,11 +16,14 @@ from staffa.case.reading import ready_cases
 from staffa.case.reading.read import read_case
 from staffa.case.schema.case import Case
 from staffa.case.schema.toml_text import to_toml
+from staffa.cli.many_runs import RANK, many_runs
+from staffa.cli.options import CaseFile, Folder, Outside, Quiet, RunFolder, Settings, WallTime
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import open_run
+from staffa.io.study_directory import is_study, read_study
 
 app = typer.Typer(
     add_completion=False,
@@ -29,26 +32,7 @@ app = typer.Typer(
     help="Predicts how cooling cracks rock.",
     epilog=EXIT_CODES,
 )
-CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_default=False)]
-Settings = Annotated[
-    list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
-]
-Outside = Annotated[
-    bool, typer.Option("--outside", help="the case may name files outside its folder")
-]
-Folder = Annotated[
-    Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
-]
-RunFolder = Annotated[
-    Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
-]
-WallTime = Annotated[
-    str | None,
-    typer.Option(
-        "--wall-time", help='stop and save before this time is over, like "12 h"; exit code 3'
-    ),
-]
-Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no pictures")]
+app.add_typer(many_runs)
 
 
 @app.command()
@@ -117,6 +101,19 @@ def run_command(
     )
 
 
+@app.command(epilog=EXIT_CODES)
+def demo(
+    directory: Annotated[Path, typer.Option("--out", help="run directory")] = Path("runs/demo"),
+    wall_time: WallTime = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run the demonstration, the ready case slab: a table and pictures in minutes."""
+    limit = wall_time_seconds(wall_time)
+    from staffa.cli.live import run_and_follow  # loads the finite-element stack
+
+    run_and_follow(lambda: ready_cases.ready_case("slab"), directory, quiet=quiet, wall_time=limit)
+
+
 @app.command("resume", epilog=EXIT_CODES)
 def resume_command(
     directory: Annotated[Path, typer.Argument(help="directory of a run", show_default=False)],
@@ -129,55 +126,25 @@ def resume_command(
 ) -> None:
     """Continue a run that was stopped or killed, also under mpiexec -n N."""
     limit = wall_time_seconds(wall_time)
-    if is_ensemble(directory):
+    of = "study" if is_study(directory) else "ensemble" if is_ensemble(directory) else None
+    if of is not None:
         raise InputError(
-            f"{directory} is an ensemble; give its `staffa ensemble` command again with --out "
-            f"{directory}: members that are finished are taken, and others go on"
+            f"{directory} is {'a' if of == 'study' else 'an'} {of}; give its `staffa {of}` command "
+            f"again with --out {directory}: members that are finished are taken, and others go on"
         )
     from staffa.cli.live import resume_and_follow  # loads the finite-element stack
 
     resume_and_follow(directory, settings=settings or [], quiet=quiet, wall_time=limit)
 
 
-@app.command(epilog=EXIT_CODES)
-def ensemble(
-    case_file: CaseFile,
-    seeds: Annotated[
-        int, typer.Option("--seeds", help="how many members, 2 or more", show_default=False)
-    ],
-    first: Annotated[
-        int | None, typer.Option("--first", help="the first seed; default the case's own")
-    ] = None,
-    directory: Annotated[
-        Path | None,
-        typer.Option("--out", help="its directory; default runs/<case file's name>-ensemble"),
-    ] = None,
-    settings: Settings = None,
-    outside: Outside = False,
-    wall_time: WallTime = None,
-    quiet: Quiet = False,
-) -> None:
-    """Run a case with several seeds, for means and errors; finished members are kept."""
-    limit = wall_time_seconds(wall_time)
-    from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
-
-    where = directory or Path("runs") / f"{case_file.stem}-ensemble"
-    run_members_and_follow(
-        lambda: read_case(case_file, settings or [], outside=outside),
-        where,
-        count=seeds,
-        first=first,
-        quiet=quiet,
-        wall_time=limit,
-    )
-
-
 @app.command()
 def show(directory: Folder) -> None:
-    """Show the summary of a run or an ensemble, also of one that is not finished."""
-    from staffa.cli.results import print_ensemble, print_summary
+    """Show the summary of a run, an ensemble or a study, also of one that is not finished."""
+    from staffa.cli.results import print_ensemble, print_study, print_summary
 
-    if is_ensemble(directory):
+    if is_study(directory):
+        print_study(read_study(directory))
+    elif is_ensemble(directory):
         print_ensemble(read_ensemble(directory))
     else:
         print_summary(open_run(directory))
@@ -195,16 +162,23 @@ def report(
         ),
     ] = None,
 ) -> None:
-    """Draw the pictures and the page of a run or an ensemble again."""
-    from staffa.cli.results import print_ensemble_pictures, print_pictures  # loads Matplotlib
+    """Draw the pictures and the page of a run, an ensemble or a study again."""
+    from staffa.cli.results import (  # loads Matplotlib
+        print_ensemble_pictures,
+        print_pictures,
+        print_study_pictures,
+    )
 
-    if not is_ensemble(directory):
+    many = is_study(directory) or is_ensemble(directory)
+    if not many:
         print_pictures(open_run(directory), movie=movie)
     elif movie:
         raise InputError(
-            f"--movie shows the cracks of one run, and {directory} is an ensemble: give the "
+            f"--movie shows the cracks of one run, and {directory} has several: give the "
             f"directory of one of its members"
         )
+    elif is_study(directory):
+        print_study_pictures(read_study(directory))
     else:
         print_ensemble_pictures(read_ensemble(directory))
 
@@ -274,10 +248,6 @@ def _warn(message: Warning | str, category: type[Warning], *place: Any, **more: 
     """Show a warning of staffa as one sentence, and none of a library."""
     if issubclass(category, StaffaWarning) and sys.stderr is not None:
         print(f"staffa: {printable(str(message))}", file=sys.stderr)
-
-
-# Variables in which launchers give a process its rank: MPICH and Intel MPI, Open MPI, PMIx.
-RANK = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PMIX_RANK")
 
 
 def _is_first() -> bool:

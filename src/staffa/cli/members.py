@@ -1,7 +1,9 @@
-"""Run of an ensemble with its progress: its members one after another, then means and errors."""
+"""Runs of an ensemble or a study with their progress, then means and errors."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from staffa.backend.stack import MPI
@@ -9,26 +11,58 @@ from staffa.backend.stack import MPI
 from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
+from staffa.cli.jobs import SideBySide, member_name
 from staffa.cli.live import Follower, ending_all_ranks
-from staffa.cli.results import print_ensemble, print_ensemble_pictures, require_clean_audit
+from staffa.cli.results import (
+    print_ensemble,
+    print_ensemble_pictures,
+    print_study,
+    print_study_pictures,
+    require_clean_audit,
+)
+from staffa.cli.slurm_script import write_slurm_script
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
-from staffa.errors import SolveError
-from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
-from staffa.results.csv_files import write_pooled
+from staffa.errors import InputError, SolveError
+from staffa.io.ensemble_directory import is_ensemble, read_ensemble
+from staffa.io.run_directory import Run, open_run
+from staffa.io.study_directory import Parameter, Point, has_started, read_study, write_plan
+from staffa.results.csv_files import write_pooled, write_study
 from staffa.results.ensemble_means import write_results
-from staffa.runs.ensemble import run_ensemble, seeds_from
+from staffa.runs.ensemble import ensemble_members, seeds_from
+from staffa.runs.member_runs import Member, run_member, run_members
 from staffa.runs.run import Watcher
+from staffa.runs.study import planned_study
+
+MOST_TOLD = 5  # failed members that are named
+Follow = Callable[[Member], AbstractContextManager[Watcher]]
+Taken = Callable[[Member], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """Choice of how the members of a command run.
+
+    Attributes
+    ----------
+    quiet : True to print errors only.
+    wall_time : longest time of all (s); None for any.
+    jobs : number of processes side by side; 1 for this process and its ranks.
+    member : number of the one member that runs; None for all.
+    words : arguments of the command, without those of one member, for other processes.
+    script : where a script for Slurm is written, in place of any run; None to run.
+    """
+
+    quiet: bool = False
+    wall_time: float | None = None
+    jobs: int = 1
+    member: int | None = None
+    words: Sequence[str] = ()
+    script: Path | None = None
 
 
 def run_members_and_follow(
-    read: Callable[[], Case],
-    directory: Path,
-    *,
-    count: int,
-    first: int | None,
-    quiet: bool,
-    wall_time: float | None = None,
+    read: Callable[[], Case], directory: Path, *, count: int, first: int | None, way: Way
 ) -> None:
     """Read the case on rank 0, run each member on all ranks, and print on rank 0. Collective.
 
@@ -38,8 +72,7 @@ def run_members_and_follow(
     directory : directory of the ensemble.
     count : number of members.
     first : first seed; None for the case's own.
-    quiet : True to print errors only.
-    wall_time : longest time of all (s); None for any.
+    way : choice of how they run.
 
     Raises
     ------
@@ -48,52 +81,171 @@ def run_members_and_follow(
     AuditError
         All are finished, but the audit of one is violated.
     """
+
+    def planned() -> tuple[Member, ...]:
+        case = read()
+        return ensemble_members(case, seeds_from(case, count=count, first=first), directory)
+
+    def leave() -> None:
+        if not is_ensemble(directory):
+            return  # every member failed before it began
+        found = read_ensemble(directory)
+        write_results(found)
+        write_pooled(found)
+        if not way.quiet:
+            print_ensemble(found)
+            print_ensemble_pictures(found)
+
+    _run(planned, leave, lambda: [*read_ensemble(directory).finished.values()], directory, way)
+
+
+def run_study_and_follow(
+    read: Callable[[Sequence[str]], Case],
+    directory: Path,
+    *,
+    over: Callable[[], tuple[tuple[Parameter, ...], tuple[Point, ...]]],
+    count: int,
+    first: int | None,
+    way: Way,
+) -> None:
+    """Read the cases on rank 0, run each member of a study, and print on rank 0. Collective.
+
+    Parameters
+    ----------
+    read : function of settings that returns the case with them.
+    directory : directory of the study.
+    over : returns the parameters and the points.
+    count : number of seeds of each point.
+    first : first seed; None for that of the case.
+    way : choice of how the members run.
+
+    Raises
+    ------
+    SolveError, AuditError
+        See `run_members_and_follow`.
+    """
+
+    def planned() -> tuple[Member, ...]:
+        parameters, points = over()
+        plan, members = planned_study(read, parameters, points, directory, count=count, first=first)
+        _require_member(members, way)
+        write_plan(directory, plan)
+        return members
+
+    def leave() -> None:
+        if not has_started(directory):
+            return
+        found = read_study(directory)
+        write_study(found)
+        if not way.quiet:
+            print_study(found)
+            print_study_pictures(found)
+
+    _run(planned, leave, lambda: read_study(directory).finished, directory, way)
+
+
+def _run(
+    planned: Callable[[], tuple[Member, ...]],
+    leave: Callable[[], None],
+    finished: Callable[[], list[Run]],
+    directory: Path,
+    way: Way,
+) -> None:
+    """Run the members, leave the results, and tell of those that failed. Collective.
+
+    Parameters
+    ----------
+    planned : returns the members; called on rank 0.
+    leave : writes and prints the results; called on rank 0.
+    finished : returns the finished runs; called on rank 0.
+    directory : directory of all of them.
+    way : choice of how they run.
+    """
     comm = MPI.COMM_WORLD
-    stopping = Stopping(wall_time)
+    stopping = Stopping(way.wall_time)
     with ending_all_ranks(comm, directory), stopping.heeded(comm.size):
-        case = on_root(comm, read)
-        seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
-        warnings = on_root(comm, lambda: preview(case).warnings)
-
-        def name(seed: int) -> str:
-            return f"seed {seed} (member {seeds.index(seed) + 1} of {count})"
-
-        @contextmanager
-        def follow(seed: int) -> Iterator[Watcher]:
-            follower = Follower(
-                directory=member_path(directory, seed),
-                speaks=comm.rank == 0,
-                quiet=quiet,
-                name=name(seed),
-                warnings=warnings if seed == seeds[0] else (),
-            )
-            with follower.progress:
-                yield follower.watcher(stopping.reason)
-
-        def taken(seed: int) -> None:
-            if comm.rank == 0 and not quiet:
-                out.print(f"{name(seed)} is finished already", markup=False, soft_wrap=True)
-
-        failures = run_ensemble(case, seeds, directory, comm=comm, follow=follow, taken=taken)
-        on_root(comm, lambda: _leave_results(directory, quiet=quiet))
+        members = on_root(comm, planned)
+        _require_member(members, way)
+        if way.script is not None:
+            on_root(comm, partial(_write_script, way, members, directory))
+            return
+        follow = partial(_followed, comm, members, way.quiet, stopping)
+        taken = partial(_say_taken, comm, members, way.quiet)
+        if way.member is not None:
+            _run_alone(comm, members[way.member - 1], follow, taken)
+            return
+        if way.jobs > 1:
+            failures = SideBySide(
+                members=members, words=way.words, jobs=way.jobs, stopping=stopping, quiet=way.quiet
+            ).run()
+        else:
+            failures = run_members(members, comm=comm, follow=follow, taken=taken)
+        on_root(comm, leave)
         if failures:
-            raise SolveError(_told(failures, count))
-        on_root(comm, lambda: require_clean_audit(list(read_ensemble(directory).finished.values())))
+            raise SolveError(_told(failures, len(members)))
+        on_root(comm, lambda: require_clean_audit(finished()))
 
 
-def _leave_results(directory: Path, *, quiet: bool) -> None:
-    if not is_ensemble(directory):
-        return  # every member failed before it began
-    ensemble = read_ensemble(directory)
-    write_results(ensemble)
-    write_pooled(ensemble)
-    if not quiet:
-        print_ensemble(ensemble)
-        print_ensemble_pictures(ensemble)
+def _require_member(members: Sequence[Member], way: Way) -> None:
+    if way.member is not None and not 1 <= way.member <= len(members):
+        raise InputError(
+            f"--member {way.member}: this command has {len(members)} members; give a number from 1 "
+            f"to {len(members)}"
+        )
 
 
-def _told(failures: dict[int, str], count: int) -> str:
-    seeds = ", ".join(str(seed) for seed in failures)
+def _write_script(way: Way, members: Sequence[Member], directory: Path) -> None:
+    assert way.script is not None
+    write_slurm_script(way.script, way.words, len(members), directory, way.wall_time)
+    if not way.quiet:
+        out.print(
+            f"{way.script} is an array of {len(members)} jobs: sbatch {way.script}; once they are "
+            f"over, staffa report {directory}",
+            markup=False,
+            soft_wrap=True,
+        )
+
+
+def _run_alone(comm: MPI.Comm, member: Member, follow: Follow, taken: Taken) -> None:
+    """Run one member, with the exit code of its run. Collective."""
+    if member.finished:
+        taken(member)
+    else:
+        with follow(member) as watcher:
+            run_member(member, comm=comm, watcher=watcher)
+    on_root(comm, lambda: require_clean_audit([open_run(member.place)]))
+
+
+@contextmanager
+def _followed(
+    comm: MPI.Comm, members: Sequence[Member], quiet: bool, stopping: Stopping, member: Member
+) -> Iterator[Watcher]:
+    """Yield a watcher that prints and logs the run of a member. Collective."""
+    warnings = on_root(comm, lambda: preview(member.case).warnings) if member.warns else ()
+    follower = Follower(
+        directory=member.place,
+        speaks=comm.rank == 0,
+        quiet=quiet,
+        name=", ".join(filter(None, (member_name(member, len(members)), member.said))),
+        warnings=warnings,
+    )
+    with follower.progress:
+        yield follower.watcher(stopping.reason)
+
+
+def _say_taken(comm: MPI.Comm, members: Sequence[Member], quiet: bool, member: Member) -> None:
+    if comm.rank == 0 and not quiet:
+        name = member_name(member, len(members))
+        out.print(f"{name} is finished already", markup=False, soft_wrap=True)
+
+
+def _told(failures: dict[Member, str], count: int) -> str:
+    """Return the message on the members that failed."""
+    labels = [member.label for member in failures]
+    seeds = all(label.startswith("seed ") for label in labels)
+    names = labels[:1] + [label.removeprefix("seed ") if seeds else label for label in labels[1:]]
+    more = f" and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else ""
+    told = (", " if seeds else "; ").join(names[:MOST_TOLD]) + more
     first, error = next(iter(failures.items()))
-    which = "" if len(failures) == 1 else f", seed {first} because"
-    return f"{len(failures)} of {count} members failed (seed {seeds}){which}: {error}"
+    which = "" if len(failures) == 1 else f", {first.label} because"
+    return f"{len(failures)} of {count} members failed ({told}){which}: {error}"

@@ -16,12 +16,14 @@ from staffa.compare.side_by_side import common_times, results
 from staffa.errors import AuditError, printable
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.run_directory import Run
-from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair
+from staffa.io.study_directory import Study
+from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair, draw_study
 from staffa.results import slab_table
 from staffa.results.columns import columns
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
+from staffa.results.study_table import study_facts, study_sheets, study_title
 from staffa.results.summary import Fact, summary, title, violations
 from staffa.results.tables import Table
 
@@ -47,6 +49,15 @@ def print_ensemble(ensemble: Ensemble) -> None:
     together = columns(list(ensemble.finished.values()))
     if together is not None:
         _print_table(together)
+    _print_notes(dict.fromkeys(note for sheet in found for note in sheet.notes))
+
+
+def print_study(study: Study) -> None:
+    """Print facts of a study, and means and errors of each point."""
+    _print_facts(study_title(study), study_facts(study))
+    found = study_sheets(study)
+    for sheet in found:
+        _print_table(replace(sheet, notes=()), titled=True)
     _print_notes(dict.fromkeys(note for sheet in found for note in sheet.notes))
 
 
@@ -77,6 +88,11 @@ def print_pictures(run: Run, *, movie: bool | None = None) -> None:
 def print_ensemble_pictures(ensemble: Ensemble) -> None:
     """Draw the pictures and the page of an ensemble, and print their paths."""
     _print_drawn(draw_ensemble(ensemble))
+
+
+def print_study_pictures(study: Study) -> None:
+    """Draw the pictures and the page of a study, and print their paths."""
+    _print_drawn(draw_study(study))
 
 
 def print_pair_pictures(pair: Pair, folder: Path) -> None:

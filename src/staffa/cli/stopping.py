@@ -31,6 +31,10 @@ class Stopping:
         self._asked: str | None = None
         self._at = self._looked = self._longest = 0.0
 
+    def left(self) -> float | None:
+        """Return the time that is left of the wall time (s); None without one."""
+        return None if self._wall_time is None else self._wall_time + self._began - perf_counter()
+
     def reason(self) -> str | None:
         """Return the reason to stop now, or None."""
         now = perf_counter()

@@ -11,7 +11,7 @@ Steps = Sequence[Step]
 
 def caption(name: str, manifest: Manifest, steps: Steps) -> str:
     """The caption of a picture, by its name, of a run or of the members of an ensemble."""
-    found = CAPTIONS.get(name, name)
+    found = CAPTIONS.get(name) or CAPTIONS.get(name.split("-", 1)[0], name)
     return found if isinstance(found, str) else found(manifest, steps)
 
 
@@ -170,5 +170,9 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "production-of-all": _production_of_all,
     "production-of-both": "Temperature of the produced water, power and highest pressure in a well "
     "of both runs.",
+    "response": "Results over a parameter: mean of the finished runs of each point, with its "
+    "standard error; each run is a small dot.",
+    "study-production": "Temperature of the produced water, power and energy of each point: means "
+    "of its finished runs, their standard errors as bands.",
     "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
 }

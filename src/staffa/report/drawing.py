@@ -14,6 +14,7 @@ from staffa.io.ensemble_directory import Ensemble
 from staffa.io.own_files import PAGE, PICTURES, make_folder, write_aside
 from staffa.io.production_rows import production
 from staffa.io.run_directory import Run
+from staffa.io.study_directory import Study
 from staffa.plot.cell_planes import sections_figure, size_figure
 from staffa.plot.cracks import cracks_figure
 from staffa.plot.curves import energies_figure, lengths_figure
@@ -28,6 +29,8 @@ from staffa.plot.network_openings import network_figure
 from staffa.plot.production_curves import production_figure
 from staffa.plot.quantity_curves import quantities_figure
 from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments
+from staffa.plot.study_production import study_production_figure
+from staffa.plot.study_responses import response_figure
 from staffa.plot.style import write_picture
 from staffa.plot.support_forces import reactions_figure
 from staffa.plot.volume import volume_figure
@@ -40,11 +43,13 @@ from staffa.report.page import (
     page,
     pair_page,
 )
+from staffa.report.study_page import STUDY_PRODUCTION, study_page
 from staffa.results.columns import by_depth
 from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
-from staffa.results.csv_files import write_pooled, write_tables, writing
+from staffa.results.csv_files import write_pooled, write_study, write_tables, writing
 from staffa.results.ensemble_means import write_results
 from staffa.results.sections import doubling, planes_of
+from staffa.results.study_curves import abscissa, productions, responses
 
 MOVIE = "growing"
 Write = Callable[[Path], None]
@@ -103,6 +108,19 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
     drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
     write_results(ensemble)
     return drawn
+
+
+def draw_study(study: Study) -> Drawn:
+    """Draw response curves and production of a study, with `study.csv` and `study_means.csv`.
+
+    Raises
+    ------
+    StaffaError
+        The directory cannot be written to.
+    """
+    figures, skipped = _study_figures(study)
+    text = partial(study_page, study)
+    return _written(study.path, figures, skipped, text, write_study(study))
 
 
 def draw_pair(pair: Pair, folder: Path) -> Drawn:
@@ -243,3 +261,21 @@ def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
     manifest = runs[0].manifest
     theory = doubling(manifest, max(found))
     return {"spacing": partial(size_figure, manifest, found, theory)}
+
+
+def _study_figures(study: Study) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
+    """Return how to draw responses and production of a study, and reasons for what is left out."""
+    found = responses(study)
+    if not found:
+        return {}, ["no pictures: they need finished runs at two points"]
+    figures: dict[str, Callable[[], Figure]] = {}
+    for k in range(len(study.plan.parameters)):
+        over = abscissa(study, k)
+        if drawn := [response for response in found if over.spans(response)]:
+            figures[f"response-{k + 1}"] = partial(response_figure, over, drawn)
+    if produced := productions(study):
+        names = ", ".join(one.shown.header(one.key) for one in study.plan.parameters)
+        figures[STUDY_PRODUCTION] = partial(
+            study_production_figure, study.first.manifest, names, produced
+        )
+    return figures, []

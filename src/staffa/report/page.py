@@ -58,7 +58,7 @@ def page(
     if water.rows:
         tables.append((water, PLAIN))
     beside = [path for path in pictures if water.rows and path.stem in WATER]
-    return _rendered(
+    return rendered_page(
         run,
         pictures,
         beside={water.title: beside},
@@ -67,7 +67,7 @@ def page(
         tables=tables,
         skipped=skipped,
         cases=[("Case", run.case)],
-        origins=[_origin(run)],
+        origins=[origin(run)],
     )
 
 
@@ -86,7 +86,7 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
         heading = f"Cells at the last step, {len(runs)} runs together"
         tables.append((replace(cells, title=heading), PLAIN))
     beside = [path for path in pictures if path.stem == PRODUCTION_OF_ALL]
-    return _rendered(
+    return rendered_page(
         ensemble.first,
         pictures,
         beside={PRODUCTION_SHEET: beside},
@@ -95,7 +95,7 @@ def ensemble_page(ensemble: Ensemble, pictures: Sequence[Path], skipped: Sequenc
         tables=tables,
         skipped=skipped,
         cases=[("Case", ensemble.first.case)],
-        origins=[f"of the first member: {_origin(ensemble.first)}"],
+        origins=[f"of the first member: {origin(ensemble.first)}"],
     )
 
 
@@ -114,7 +114,7 @@ def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> s
         results(pair),
         common_times(pair),
     )
-    return _rendered(
+    return rendered_page(
         pair.first.run,
         pictures,
         title=pair_title(pair),
@@ -122,11 +122,11 @@ def pair_page(pair: Pair, pictures: Sequence[Path], skipped: Sequence[str]) -> s
         tables=[(table, PLAIN) for table in tables],
         skipped=skipped,
         cases=[(f"Case of {side.name}", side.run.case) for side in pair.sides],
-        origins=[f"{side.name}: {_origin(side.run)}" for side in pair.sides],
+        origins=[f"{side.name}: {origin(side.run)}" for side in pair.sides],
     )
 
 
-def _rendered(
+def rendered_page(
     run: Run,
     pictures: Sequence[Path],
     beside: Mapping[str, Sequence[Path]] = MappingProxyType({}),
@@ -134,7 +134,12 @@ def _rendered(
 ) -> str:
     """Return the page of these parts, with the captions of a run.
 
-    beside: pictures that stand below a table, by its title.
+    Parameters
+    ----------
+    run : the run whose captions the pictures have, the first of several.
+    pictures : files of pictures.
+    beside : pictures that stand below a table, by its title.
+    parts : title, facts, tables and others of the template.
     """
     captions = {path.stem: caption(path.stem, run.manifest, run.steps) for path in pictures}
     return (
@@ -174,7 +179,8 @@ def _symbol(name: str) -> tuple[str, str, str]:
     return (match[1].replace("tau", "τ"), match[2], match[3] or "") if match else (name, "", "")
 
 
-def _origin(run: Run) -> str:
+def origin(run: Run) -> str:
+    """Return when and where a run was computed, with all versions."""
     m = run.manifest
     commit = f", commit {m.commit}" if m.commit else ""
     ranks = "1 rank" if m.ranks == 1 else f"{m.ranks} ranks"

@@ -8,12 +8,14 @@ from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import PRODUCTION_MEANS, Ensemble
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import Run
+from staffa.io.study_directory import STUDY_MEANS, STUDY_RESULTS, Study
 from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
 from staffa.results.members_production import production_means
 from staffa.results.production_table import production_table
 from staffa.results.release_table import release_table
 from staffa.results.series import probes_table, quantities_table, reactions_table
+from staffa.results.study_table import study_means, study_table
 from staffa.results.tables import Table
 from staffa.results.tips import tips_table
 
@@ -62,6 +64,19 @@ def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
     with writing(ensemble.path):
         cells = _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
         return cells + _written(ensemble.path / PRODUCTION_MEANS, production_means(ensemble))
+
+
+def write_study(study: Study) -> tuple[Path, ...]:
+    """Write the numbers of each run of a study, and means and errors, and return their paths.
+
+    Raises
+    ------
+    StaffaError
+        The directory cannot be written to.
+    """
+    with writing(study.path):
+        runs = _written(study.path / STUDY_RESULTS, study_table(study))
+        return runs + _written(study.path / STUDY_MEANS, study_means(study))
 
 
 def _written(path: Path, table: Table) -> tuple[Path, ...]:

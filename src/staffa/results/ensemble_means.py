@@ -1,16 +1,15 @@
 """Numbers of an ensemble: those of each finished member, and their means and errors."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from staffa.display_units import Unit
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import Run
 from staffa.measure.averages import average
 from staffa.records.manifest import Manifest
+from staffa.results.member_numbers import Numbers, arrest_numbers, end_numbers, status_text
 from staffa.results.members_production import MEMBERS, members_production
-from staffa.results.slab_table import GENERATIONS, definitions, run_arrests, tip
+from staffa.results.slab_table import GENERATIONS, definitions, tip
 from staffa.results.summary import Fact, summary
 from staffa.results.tables import Column, Table, columns_of
 
@@ -21,7 +20,6 @@ MEANS = (
 )
 PRODUCTION = "Production"  # title of its sheet
 BY_ENERGY = "from the surface energy over Gc and the effective Gc"
-Numbers = Mapping[Column, float | None]
 
 
 def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
@@ -29,10 +27,10 @@ def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
 
     A row for each seed; below them the mean, its error, and the number of members.
     """
-    arrests = {seed: _arrests(run) for seed, run in ensemble.finished.items()}
-    ends = {seed: _end(run) for seed, run in ensemble.finished.items()}
+    arrests = {seed: arrest_numbers(run) for seed, run in ensemble.finished.items()}
+    ends = {seed: end_numbers(run) for seed, run in ensemble.finished.items()}
     manifest = ensemble.first.manifest
-    told = (*_definitions(manifest), tip(manifest), MEANS)
+    told = (*arrest_definitions(manifest), tip(manifest), MEANS)
     found = (
         _sheet(ensemble, "Nucleation and arrests", arrests, told),
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
@@ -59,55 +57,27 @@ def _sheet(
     )
 
 
-def _arrests(run: Run) -> Numbers:
-    """Return the run's line of the paper's table, and times; nothing without a cooled face."""
-    found, m = run_arrests(run), run.manifest
-    if found is None:
-        return {}
-    start, length = found.nucleation, _length(m)
-    numbers = {Column(name="p", unit=length): start.spacing if start else None}
-    for k, reached in enumerate((start, *found.generations)):
-        numbers[Column(name=f"a{k}", unit=length)] = reached.depth if reached else None
-        if not m.scaled:
-            numbers[Column(name=f"t{k}", unit=m.shown.time)] = reached.time if reached else None
-        numbers[Column(name=f"tau{k}")] = reached.tau if reached else None
-    return numbers
-
-
-def _length(manifest: Manifest) -> Unit:
-    """Return the unit of lengths: L in a scaled case."""
-    return Unit(size=manifest.L) if manifest.scaled else manifest.shown.length
-
-
-def _definitions(manifest: Manifest) -> tuple[str, ...]:
+def arrest_definitions(manifest: Manifest) -> tuple[str, ...]:
+    """Return sentences on the numbers of nucleation and arrests."""
     if manifest.scaled:
         return definitions(manifest)
     L = manifest.shown.length.text(manifest.L)
     return (f"tau = 2 sqrt(kappa t)/L, L = {L}; tk: the time of tauk.", *GENERATIONS)
 
 
-def _end(run: Run) -> Numbers:
-    """Return the measures of the last step: cracks at each depth, lengths and areas.
-
-    In a scaled case lengths are over L, areas over L^2.
-    """
-    measures, manifest = run.steps[-1].measures, run.manifest
-    if measures is None:
-        return {}
-    found: dict[Column, float | None] = {
-        Column(name=f"cracks at {manifest.shown.length.text(s.height, 6)}"): s.cracks
-        for s in measures.sections
-    }
-    if manifest.face:
-        found[Column(name="front", unit=_length(manifest))] = manifest.deepest(measures)
-    name, power = ("length", 1) if manifest.plane else ("area", 2)
-    unit = Unit(size=manifest.L**power) if manifest.scaled else manifest.shown.crack
-    return found | {Column(name=name, unit=unit): measures.length_surface}
-
-
 def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, ...]:
     names = {column.name for numbers in found.values() for column in numbers}
-    manifest = ensemble.first.manifest
+    return (*end_definitions(ensemble.first.manifest, names), MEANS)
+
+
+def end_definitions(manifest: Manifest, names: Collection[str]) -> tuple[str, ...]:
+    """Return sentences on the numbers of the last step.
+
+    Parameters
+    ----------
+    manifest : description of a member.
+    names : names of the columns.
+    """
     L = f"L = {manifest.shown.length.text(manifest.L)}"
     over, square = (f" over {L}", f" over L^2, {L}") if manifest.scaled else ("", "")
     told = (
@@ -116,7 +86,7 @@ def _end_notes(ensemble: Ensemble, found: Mapping[int, Numbers]) -> tuple[str, .
         ("length", f"length: of all cracks{over}, {BY_ENERGY}."),
         ("area", f"area: of all cracks{square}, {BY_ENERGY}."),
     )
-    return (*(text for name, text in told if any(n.startswith(name) for n in names)), MEANS)
+    return tuple(text for name, text in told if any(n.startswith(name) for n in names))
 
 
 def facts(ensemble: Ensemble) -> Iterator[Fact]:
@@ -157,10 +127,7 @@ def write_results(ensemble: Ensemble) -> None:
 
 def _joined(ensemble: Ensemble, found: Sequence[Table]) -> Table:
     """Return all sheets side by side, with the status of each member."""
-    status = [
-        next(fact.text for fact in summary(run) if fact.name == "status")
-        for run in ensemble.runs.values()
-    ]
+    status = [status_text(run) for run in ensemble.runs.values()]
     rows = zip(ensemble.runs, status, *(sheet.rows for sheet in found), strict=True)
     totals = zip(("mean", "error", "members"), *(sheet.totals for sheet in found), strict=True)
     return Table(

@@ -40,17 +40,18 @@ def members_production(ensemble: Ensemble) -> dict[int, dict[Column, float | Non
     units: dict[str, Unit] = {}
     for run in ensemble.finished.values():  # the units of the first count for all
         units = {one.name: one.unit for one in production_numbers(run)} | units
-    return {seed: _numbers(run, units) for seed, run in ensemble.finished.items()}
+    return {seed: water_numbers(run, units) for seed, run in ensemble.finished.items()}
 
 
-def _numbers(run: Run, units: Mapping[str, Unit]) -> dict[Column, float | None]:
-    """Return the numbers of a member, and the changes that cracks make.
+def water_numbers(run: Run, units: Mapping[str, Unit] | None = None) -> dict[Column, float | None]:
+    """Return the production of a run, and the changes that cracks make; empty without water.
 
     Parameters
     ----------
-    run : the member.
-    units : unit of each number.
+    run : the run.
+    units : unit of each number; None for those of the run.
     """
+    units = units or {one.name: one.unit for one in production_numbers(run)}
     known = {one.name: one.value for one in production_numbers(run)}
     found: dict[Column, float | None] = {}
     for short, name in NUMBERS.items() if known else ():

@@ -1,7 +1,5 @@
-"""Ensembles: one run a seed, one after another, each on all ranks."""
+"""Ensembles: one run a seed."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +13,10 @@ from staffa.case.schema.material_keys import RockKeys
 from staffa.case.schema.property_keys import RandomField
 from staffa.case.schema.reservoir_keys import ReservoirKeys
 from staffa.case.schema.toml_text import to_toml
-from staffa.errors import InputError, SolveError, StaffaError
+from staffa.errors import InputError, StaffaError
 from staffa.io import run_directory
 from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
-from staffa.runs.resume import resume
-from staffa.runs.run import Watcher, run
+from staffa.runs.member_runs import Member, run_members
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: NumPy's largest
 
@@ -48,6 +45,23 @@ def seeds_from(case: Case, *, count: int, first: int | None = None) -> range:
             f"--seeds {count}: an error of the mean needs at least 2 members; take more seeds, or "
             f"run the case once with `staffa run`"
         )
+    return seed_range(case, count=count, first=first)
+
+
+def seed_range(case: Case, *, count: int, first: int | None) -> range:
+    """Return consecutive seeds, of a case that need not be random.
+
+    Parameters
+    ----------
+    case : the case.
+    count : number of seeds.
+    first : first seed; None for the case's own.
+
+    Raises
+    ------
+    InputError
+        A seed is out of range.
+    """
     begin = case.toughness.seed if first is None else first
     if begin < 0:
         raise InputError(f"--first {begin}: a seed must be at least 0; begin at 0 or later")
@@ -153,14 +167,36 @@ def _is_finished(place: Path) -> bool:
     return run_directory.open_run(place).finished
 
 
+def ensemble_members(case: Case, seeds: range, directory: Path) -> tuple[Member, ...]:
+    """Return the members of an ensemble, one a seed.
+
+    Parameters
+    ----------
+    case : the case of the ensemble.
+    seeds : seeds of its members.
+    directory : directory of the ensemble.
+
+    Raises
+    ------
+    InputError
+        The directory cannot be used, see `started_members`.
+    """
+    started = started_members(case, seeds, directory)
+    return tuple(
+        Member(
+            number=number,
+            label=f"seed {seed}",
+            case=member(case, seed),
+            place=member_path(directory, seed),
+            finished=started.get(seed),
+            warns=number == 1,
+        )
+        for number, seed in enumerate(seeds, start=1)
+    )
+
+
 def run_ensemble(
-    case: Case,
-    seeds: range,
-    directory: str | Path,
-    *,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-    follow: Callable[[int], AbstractContextManager[Watcher]] = lambda seed: nullcontext(Watcher()),
-    taken: Callable[[int], None] = lambda seed: None,
+    case: Case, seeds: range, directory: str | Path, *, comm: MPI.Comm = MPI.COMM_WORLD
 ) -> dict[int, str]:
     """Run the case with each seed, and return the errors of the members that failed. Collective.
 
@@ -173,36 +209,14 @@ def run_ensemble(
     seeds : seeds of its members.
     directory : directory of the ensemble.
     comm : communicator of all ranks.
-    follow : function of a seed that returns a context with the member's watcher; called on every
-        rank.
-    taken : called with the seed of a member that is finished already; on every rank.
 
     Raises
     ------
     InputError
         The directory cannot be used, see `started_members`, or no member can be run; none has been.
-    StoppedError
-        A watcher asked to stop; finished members stay so, and others are resumed next time.
     """
     directory = path_of(directory, "directory")
-    started = on_root(comm, lambda: started_members(case, seeds, directory))
-    failures: dict[int, str] = {}  # not the errors: they hold on to meshes
-    refused: list[InputError] = []
-    for seed in seeds:
-        if started.get(seed):
-            taken(seed)
-            continue
-        place = member_path(directory, seed)
-        try:
-            with follow(seed) as watcher:
-                if seed in started:
-                    resume(place, comm=comm, watcher=watcher)
-                else:
-                    run(member(case, seed), place, comm=comm, watcher=watcher)
-        except (SolveError, InputError) as error:
-            failures[seed] = str(error)
-            if isinstance(error, InputError):  # a seed whose rock cannot be
-                refused.append(error.with_traceback(None))
-    if len(refused) == len(seeds):
-        raise refused[0]
-    return failures
+    failures = run_members(
+        on_root(comm, lambda: ensemble_members(case, seeds, directory)), comm=comm
+    )
+    return {seeds[one.number - 1]: said for one, said in failures.items()}

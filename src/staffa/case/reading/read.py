@@ -21,7 +21,7 @@ from staffa.case.schema.file_access import FileAccess
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.property_keys import PLACE
-from staffa.errors import InputError
+from staffa.errors import InputError, choices
 from staffa.io.run_directory import CASE, MANIFEST
 
 # What Python's reader says, where it means more to programmers.
@@ -158,19 +158,43 @@ def _syntax(error: ValueError) -> str:
 
 
 def _set(table: dict[str, Any], setting: str) -> None:
-    path, text = setting_names(setting), _parted(setting)[1]
+    path, text = setting_names(setting), setting_parts(setting)[1]
     try:
         value = tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
         value = text.strip()
+    within: Any = table
     for name in path[:-1]:
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
-            raise InputError(
-                f"--set {setting}: '{name}' is no table of the case; write it like "
-                f"--set damage.law=AT2"
-            )
-    table[path[-1]] = value
+        within = _inner(setting, within, name)
+    if isinstance(within, list):
+        within[_entry(setting, within, path[-1])] = value
+    else:
+        within[path[-1]] = value
+
+
+def _inner(setting: str, within: Any, name: str) -> Any:
+    """Return the table or the list of a name in a table, or in a list."""
+    if isinstance(within, list):
+        inner = within[_entry(setting, within, name)]
+    else:
+        inner = within.setdefault(name, {})
+    if not isinstance(inner, dict | list):
+        raise InputError(
+            f"--set {setting}: '{name}' is no table of the case; write it like --set damage.law=AT2"
+        )
+    return inner
+
+
+def _entry(setting: str, entries: list[Any], name: str) -> int:
+    """Return the place of the entry with this name in a list, or of this number from 1 on."""
+    names = [one.get("name") if isinstance(one, dict) else None for one in entries]
+    if name in names:
+        return names.index(name)
+    if name.isdecimal() and len(name) < 5 and 1 <= int(name) <= len(entries):
+        return int(name) - 1
+    known = [str(one) for one in names if one is not None]
+    way_out = choices(name, known) if known else f"count from 1 to {len(entries)}"
+    raise InputError(f"--set {setting}: no entry of this list is '{name}'; {way_out}")
 
 
 def setting_names(setting: str) -> list[str]:
@@ -181,14 +205,14 @@ def setting_names(setting: str) -> list[str]:
     InputError
         It is no setting.
     """
-    names, _ = _parted(setting)
+    names, _ = setting_parts(setting)
     if not all(names):
         raise InputError(f"--set {setting}: write it like --set damage.law=AT2")
     return names
 
 
-def _parted(setting: str) -> tuple[list[str], str]:
-    """Return the names of a setting's key and the text of its value; no name if there is none.
+def setting_parts(setting: str) -> tuple[list[str], str]:
+    """Return the names of a setting's key and the text of its value; an empty name without a key.
 
     A name with a dot, a space or an equals sign is in quotes, as in TOML.
     """

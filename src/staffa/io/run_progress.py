@@ -1,0 +1,44 @@
+"""Progress of a run that another process writes, read from its directory."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from staffa.errors import StaffaError
+from staffa.io.run_directory import MANIFEST, journal_lines, parsed, read_manifest
+
+
+class RunProgress(NamedTuple):
+    """Part of a run that is done.
+
+    Attributes
+    ----------
+    steps : number of its last step, from 1; 0 before any.
+    planned : number of its steps; 0 where that is not known.
+    part : part of it that is done, from 0 to 1.
+    """
+
+    steps: int
+    planned: int
+    part: float
+
+
+def run_progress(path: Path) -> RunProgress | None:
+    """Return the progress of a run; None before it begins, or where it cannot be read.
+
+    Parameters
+    ----------
+    path : the run directory.
+    """
+    try:
+        if not (path / MANIFEST).is_file():
+            return None
+        manifest = read_manifest(path)
+        planned = 0 if manifest.adaptive else len(manifest.times)
+        lines = journal_lines(path)
+        if not lines:
+            return RunProgress(0, planned, 0.0)
+        last = parsed(lines[-1])
+        number, time = int(last["index"]) + 1, float(last["time"])
+    except (StaffaError, OSError, ValueError, KeyError, TypeError):
+        return None
+    return RunProgress(number, planned, number / planned if planned else time / manifest.times[-1])

@@ -1,0 +1,163 @@
+"""Studies: an ensemble for each point of chosen parameters."""
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from hashlib import sha256
+from json import dumps
+from pathlib import Path
+
+from staffa.case.reading.study_points import LARGEST_STUDY
+from staffa.case.rules import require_loaded
+from staffa.case.schema.case import Case
+from staffa.case.schema.toml_text import to_toml
+from staffa.errors import InputError
+from staffa.io import run_directory
+from staffa.io.ensemble_directory import OWN, member_path
+from staffa.io.study_directory import (
+    Parameter,
+    Point,
+    StudyPlan,
+    is_of_study,
+    is_study,
+    point_path,
+    read_plan,
+)
+from staffa.runs.ensemble import member, seed_range, seeds_from, started_members
+from staffa.runs.member_runs import Member
+from staffa.runs.provenance import version
+
+
+def planned_study(
+    read: Callable[[Sequence[str]], Case],
+    parameters: Sequence[Parameter],
+    points: Sequence[Point],
+    directory: Path,
+    *,
+    count: int = 1,
+    first: int | None = None,
+) -> tuple[StudyPlan, tuple[Member, ...]]:
+    """Check every case of a study, and return its plan and its members; nothing is written.
+
+    A study that is in the directory already is extended: its points keep their numbers. Members
+    come point after point with the first seed, then with the next one.
+
+    Parameters
+    ----------
+    read : function of settings that returns the case with them.
+    parameters : the keys that the study varies.
+    points : the choices of their values.
+    directory : directory of the study.
+    count : number of seeds of each point.
+    first : first seed; None for that of the case.
+
+    Raises
+    ------
+    InputError
+        A case is wrong, the directory cannot be used, or it holds a study of another case.
+    """
+    if count < 1:
+        raise InputError(f"--seeds {count}: each point needs at least 1 seed")
+    if len(points) * count > LARGEST_STUDY:
+        raise InputError(
+            f"{len(points)} points of {count} seeds are {len(points) * count:,} runs, and a study "
+            f"has at most {LARGEST_STUDY:,}; give fewer values or fewer seeds"
+        )
+    run_directory.require_free(directory, ours=is_of_study)
+    plan = StudyPlan(version=version(), title="", parameters=tuple(parameters), points=())
+    cases = [_checked(read, plan.settings(point)) for point in points]
+    named = [
+        replace(point, case=_identity(case)) for point, case in zip(points, cases, strict=True)
+    ]
+    plan = replace(plan, title=cases[0].title)
+    known = read_plan(directory) if is_study(directory) else replace(plan, points=())
+    plan, chosen = _extended(known, plan.parameters, named, directory)
+    return plan, _members(plan, chosen, cases, directory, count, first)
+
+
+def _checked(read: Callable[[Sequence[str]], Case], settings: Sequence[str]) -> Case:
+    case = read(settings)
+    require_loaded(case)
+    return case
+
+
+def _identity(case: Case) -> str:
+    """Return the SHA-256 of a case without the tables that may change in one member."""
+    tables = tomllib.loads(to_toml(case))
+    fixed = {name: table for name, table in tables.items() if name not in OWN}
+    return sha256(dumps(fixed, sort_keys=True).encode()).hexdigest()
+
+
+def _extended(
+    known: StudyPlan, parameters: tuple[Parameter, ...], points: Sequence[Point], directory: Path
+) -> tuple[StudyPlan, list[Point]]:
+    """Return the plan with these points too, and the points with the numbers that they have in it.
+
+    Parameters
+    ----------
+    known : the plan so far.
+    parameters : the keys that these points vary.
+    points : points of the command.
+    directory : directory of the study.
+    """
+    if known.parameters != parameters:
+        keys = ", ".join(one.shown.header(one.key) for one in known.parameters)
+        raise InputError(
+            f"--out {directory} holds a study over {keys}; choose another folder for other "
+            f"parameters or units"
+        )
+    earlier = {point.texts: point for point in known.points}
+    found: list[Point] = []
+    for point in points:
+        before = earlier.get(point.texts)
+        if before is None:
+            before = replace(point, number=len(earlier) + 1)
+            earlier[point.texts] = before
+        elif before.case != point.case:
+            raise InputError(
+                f"--out {directory} holds a study of another case, see its point "
+                f"{before.number}; choose another folder"
+            )
+        found.append(before)
+    return replace(known, points=tuple(earlier.values())), found
+
+
+def _members(
+    plan: StudyPlan,
+    points: Sequence[Point],
+    cases: Sequence[Case],
+    directory: Path,
+    count: int,
+    first: int | None,
+) -> tuple[Member, ...]:
+    """Return the members of these points: of all points with one seed, then with the next one."""
+    found: list[Member] = []
+    seeds = [_seeds(case, count, first) for case in cases]
+    places = [point_path(directory, point.number) for point in points]
+    for place in places:
+        if place.is_symlink():
+            raise InputError(f"{place} is a symbolic link, which is not followed; remove it")
+    started = [started_members(*of) for of in zip(cases, seeds, places, strict=True)]
+    for turn in range(count):
+        for point, case, of, place, known in zip(
+            points, cases, seeds, places, started, strict=True
+        ):
+            seed = of[turn]
+            found.append(
+                Member(
+                    number=len(found) + 1,
+                    label=f"point {point.number}" + (f", seed {seed}" if count > 1 else ""),
+                    case=member(case, seed),
+                    place=member_path(place, seed),
+                    finished=known.get(seed),
+                    warns=turn == 0,
+                    said=plan.named(point),
+                )
+            )
+    return tuple(found)
+
+
+def _seeds(case: Case, count: int, first: int | None) -> range:
+    """Return the seeds of a point; one seed asks for no chance."""
+    seeds = seeds_from if count > 1 else seed_range
+    return seeds(case, count=count, first=first)
