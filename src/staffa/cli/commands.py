@@ -10,16 +10,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases
-from staffa.case.reading.read import read_case
-from staffa.case.schema.toml_text import to_toml
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
-from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
-from staffa.io.ensemble_directory import is_ensemble, read_ensemble
-from staffa.io.run_directory import open_run
 
+# Each command imports what it needs by itself, so that `staffa --help` answers at once.
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
@@ -52,6 +46,8 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no
 @app.command()
 def cases() -> None:
     """List the ready cases."""
+    from staffa.case.reading import ready_cases
+
     table = Table(box=None, show_header=False)
     for name in ready_cases.ready_case_names():
         table.add_row(f"[bold]{name}[/bold]", escape(ready_cases.ready_case(name).title))
@@ -63,12 +59,18 @@ def new(
     case: Annotated[str, typer.Argument(help="name of a ready case", show_default=False)],
 ) -> None:
     """Write a ready case to the terminal, every key explained: staffa new slab > my.toml."""
+    from staffa.case.reading import ready_cases
+    from staffa.case.schema.toml_text import to_toml
+
     print(to_toml(ready_cases.ready_case(case), explained=True), end="")
 
 
 @app.command()
 def check(case_file: CaseFile, settings: Settings = None, outside: Outside = False) -> None:
     """Print the physics and the cost of a case before it runs."""
+    from staffa.case.check.preview import preview
+    from staffa.case.reading.read import read_case
+
     case = read_case(case_file, settings or [], outside=outside)
     said = preview(case)
     if case.title:
@@ -97,6 +99,9 @@ def run_command(
     quiet: Quiet = False,
 ) -> None:
     """Run a case, also under mpiexec -n N."""
+    from staffa.case.reading.read import read_case
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
@@ -120,6 +125,9 @@ def resume_command(
     quiet: Quiet = False,
 ) -> None:
     """Continue a run that was stopped or killed, also under mpiexec -n N."""
+    from staffa.cli.walltime import wall_time_seconds
+    from staffa.io.ensemble_directory import is_ensemble
+
     limit = wall_time_seconds(wall_time)
     if is_ensemble(directory):
         raise InputError(
@@ -150,6 +158,9 @@ def ensemble(
     quiet: Quiet = False,
 ) -> None:
     """Run a case with several seeds, for means and errors; finished members are kept."""
+    from staffa.case.reading.read import read_case
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     from staffa.cli.members import run_members_and_follow  # loads the finite-element stack
 
@@ -168,6 +179,8 @@ def ensemble(
 def show(directory: Folder) -> None:
     """Show the summary of a run or an ensemble, also of one that is not finished."""
     from staffa.cli.results import print_ensemble, print_summary
+    from staffa.io.ensemble_directory import is_ensemble, read_ensemble
+    from staffa.io.run_directory import open_run
 
     if is_ensemble(directory):
         print_ensemble(read_ensemble(directory))
@@ -189,6 +202,8 @@ def report(
 ) -> None:
     """Draw the pictures and the page of a run or an ensemble again."""
     from staffa.cli.results import print_ensemble_pictures, print_pictures  # loads Matplotlib
+    from staffa.io.ensemble_directory import is_ensemble, read_ensemble
+    from staffa.io.run_directory import open_run
 
     if not is_ensemble(directory):
         print_pictures(open_run(directory), movie=movie)
