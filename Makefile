@@ -83,6 +83,7 @@ coverage: $(READY)
 # CASES="A120k C120k D300k:2" runs these alone.
 bench: $(READY)
 	$(PYTHON_HERE) -m bench.yardstick.run $(CASES)
+	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.startup.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.presets.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.second_order.run
 	[ -n "$(CASES)" ] || $(PYTHON_HERE) -m bench.split.run

@@ -9,6 +9,7 @@ import pytest
 
 from bench.common.cases import CASES
 from bench.scaling import laws, pages
+from bench.startup import run as startup
 from bench.yardstick import table
 from staffa.case.check.preview import preview
 from staffa.case.reading.read import read_case
@@ -163,3 +164,13 @@ def test_the_batch_script_is_one_and_its_case_is_sound() -> None:
     assert pages.CASE.name in pages.SCRIPT.read_text(encoding="utf-8")
     found = preview(read_case(pages.CASE)).warnings
     assert all("of memory are needed" in sentence for sentence in found), found
+
+
+def test_commands_that_compute_nothing_start_within_their_bounds() -> None:
+    """The last measurement, which `make bench` repeats, and the number of it in the document."""
+    found = json.loads((BENCH / "startup" / "results.json").read_text())
+    assert found["bounds"] == startup.BOUNDS
+    for command, bound in startup.BOUNDS.items():
+        assert 0 < found["cpu"][command] <= bound, f"{command}: {found['cpu'][command]} s"
+    page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    assert f"`staffa --help` takes {found['cpu']['staffa --help']:.1f} s" in page

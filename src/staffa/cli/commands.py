@@ -11,20 +11,12 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from staffa.case.check.preview import preview
-from staffa.case.reading import ready_cases
-from staffa.case.reading.read import read_case
-from staffa.case.schema.case import Case
-from staffa.case.schema.toml_text import to_toml
 from staffa.cli.many_runs import RANK, many_runs
 from staffa.cli.options import CaseFile, Folder, Outside, Quiet, RunFolder, Settings, WallTime
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
-from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
-from staffa.io.ensemble_directory import is_ensemble, read_ensemble
-from staffa.io.run_directory import open_run
-from staffa.io.study_directory import is_study, read_study
 
+# Each command imports what it needs by itself, so that `staffa --help` answers at once.
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
@@ -38,6 +30,8 @@ app.add_typer(many_runs)
 @app.command()
 def cases() -> None:
     """List the ready cases."""
+    from staffa.case.reading import ready_cases
+
     table = Table(box=None, show_header=False)
     for name in ready_cases.ready_case_names():
         table.add_row(f"[bold]{name}[/bold]", escape(ready_cases.ready_case(name).title))
@@ -49,18 +43,26 @@ def new(
     case: Annotated[str, typer.Argument(help="name of a ready case", show_default=False)],
 ) -> None:
     """Write a ready case to the terminal, every key explained: staffa new slab > my.toml."""
+    from staffa.case.reading import ready_cases
+    from staffa.case.schema.toml_text import to_toml
+
     print(to_toml(ready_cases.ready_case(case), explained=True), end="")
 
 
 @app.command()
 def schema() -> None:
     """Write the JSON schema of a case, for editors: staffa schema > case.schema.json."""
+    from staffa.case.schema.case import Case
+
     print(json.dumps(Case.model_json_schema(), indent=1, ensure_ascii=False))
 
 
 @app.command()
 def check(case_file: CaseFile, settings: Settings = None, outside: Outside = False) -> None:
     """Print the physics and the cost of a case before it runs."""
+    from staffa.case.check.preview import preview
+    from staffa.case.reading.read import read_case
+
     case = read_case(case_file, settings or [], outside=outside)
     said = preview(case)
     if case.title:
@@ -89,6 +91,9 @@ def run_command(
     quiet: Quiet = False,
 ) -> None:
     """Run a case, also under mpiexec -n N."""
+    from staffa.case.reading.read import read_case
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
@@ -108,6 +113,9 @@ def demo(
     quiet: Quiet = False,
 ) -> None:
     """Run the demonstration, the ready case slab: a table and pictures in minutes."""
+    from staffa.case.reading import ready_cases
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
@@ -125,6 +133,10 @@ def resume_command(
     quiet: Quiet = False,
 ) -> None:
     """Continue a run that was stopped or killed, also under mpiexec -n N."""
+    from staffa.cli.walltime import wall_time_seconds
+    from staffa.io.ensemble_directory import is_ensemble
+    from staffa.io.study_directory import is_study
+
     limit = wall_time_seconds(wall_time)
     of = "study" if is_study(directory) else "ensemble" if is_ensemble(directory) else None
     if of is not None:
@@ -141,6 +153,9 @@ def resume_command(
 def show(directory: Folder) -> None:
     """Show the summary of a run, an ensemble or a study, also of one that is not finished."""
     from staffa.cli.results import print_ensemble, print_study, print_summary
+    from staffa.io.ensemble_directory import is_ensemble, read_ensemble
+    from staffa.io.run_directory import open_run
+    from staffa.io.study_directory import is_study, read_study
 
     if is_study(directory):
         print_study(read_study(directory))
@@ -168,6 +183,9 @@ def report(
         print_pictures,
         print_study_pictures,
     )
+    from staffa.io.ensemble_directory import is_ensemble, read_ensemble
+    from staffa.io.run_directory import open_run
+    from staffa.io.study_directory import is_study, read_study
 
     many = is_study(directory) or is_ensemble(directory)
     if not many:

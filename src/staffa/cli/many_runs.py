@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from staffa.case.reading.read import read_case
 from staffa.cli.options import (
     CaseFile,
     Jobs,
@@ -17,7 +16,6 @@ from staffa.cli.options import (
     SlurmScript,
     WallTime,
 )
-from staffa.cli.walltime import wall_time_seconds
 from staffa.errors import EXIT_CODES, InputError
 
 # Variables in which launchers give a process its rank: MPICH and Intel MPI, Open MPI, PMIx.
@@ -48,6 +46,9 @@ def ensemble(
     quiet: Quiet = False,
 ) -> None:
     """Run a case with several seeds, for means and errors; finished members are kept."""
+    from staffa.case.reading.read import read_case
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     _require_one_way(jobs, slurm, member)
     from staffa.cli.members import Way, run_members_and_follow  # loads the finite-element stack
@@ -102,6 +103,9 @@ def study(
     quiet: Quiet = False,
 ) -> None:
     """Run a case over values of its keys: tables and response curves; finished runs are kept."""
+    from staffa.case.reading.read import read_case
+    from staffa.cli.walltime import wall_time_seconds
+
     limit = wall_time_seconds(wall_time)
     _require_one_way(jobs, slurm, member)
     from staffa.case.reading.study_points import study_points

@@ -1,8 +1,7 @@
 """Points at which bodies of a mesh hang together, though they share no facet: hinges."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from staffa.geometry.simplices import Simplices, facets, keys
 
@@ -15,8 +14,10 @@ def hinges(mesh: Simplices) -> tuple[np.ndarray, int]:
     order = np.argsort(every, kind="stable")
     same = every[order[1:]] == every[order[:-1]]
     start, end = order[:-1][same] // width, order[1:][same] // width
-    links = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n_cells, n_cells))
-    number, body = connected_components(links, directed=False)
+    links = scipy.sparse.coo_array(
+        (np.ones(len(start), dtype=bool), (start, end)), shape=(n_cells, n_cells)
+    )
+    number, body = scipy.sparse.csgraph.connected_components(links, directed=False)
     first, last = np.full(len(mesh.x), number), np.full(len(mesh.x), -1)
     np.minimum.at(first, mesh.cells, body[:, None])
     np.maximum.at(last, mesh.cells, body[:, None])

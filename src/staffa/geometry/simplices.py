@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from staffa.geometry.edges import edges
 from staffa.geometry.outline import FlatFace, Outline, pairs
@@ -60,8 +59,8 @@ def count_bodies(mesh: Simplices) -> int:
     width = mesh.cells.shape[1]
     start, end = np.repeat(mesh.cells[:, 0], width - 1), mesh.cells[:, 1:].ravel()
     n = len(mesh.x)
-    links = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n, n))
-    return int(connected_components(links, directed=False)[0])
+    links = scipy.sparse.coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n, n))
+    return int(scipy.sparse.csgraph.connected_components(links, directed=False)[0])
 
 
 def mesh_outline(mesh: Simplices) -> Outline:

@@ -6,7 +6,7 @@ from math import pi, sqrt
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.special import erfc, erfcx
+import scipy
 
 from staffa.loads.forces import InSpaceAndTime
 
@@ -93,7 +93,7 @@ class HalfSpace:
         y = self.face.depth(x)
         if t == 0:
             return np.where(y <= 0, -self.dT, 0.0)
-        return np.asarray(-self.dT * erfc(y / (2 * sqrt(self.kappa * t))))
+        return np.asarray(-self.dT * scipy.special.erfc(y / (2 * sqrt(self.kappa * t))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +137,8 @@ class Slab:
         images = np.zeros_like(y)
         for n in range(6):  # at Fo = 0.2 the sixth image is below erfc(11) < 1e-50
             near, far = 2 * n * self.L + y, 2 * (n + 1) * self.L - y
-            images += (-1) ** n * (erfc(near / scale) + erfc(far / scale))
+            both = scipy.special.erfc(near / scale) + scipy.special.erfc(far / scale)
+            images += (-1) ** n * both
         return images
 
 
@@ -167,8 +168,8 @@ class Convective:
         if t == 0:
             return np.zeros_like(y)
         eta = y / (2 * sqrt(self.kappa * t))
-        film = np.exp(-(eta**2)) * erfcx(eta + self.h * sqrt(self.kappa * t))
-        return np.asarray(-self.dT * (erfc(eta) - film))
+        film = np.exp(-(eta**2)) * scipy.special.erfcx(eta + self.h * sqrt(self.kappa * t))
+        return np.asarray(-self.dT * (scipy.special.erfc(eta) - film))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import Delaunay, QhullError
+import scipy
 
 from staffa.errors import InputError
 
@@ -78,8 +78,8 @@ def _joined(path: Path, points: np.ndarray) -> np.ndarray:
         if len(spread) < 2:
             raise ValueError
         places = (points[:, spread] - points[:, spread].min(axis=0)) / size[spread]
-        cells = np.asarray(Delaunay(places).simplices)
-    except (ValueError, QhullError):
+        cells = np.asarray(scipy.spatial.Delaunay(places).simplices)
+    except (ValueError, scipy.spatial.QhullError):
         raise InputError(
             f"{path}: its points lie on a line, between which there is no plane or body; give "
             f"points that surround the rock"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erfc
+import scipy
 
 NODES = 24  # of the contour of the inversion; more of them do not help in double precision
 DEEP = 10.0  # diffusion lengths, at which an insulated boundary has no effect
@@ -70,7 +70,7 @@ class FractureHeat:
         self, x: np.ndarray, y: np.ndarray, t: np.ndarray, integrated: bool
     ) -> np.ndarray:
         way = (self.k * x / self.carried + y) / np.sqrt(4 * self.k / self.rho_c)
-        found = erfc(way / np.sqrt(t))
+        found = scipy.special.erfc(way / np.sqrt(t))
         if integrated:
             found = (t + 2 * way**2) * found
             found -= 2 * way * np.sqrt(t / np.pi) * np.exp(-(way**2) / t)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_matrix
+import scipy
 
 from staffa.errors import InputError
 
@@ -119,7 +119,7 @@ class Grid:
         x, y, z = places
         return np.asarray(np.ravel_multi_index((x, y, z), self.shape, order="F")), inside
 
-    def weights(self, points: np.ndarray) -> csr_matrix:
+    def weights(self, points: np.ndarray) -> "scipy.sparse.csr_matrix":
         """Return the matrix of interpolation from values in cells to values at points.
 
         Linear along each axis between `nodes`, and constant beyond the outermost ones.
@@ -144,7 +144,7 @@ class Grid:
             stride *= self.shape[axis]
         rows = np.repeat(np.arange(n), cells.shape[1])
         entries = (weights.ravel(), (rows, cells.ravel()))
-        return csr_matrix(entries, shape=(n, self.size))
+        return scipy.sparse.csr_matrix(entries, shape=(n, self.size))
 
     @cached_property
     def _axes(self) -> list[np.ndarray]:

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_matrix, diags_array
-from scipy.spatial import cKDTree
+import scipy
 
 from staffa.reservoir.grid import Grid
 from staffa.reservoir.simulator import Fracture, ReservoirModel
@@ -56,7 +55,7 @@ def of_opening(opening: np.ndarray | float, height: float) -> np.ndarray:
     return np.minimum(opening, WIDEST) ** 3 / (12 * height)
 
 
-def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
+def spreading(grid: Grid, radius: float, among: np.ndarray) -> "scipy.sparse.csr_matrix":
     """Return the matrix that spreads what cells hold over the cells around them, and keeps sums.
 
     Each cell gives to those with a center within the radius, in proportion to their volumes.
@@ -67,13 +66,15 @@ def spreading(grid: Grid, radius: float, among: np.ndarray) -> csr_matrix:
     radius : distance (m).
     among : indices of the cells that take part, shape (n,); the others give and get nothing.
     """
-    tree = cKDTree(grid.centers[among, : grid.dim])
+    tree = scipy.spatial.cKDTree(grid.centers[among, : grid.dim])
     near = tree.sparse_distance_matrix(tree, radius * (1 + NEAR), output_type="coo_matrix")
     getting, giving = among[near.row], among[near.col]
     shape = (grid.size, grid.size)
-    shares = csr_matrix((grid.volumes[getting], (getting, giving)), shape=shape)
+    shares = scipy.sparse.csr_matrix((grid.volumes[getting], (getting, giving)), shape=shape)
     totals = np.asarray(shares.sum(axis=0)).ravel()
-    return csr_matrix(shares @ diags_array(1 / np.where(totals > 0, totals, 1.0)))
+    return scipy.sparse.csr_matrix(
+        shares @ scipy.sparse.diags_array(1 / np.where(totals > 0, totals, 1.0))
+    )
 
 
 def rock_cells(grid: Grid) -> np.ndarray:

@@ -5,7 +5,7 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from staffa.case.rules.time_rules import table_agrees
 from staffa.case.schema.case import Case, Prescribed
@@ -153,7 +153,7 @@ def _at(value: PrescribedValue, history: np.ndarray, places: np.ndarray) -> np.n
 def _shared(case: Case, one: str, other: str) -> np.ndarray:
     """Return the places that two faces share, of those that are looked at, shape (3, n)."""
     here, there = (case.outline.places.on(face) for face in (one, other))
-    near = cKDTree(there.T).query(here.T)[0] <= SAME * max(case.outline.size)
+    near = scipy.spatial.cKDTree(there.T).query(here.T)[0] <= SAME * max(case.outline.size)
     return here[:, near]
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import pi, sin, tan
 
 import numpy as np
-from scipy.special import erfcinv
+import scipy
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.reservoir_keys import WaterKeys, WellKeys
@@ -86,7 +86,7 @@ def _of_fracture(case: Case, wells: Doublet, share: float) -> float:
     _, c = water_heat(case)
     kappa = diffusivity(case)
     k = kappa * heat_capacity(case)
-    reach = k * wells.distance / (2 * c * wells.rate * float(erfcinv(share)))
+    reach = k * wells.distance / (2 * c * wells.rate * float(scipy.special.erfcinv(share)))
     return reach**2 / kappa
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 
 import numpy as np
-from scipy.signal import find_peaks
+import scipy
 
 # Between two knots no value departs from the straight line by more than this part of its range.
 DEPART = 0.02
@@ -123,7 +123,7 @@ def _extremes(values: np.ndarray, prominence: float, most: int) -> list[int]:
     """Return indices of peaks and troughs, both edges of level ones, that exceed a prominence."""
     found: dict[int, float] = {}
     for column in (*values.T, *(-values).T):
-        _, told = find_peaks(column, prominence=prominence, plateau_size=1)
+        _, told = scipy.signal.find_peaks(column, prominence=prominence, plateau_size=1)
         for edge in ("left_edges", "right_edges"):
             for index, height in zip(told[edge].tolist(), told["prominences"], strict=True):
                 found[index] = max(found.get(index, 0.0), float(height))

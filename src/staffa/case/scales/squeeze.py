@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from staffa.case.rules.initial_stress import equivalent, initial_normal_stresses
 from staffa.case.scales.case_scales import Numbers, least_factor
@@ -131,4 +131,4 @@ def _first(excess: Callable[[float], float], step: float) -> float:
         high *= 2
         if high > AS_GOOD_AS_NEVER * step:
             return high
-    return float(brentq(excess, 0.0, high, xtol=1e-9 * step))
+    return float(scipy.optimize.brentq(excess, 0.0, high, xtol=1e-9 * step))
