@@ -9,7 +9,7 @@ from staffa.backend.stack import MPI
 from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
-from staffa.cli.live import Follower, ending_all_ranks
+from staffa.cli.live import ending_all_ranks, terminal_screen
 from staffa.cli.results import print_ensemble, print_ensemble_pictures, require_clean_audit
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
@@ -18,6 +18,7 @@ from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
 from staffa.results.csv_files import write_pooled
 from staffa.results.ensemble_means import write_results
 from staffa.runs.ensemble import run_ensemble, seeds_from
+from staffa.runs.follower import Follower
 from staffa.runs.run import Watcher
 
 
@@ -64,10 +65,11 @@ def run_members_and_follow(
                 directory=member_path(directory, seed),
                 speaks=comm.rank == 0,
                 quiet=quiet,
+                screen=terminal_screen(shown=comm.rank == 0 and not quiet),
                 name=name(seed),
                 warnings=warnings if seed == seeds[0] else (),
             )
-            with follower.progress:
+            with follower.screen:
                 yield follower.watcher(stopping.reason)
 
         def taken(seed: int) -> None:
