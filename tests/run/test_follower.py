@@ -18,7 +18,7 @@ SHORT = ("domain.h=0.04", "time.tau=[0.1,0.2]", "output.at=[]")
 
 
 class Display:
-    """What IPython's `display` would have shown, in place of a browser."""
+    """Browser that keeps all that IPython's `display` sends."""
 
     def __init__(self) -> None:
         self.bundles: list[dict[str, str]] = []
