@@ -2,6 +2,7 @@
 
 import sys
 from html import escape
+from textwrap import fill
 from time import perf_counter
 from types import TracebackType
 from typing import Any, Protocol, Self
@@ -11,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 # Seconds between two refreshments of a line in a notebook; each one is a message to a browser.
 REFRESH = 0.25
+COLUMNS = 80  # of a message in a notebook
 
 
 class Screen(Protocol):
@@ -140,8 +142,8 @@ class NotebookScreen:
         self._refresh()
 
     def say(self, line: str) -> None:
-        """Print a line."""
-        print(line)
+        """Print a message; a page does not wrap it."""
+        print(fill(line, COLUMNS, subsequent_indent="    "))
 
     def show(self, done: float | None, text: str) -> None:
         """Refresh the live line, as `Screen.show`, some times a second."""
