@@ -15,7 +15,7 @@ NOTEBOOKS = [
     page for page in sorted(FOLDER.glob("*.md")) if "\nfile_format: mystnb\n" in page.read_text()
 ]
 TIME = re.compile(r"(\d+ s|minute)s? .*on (one core|two cores)|takes .*(one core|two cores)")
-MAGIC = re.compile(r"^\s*[!%].*$", re.MULTILINE)
+NOT_PYTHON = re.compile(r"^\s*(?:[!%](?:.*\\\n)*|:tags:).*$", re.MULTILINE)
 
 
 def cells(page: Path) -> list[str]:
@@ -61,4 +61,4 @@ def test_the_cells_of_a_tutorial_are_python(page: Path) -> None:
     assert found, f"{page.name} has no cell"
     for cell in found:
         if not cell.startswith("%%"):
-            ast.parse(MAGIC.sub("", cell))
+            ast.parse(NOT_PYTHON.sub("", cell))
