@@ -35,6 +35,7 @@ class Follower:
     screen : where progress is shown.
     name : name of this run among several; empty for one.
     warnings : warnings of `staffa check` on its case.
+    grown : called after the start of the run and after each step, to draw what grows with it.
     manifest : description of the run; None before it starts.
     latest : cracks of the last step and the time left, as text.
     cells : number of cells that was told last.
@@ -49,6 +50,7 @@ class Follower:
     screen: Screen = field(default_factory=NoScreen)
     name: str = ""
     warnings: Sequence[str] = ()
+    grown: Callable[[], None] = lambda: None
     manifest: Manifest | None = None
     latest: str = ""
     cells: int = 0
@@ -79,6 +81,7 @@ class Follower:
         )
         for sentence in self.warnings:
             self._say(f"  warning: {sentence}")
+        self.grown()
 
     def said(self, sentence: str) -> None:
         """Show a message."""
@@ -118,6 +121,7 @@ class Follower:
         notes = step.audit.notes if step.audit else ()
         for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
+        self.grown()
         if self.speaks and self.quiet and step.audit and step.status == Status.CONVERGED:
             for sentence in step.audit.violations:
                 print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)
