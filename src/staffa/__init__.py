@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from staffa.evolution.step_quantities import StepQuantity as StepQuantity
     from staffa.evolution.system import build as build
     from staffa.io.run_directory import open_run as open_run
+    from staffa.report.inline import Pictures as Pictures
+    from staffa.report.inline import pictures_of as pictures_of
     from staffa.results.crack_effect import crack_effect as crack_effect
     from staffa.runs.resume import resume as resume
     from staffa.runs.run import run as run
@@ -21,12 +23,14 @@ if TYPE_CHECKING:
 else:
     _WHERE = {
         "Case": "staffa.case.schema.case",
+        "Pictures": "staffa.report.inline",
         "StepQuantity": "staffa.evolution.step_quantities",
         "build": "staffa.evolution.system",
         "crack_effect": "staffa.results.crack_effect",
         "march": "staffa.evolution.march",
         "open_run": "staffa.io.run_directory",
         "parse_case": "staffa.case.reading.read",
+        "pictures_of": "staffa.report.inline",
         "problem": "staffa.setup.build",
         "read_case": "staffa.case.reading.read",
         "ready_case": "staffa.case.reading.ready_cases",

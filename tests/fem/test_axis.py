@@ -20,6 +20,7 @@ from staffa.evolution.system import System, build
 from staffa.geometry.simplices import Simplices
 from staffa.heat.thermal_body import Conduction, Dirichlet, Robin
 from staffa.loads.forces import Forces, Traction
+from staffa.measure.radial import radial, radial_steps
 from staffa.model import axis
 from staffa.model.domain import block, middles
 from staffa.model.domain import body as make_body
@@ -27,7 +28,6 @@ from staffa.model.fields import owned, vertices
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.elasticity import TransverselyIsotropic
 from staffa.records.step import Step
-from staffa.results.radial import radial, radial_steps
 from staffa.setup.build import problem as make_problem
 from support.bodies import body, needs_gmsh, rates, rock, run
 from support.heated import Heated, tensor

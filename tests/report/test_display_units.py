@@ -13,7 +13,6 @@ from staffa.case.reading.read import parse_case
 from staffa.case.reading.ready_cases import ready_case
 from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.scales.shown_units import reference, units
-from staffa.cli.live import Follower
 from staffa.display_units import Magnitudes, Unit, choose_display_units
 from staffa.io.run_directory import Run, open_run
 from staffa.measure.network import Network
@@ -35,6 +34,7 @@ from staffa.results.spacing import TITLE, round_depths, spacing
 from staffa.results.summary import summary
 from staffa.results.tables import Table
 from staffa.results.tips import tips_table
+from staffa.runs.follower import Follower
 
 NAMES = ("length", "crack", "opening", "volume", "time", "temperature", "stress", "energy", "force")
 READY = {

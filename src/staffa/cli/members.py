@@ -12,7 +12,7 @@ from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
 from staffa.cli.jobs import SideBySide, member_name
-from staffa.cli.live import Follower, ending_all_ranks
+from staffa.cli.live import ending_all_ranks, terminal_screen
 from staffa.cli.results import (
     print_ensemble,
     print_ensemble_pictures,
@@ -30,6 +30,7 @@ from staffa.io.study_directory import Parameter, Point, has_started, read_study,
 from staffa.results.csv_files import write_pooled, write_study
 from staffa.results.ensemble_means import write_results
 from staffa.runs.ensemble import ensemble_members, seeds_from
+from staffa.runs.follower import Follower
 from staffa.runs.member_runs import Member, run_member, run_members
 from staffa.runs.run import Watcher
 from staffa.runs.study import planned_study
@@ -226,10 +227,11 @@ def _followed(
         directory=member.place,
         speaks=comm.rank == 0,
         quiet=quiet,
+        screen=terminal_screen(shown=comm.rank == 0 and not quiet),
         name=", ".join(filter(None, (member_name(member, len(members)), member.said))),
         warnings=warnings,
     )
-    with follower.progress:
+    with follower.screen:
         yield follower.watcher(stopping.reason)
 
 

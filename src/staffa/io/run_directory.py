@@ -30,6 +30,8 @@ from staffa.records.step import Step, kept, made
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    import staffa
+
 FORMAT = 1
 CASE, MANIFEST, STEPS = "case.toml", "manifest.json", "steps.jsonl"
 LOG = "run.log"
@@ -73,6 +75,17 @@ class Run:
     def production_frame(self) -> "DataFrame":
         """Return production.csv as a pandas frame: a row for each step and well, in SI units."""
         return pandas_frame(well_rows(self.manifest.reservoir, self.steps), WellRow._fields)
+
+    def plot(self, *names: str) -> "staffa.Pictures":
+        """Draw the standard pictures, see `staffa.pictures_of`; a notebook shows them.
+
+        Parameters
+        ----------
+        names : names of pictures, like "cracks"; without any, all that the run has numbers for.
+        """
+        import staffa  # only then Matplotlib is loaded
+
+        return staffa.pictures_of(self, *names)
 
     def wants(self, step: Step) -> bool:
         """Return True if the time of a step was requested as an output."""

@@ -262,6 +262,11 @@ class Step:
     quantities: dict[str, tuple[float, ...]] = field(default_factory=dict)
     mesh: RefinedMesh | None = None
 
+    @property
+    def tips(self) -> tuple[Tip, ...]:
+        """Tips of the cracks; none where nothing was measured."""
+        return self.measures.tips if self.measures else ()
+
     def to_record(self) -> dict[str, Any]:
         """Return the step as a dictionary that JSON can hold, with the total energy."""
         record = json_form(self)

@@ -79,7 +79,7 @@ def draw(
         The run directory cannot be written to.
     """
     found, unread = networks(run)
-    figures, skipped = _figures(run, found)
+    figures, skipped = run_figures(run, found)
     movies: dict[str, Write] = {}
     if movie or (movie is None and len(run.manifest.size) == 3):
         steps = evenly_spread(with_fields(run), MOST)
@@ -192,10 +192,16 @@ def _ensemble_figures(
     return figures | _sizes(list(ensemble.finished.values())), skipped
 
 
-def _figures(
+def run_figures(
     run: Run, found: Sequence[Drawing]
 ) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """Return how to draw each picture, by name, and reasons for those that cannot be drawn."""
+    """Return how to draw each picture, by name, and reasons for those that cannot be drawn.
+
+    Parameters
+    ----------
+    run : the run.
+    found : its crack networks.
+    """
     manifest, steps = run.manifest, run.steps
     if not steps:
         return {}, ["no pictures: no step is finished yet"]

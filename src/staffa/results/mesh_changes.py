@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from staffa.io.run_directory import Run
-from staffa.records.step import Step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,16 +47,3 @@ def mesh_text(run: Run) -> str:
         f"which {change if found.energy else 'did not change the energy'}; largest damage in a "
         f"coarse cell {found.coarse_damage:.2g}"
     )
-
-
-def cells_told(step: Step, before: int) -> str:
-    """Return the number of cells of a step in words, where it is not that of before; else nothing.
-
-    Parameters
-    ----------
-    step : the step.
-    before : number of cells that was told last.
-    """
-    if step.mesh is None or step.mesh.cells == before:
-        return ""
-    return f"{step.mesh.cells:,} cells"

@@ -7,6 +7,7 @@ from functools import reduce
 
 from staffa.display_units import Unit
 from staffa.io.run_directory import Run
+from staffa.measure.radial import radial_steps
 from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
 from staffa.records.status import Status, Verdict
@@ -14,7 +15,6 @@ from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
 from staffa.results.crack_warnings import crack_warnings
 from staffa.results.mesh_changes import mesh_text
 from staffa.results.production_table import production_lines
-from staffa.results.radial import radial_steps
 from staffa.results.release_table import release_text
 from staffa.results.slab_table import remaining, run_arrests
 

@@ -32,8 +32,10 @@ from staffa.physics.split import EnergySplit
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step, kept
 from staffa.runs.checkpoints import CheckpointWriter, listed_versions, on_disk, versions
-from staffa.runs.run import hold_run_lock, march_on, open_session
-from staffa.runs.run_observers import Watcher, probes, probing, watching
+from staffa.runs.follower import followed
+from staffa.runs.run import march_on, open_session
+from staffa.runs.run_lock import hold_run_lock, require_run
+from staffa.runs.run_observers import Watcher, probes, probing
 from staffa.runs.times_ahead import schedule_ahead, with_times
 from staffa.setup.build import COMM, problem
 from staffa.setup.user_objects import Given, require_given, require_same, unrecorded
@@ -75,7 +77,7 @@ def resume(
     ----------
     directory : the run directory.
     comm : communicator of the ranks that go on with it.
-    watcher : follows the run; None for nobody.
+    watcher : follows the run; None for a log, and progress in a notebook or on a terminal.
     settings : "section.key=value" put over the run's case: of [time], [output] and [solver].
     damage, split, temperature : those that `run` was given: by what they are and give, see
         `setup.object_identity`.
@@ -89,12 +91,34 @@ def resume(
     SolveError, StoppedError
         See `run`.
     """
-    directory, watcher = path_of(directory, "directory"), watching(watcher)
-    settings = settings_of(settings)
+    directory, settings = path_of(directory, "directory"), settings_of(settings)
     require(comm, MPI.Comm, "comm", COMM)
     quantities = known_quantities(quantities)
+    on_root(comm, lambda: require_run(directory))
     given = Given(damage=damage, split=split, temperature=temperature)
-    on_root(comm, lambda: _require_run(directory))
+    with followed(watcher, comm, directory) as looking:
+        return _resumed(directory, settings, comm, looking, given, quantities)
+
+
+def _resumed(
+    directory: Path,
+    settings: tuple[str, ...],
+    comm: MPI.Comm,
+    watcher: Watcher,
+    given: Given,
+    quantities: Sequence[Recorded],
+) -> tuple[Step, ...]:
+    """Take up a run and march to its end. Collective.
+
+    Parameters
+    ----------
+    directory : the run directory.
+    settings : changes of the case.
+    comm : communicator of all ranks.
+    watcher : follows the run.
+    given : objects of a script in place of the case's.
+    quantities : quantities of a script.
+    """
     with hold_run_lock(comm, directory) as said_by_lock:
         old, case = on_root(comm, lambda: cases_of(directory, settings))
         manifest = on_root(comm, lambda: run_directory.read_manifest(directory))
@@ -157,17 +181,6 @@ def _tell_of_simulator(session: Session, manifest: Manifest, watcher: Watcher) -
     if before and coupling and coupling.simulator != before.simulator:
         now = coupling.simulator
         watcher.said(f"numbers may differ a little: before {before.simulator} and now {now}")
-
-
-def _require_run(directory: Path) -> None:
-    """Refuse a folder without a run, before a lock is made in it."""
-    if not directory.is_dir():
-        raise InputError(f"there is no folder {directory}; name that of a run")
-    if not (directory / run_directory.MANIFEST).is_file():
-        raise InputError(
-            f"{directory} is no run directory: it has no {run_directory.MANIFEST}; name one or, if "
-            f"a run was cut in it before it began, remove it and run the case again"
-        )
 
 
 def cases_of(directory: Path, settings: Sequence[str]) -> tuple[Case, Case]:

@@ -10,10 +10,9 @@ import numpy as np
 
 from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
-from staffa.backend.lock import Lock
 from staffa.backend.parallel import on_root, require_together
 from staffa.backend.petsc_options import petsc_errors
-from staffa.case.check.preview import split_facts
+from staffa.case.check.preview import preview, split_facts
 from staffa.case.rules import is_scaled
 from staffa.case.scales.case_scales import Numbers, derived_numbers
 from staffa.case.scales.shown_units import reference, units
@@ -40,9 +39,11 @@ from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.records.step import Step, kept
 from staffa.reservoir.describe_model import reservoir_facts
 from staffa.runs.checkpoints import FLAGS, CheckpointWriter, on_disk
+from staffa.runs.follower import followed
 from staffa.runs.provenance import commit, now, version
+from staffa.runs.run_lock import hold_run_lock, require_new
 from staffa.runs.run_observers import Watcher as Watcher
-from staffa.runs.run_observers import observers, probes, probing, watching
+from staffa.runs.run_observers import observers, probes, probing
 from staffa.setup.build import CASE, COMM, problem
 from staffa.setup.user_objects import Given, recorded
 
@@ -65,7 +66,7 @@ def run(
     case : the case.
     directory : the run directory, which must be new or empty.
     comm : communicator of the ranks that run it.
-    watcher : follows the run; None for nobody.
+    watcher : follows the run; None for a log, and progress in a notebook or on a terminal.
     damage, split, temperature : a law, an energy split, a load of your own, in place of the case's;
         the manifest keeps their identity, and `resume` asks for them.
     quantities : quantities of your own, see `staffa.StepQuantity`, which are recorded at each step;
@@ -82,12 +83,39 @@ def run(
     """
     require(case, Case, "case", CASE)
     require(comm, MPI.Comm, "comm", COMM)
-    directory, watcher = path_of(directory, "directory"), watching(watcher)
-    quantities = known_quantities(quantities)
-    on_root(comm, lambda: _require_free(directory))
+    directory, quantities = path_of(directory, "directory"), known_quantities(quantities)
+    on_root(comm, lambda: require_new(directory))
     if temperature is not None:
         case = for_any_load(case)  # as it is written into the directory
     given = Given(damage=damage, split=split, temperature=temperature)
+    with followed(watcher, comm, directory, lambda: _warnings(case, given)) as follower:
+        return _new_run(case, directory, comm, follower, given, quantities)
+
+
+def _warnings(case: Case, given: Given) -> tuple[str, ...]:
+    """Return the warnings of `staffa check`; none on a case whose objects a script replaces."""
+    return () if given.names else preview(case).warnings
+
+
+def _new_run(
+    case: Case,
+    directory: Path,
+    comm: MPI.Comm,
+    watcher: Watcher,
+    given: Given,
+    quantities: Sequence[Recorded],
+) -> tuple[Step, ...]:
+    """Build a case, write its directory and march to its end, as `run`. Collective.
+
+    Parameters
+    ----------
+    case : the case.
+    directory : the run directory.
+    comm : communicator of all ranks.
+    watcher : follows the run.
+    given : objects of a script in place of the case's.
+    quantities : quantities of a script.
+    """
     setup = problem(case, comm=comm, **vars(given))
     own, opening = recorded(given, setup), open_session(setup, effective_gc_ratio(setup))
     del setup  # the session alone owns what belongs to a mesh
@@ -136,45 +164,6 @@ def open_session(setup: Problem, toughness_factor: float) -> Iterator[Session]:
     finally:
         if not alone:
             session.destroy()
-
-
-def _require_free(directory: Path) -> None:
-    way_out = f"go on with `staffa resume {directory}` if it is not finished, or choose another one"
-    run_directory.require_free(directory, way_out)
-
-
-@contextmanager
-def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iterator[str | None]:
-    """Hold the lock of a run directory, and yield its message if it has one. Collective.
-
-    Parameters
-    ----------
-    comm : communicator of all ranks.
-    directory : the run directory.
-    new : True if it must not contain a run, and is made.
-
-    Raises
-    ------
-    InputError
-        Another process writes to it, or it cannot be written to.
-    """
-    lock = Lock(directory)
-
-    def take() -> str | None:
-        if new:
-            directory.mkdir(parents=True, exist_ok=True)
-        said = lock.take()
-        if new:
-            _require_free(directory)
-        return said
-
-    with on_disk(directory, started=False):
-        said = on_root(comm, take)
-    try:
-        yield said
-    finally:
-        if comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
-            lock.release()
 
 
 def march_on(

@@ -8,7 +8,6 @@ from staffa.backend.stack import MPI
 
 import numpy as np
 
-from staffa.arguments import require
 from staffa.backend.parallel import any_over_ranks, best_candidate, on_root
 from staffa.case.schema.case import Case
 from staffa.case.schema.probe_keys import Line
@@ -51,13 +50,6 @@ class Watcher:
     swept: Callable[[Moment, Sweep], None] = lambda moment, sweep: None
     stepped: Callable[[Step], None] = lambda step: None
     stop: Callable[[], str | None] = lambda: None
-
-
-def watching(watcher: Watcher | None) -> Watcher:
-    """A watcher, or one who looks on and does nothing."""
-    if watcher is not None:
-        require(watcher, Watcher, "watcher", "give a staffa.runs.run.Watcher")
-    return watcher or Watcher()
 
 
 def writer(session: Session) -> FieldWriter:
