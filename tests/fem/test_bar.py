@@ -183,6 +183,12 @@ def test_effective_gc_is_near_its_first_guess(law: str, cells: str) -> None:
         assert abs(factor - guess) < 0.3 * (guess - 1), f"h = ell/{ell / h:.0f}: {factor}, {guess}"
 
 
+def test_cells_far_smaller_than_ell_are_no_obstacle() -> None:
+    """The free boundary of the damage moves by one of 64 cells in an iteration."""
+    found = effective_gc(rock(ell=1.0, law=LAWS["AT1"]), dim=2, h=1 / 64, cells="quadrilateral")
+    assert found == pytest.approx(1 + 3 / (8 * 64), rel=1e-4)
+
+
 def test_effective_gc_agrees_between_ranks() -> None:
     """It is measured on one rank's own strip: the same number everywhere."""
     domain = block(MPI.COMM_WORLD, size=(1.0, 1.0), h=0.5, cells="quadrilateral")

@@ -50,10 +50,11 @@ ITERATIVE = {
 # Projected Newton with a line search: a full step is exact for AT1 and AT2, whose energy is
 # quadratic in alpha; measured 1.5 iterations a sweep on the slab, against 4 to 30 for bntr, gpcg
 # and blmvm. The active-set tolerance is that of SNES's own solver: with TAO's default, 1e-3, damage
-# just above its bound counts as held.
+# just above its bound counts as held. An iteration frees one layer of cells around a crack, so
+# cells of ell/64 take more than a hundred.
 TAO = {
     "tao_type": "bnls",
-    "tao_max_it": "100",
+    "tao_max_it": "1000",
     "tao_bnk_as_tol": "1e-8",
     "tao_bnk_ksp_rtol": "1e-6",
     "tao_bnk_pc_type": "jacobi",
@@ -64,7 +65,7 @@ TAO = {
 # of a body that is nearly at rest that is next to nothing.
 SNES = {
     "snes_type": "vinewtonrsls",
-    "snes_max_it": "100",
+    "snes_max_it": "1000",
     "snes_divergence_tolerance": "1e30",
     "snes_linesearch_type": "basic",
     "ksp_type": "cg",
