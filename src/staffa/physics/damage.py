@@ -1,5 +1,7 @@
 """Damage laws: degradation of the stiffness and local dissipation."""
 
+from dataclasses import dataclass
+from math import pi
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,7 +67,75 @@ class AT2:
         return alpha**2
 
 
+# Coefficients a2 and a3 of the softening of a cohesive law (Wu 2017, with p = 2).
+SOFTENING = {"linear": (-0.5, 0.0), "cornelissen": (1.3868, 0.6567)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cohesive:
+    """Law whose strength and softening do not depend on ell (Wu, J. Mech. Phys. Solids 103, 2017).
+
+    1/a = 1 + a1 alpha (1 + a2 alpha (1 + a3 alpha))/(1 - alpha)^2 and w = 2 alpha - alpha^2: the
+    stress across a crack falls with its opening, from the strength to 0.
+
+    Attributes
+    ----------
+    a1 : 4 l_ch/(pi ell), with Irwin's length l_ch = E Gc/strength^2.
+    softening : stress against opening, "linear" or "cornelissen" (as of concrete).
+    name : name of the law.
+    """
+
+    a1: float
+    softening: str = "linear"
+    name: str = "cohesive"
+    c_w = pi / 4
+
+    def a(self, alpha: Any) -> Any:
+        """Return a(alpha)."""
+        a2, a3 = SOFTENING[self.softening]
+        left = (1 - alpha) ** 2
+        return left / (left + self.a1 * alpha * (1 + a2 * alpha * (1 + a3 * alpha)))
+
+    def w(self, alpha: Any) -> Any:
+        """Return w(alpha) = 2 alpha - alpha^2."""
+        return alpha * (2 - alpha)
+
+
+def irwin_length(*, E: float, Gc: float, strength: float) -> float:
+    """Return l_ch = E Gc/strength^2 (m).
+
+    Parameters
+    ----------
+    E : Young's modulus (Pa).
+    Gc : fracture toughness (J/m^2).
+    strength : stress that a bar bears (Pa).
+    """
+    return E * Gc / strength**2
+
+
+def cohesive(*, irwin: float, ell: float, softening: str = "linear") -> Cohesive:
+    """Return the cohesive law of Irwin's length (m) at an ell (m)."""
+    return Cohesive(a1=4 * irwin / (pi * ell), softening=softening)
+
+
+def longest_cohesive_ell(irwin: float, softening: str = "linear") -> float:
+    """Return the largest ell (m) of a cohesive law: 8/(3 pi) of Irwin's length if linear.
+
+    Above it, a is not convex at alpha = 0: a1 < 2 + a2 (Wu and Nguyen, J. Mech. Phys. Solids 119,
+    20, 2018).
+
+    Parameters
+    ----------
+    irwin : Irwin's length (m).
+    softening : see `Cohesive`.
+    """
+    return 4 * irwin / (pi * (2 + SOFTENING[softening][0]))
+
+
 LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
+COHESIVE = "cohesive"
+# All laws by their names; of those that have parameters, one.
+KNOWN: dict[str, DamageLaw] = {**LAWS, COHESIVE: Cohesive(a1=2.0)}
 
 
 def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:

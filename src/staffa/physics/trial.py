@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 from staffa.arguments import py_text, told
 from staffa.errors import InputError
-from staffa.physics.damage import LAWS, DamageLaw
+from staffa.physics.damage import KNOWN, DamageLaw
 from staffa.physics.split import SPLITS, EnergySplit, of_principal
 
 # Round-off of a law's or a split's arithmetic, over its largest value.
@@ -38,7 +38,7 @@ def try_law(law: DamageLaw, *, residual: float = 0.0) -> None:
     InputError
         It breaks a rule: a falls from 1 to 0, w rises from 0 to 1, c_w is the integral of sqrt(w).
     """
-    has_members("damage", law, ("name", "c_w", "a", "w"), methods=("a", "w"), known=LAWS)
+    has_members("damage", law, ("name", "c_w", "a", "w"), methods=("a", "w"), known=KNOWN)
     who, c_w = f"the damage law '{law.name}'", law.c_w
     _require(who, law, "c_w", Real, "a number")
     alpha = np.linspace(0.0, 1.0, 201)

@@ -18,6 +18,7 @@ from staffa.case.schema.boxes import product
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least, at_most, quoted
 from staffa.case.values.subdomains import is_uneven
+from staffa.physics.damage import COHESIVE
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 from staffa.units import Quantity
@@ -51,7 +52,7 @@ def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
                 f"these, raise its toughness with toughness.bands, by a factor of "
                 f"{at_least(case, share**2, '', digits=2).strip()} or more"
             )
-        if derived.ell0 is not None and _cracks_at_face(case, share):
+        if derived.ell0 is not None and _cracks_at_face(case, share) and not _is_cohesive(case):
             yield from _of_nucleation(case, derived, derived.ell0 * toughness_at_face(case))
         yield from of_plane_strain(case, derived, largest, squeezed)
     yield from _of_opposite_boundary(case, derived, insulated=False)
@@ -65,7 +66,7 @@ def _exchanges_heat(case: Case) -> bool:
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
     """Yield notes on cooling: choices that may be intended."""
     share = start_of_damage(derived, peak_drop(case, derived), face_squeeze(case, derived))
-    if derived.ell0 is not None and _cracks_at_face(case, share):
+    if derived.ell0 is not None and _cracks_at_face(case, share) and not _is_cohesive(case):
         ell0 = derived.ell0 * toughness_at_face(case)
         if derived.dT_c is not None:
             yield from _of_overlap(case, derived, ell0)
@@ -101,6 +102,11 @@ def _cracks_at_face(case: Case, share: float) -> bool:
     Bands may make the face tougher than the rock below it, for which `share` holds.
     """
     return share >= sqrt(toughness_at_face(case) / least_factor(case))
+
+
+def _is_cohesive(case: Case) -> bool:
+    """Return True if the spacing of the first cracks does not depend on ell."""
+    return case.damage.law == COHESIVE
 
 
 def instant(case: Case, derived: Numbers, time: float, *, up: bool) -> str:

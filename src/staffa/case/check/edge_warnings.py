@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from staffa.case.scales.surface_cooling import surface_exchanges
 from staffa.case.schema.case import Case, Named
 from staffa.case.schema.quantity_text import amount, at_least, at_most
+from staffa.case.values.damage_law import damage_law
 from staffa.geometry.block import broken_layer_thickness
-from staffa.physics.damage import LAWS, effective_gc_factor
+from staffa.physics.damage import effective_gc_factor
 
 RESOLVED = 3.0  # cells in ell that resolve a crack
 POOR = 2.0  # cells in ell below which its toughness is so far off that it is a warning
@@ -53,7 +54,7 @@ def long_edges(case: Case, h: float) -> Iterator[tuple[bool, str]]:
 def _tougher(case: Case, h: float) -> str:
     """Return in words the change of the toughness by cells of an edge h (m)."""
     layer = h * broken_layer_thickness(case.dim, str(case.domain.cells))
-    law = LAWS[case.damage.law]
+    law = damage_law(case)
     more = effective_gc_factor(law, h=layer, ell=float(case.damage.ell)) - 1
     return f"cracks run as if Gc were about {100 * more:.2g} % larger"
 

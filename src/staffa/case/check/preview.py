@@ -17,6 +17,7 @@ from staffa.case.scales.case_scales import Numbers, derived_numbers, least_facto
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least
+from staffa.case.values.damage_law import case_irwin_length, damage_law, softening
 from staffa.case.values.default_split import is_by_default
 from staffa.case.values.diffusion_time import conductivities
 from staffa.case.values.pressing_loads import pressing
@@ -28,7 +29,7 @@ from staffa.case.values.subdomains import (
     temperature_changes,
 )
 from staffa.geometry.block import broken_layer_thickness
-from staffa.physics.damage import LAWS, effective_gc_factor
+from staffa.physics.damage import COHESIVE, effective_gc_factor
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
@@ -108,7 +109,7 @@ def _axis_facts(case: Case) -> list[Fact]:
 def _mesh_facts(case: Case) -> list[Fact]:
     ell, h = float(case.damage.ell), cell_edge(case)
     layer = h * broken_layer_thickness(case.dim, str(case.domain.cells))
-    factor = effective_gc_factor(LAWS[case.damage.law], h=layer, ell=ell)
+    factor = effective_gc_factor(damage_law(case), h=layer, ell=ell)
     return [
         ("ell/h", f"{ell / h:.3g}", "cells in a regularization length; 3 or more resolve a crack"),
         (
@@ -141,7 +142,14 @@ def _rock_facts(case: Case, derived: Numbers) -> list[Fact]:
 def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     sigma = f"{derived.sigma_c:.4g}{unit(case, 'Pa')}"
     facts = _rock_facts(case, derived)
-    facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
+    if case.damage.law == COHESIVE:
+        irwin = case_irwin_length(case)
+        told = f"strength of a bar at any ell, with {softening(case)} softening"
+        facts.append(("sigma_c", sigma, told))
+        told = f"Irwin's length E Gc/sigma_c^2, {irwin / float(case.damage.ell):.3g} ell"
+        facts.append(("l_ch", amount(case, irwin, "m"), told))
+    else:
+        facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
     if not case.temperature.acts:
         strain = derived.sigma_c / derived.rock.E
         sooner = ["the given cracks may grow sooner"] if case.cracks else []
@@ -275,7 +283,7 @@ def _length_facts(case: Case, derived: Numbers) -> list[Fact]:
     if ell0 is not None:
         meaning = "Gc over thermal stress squared: unit of spacing"
         facts.append(("ell0", f"{ell0:.3g}{metre}", meaning))
-    if ell0 is not None and derived.dT_c is not None:
+    if ell0 is not None and derived.dT_c is not None and case.damage.law != COHESIVE:
         mixed, apart = sqrt(ell0 * ell), f"cracks start about {WAVELENGTH:g} of these apart"
         value = f"{mixed:.3g}{metre}"
         facts.append(("sqrt(ell ell0)", value, f"{apart}, if dT/dT_c is 3 or more"))

@@ -30,6 +30,7 @@ from staffa.case.rules.cooling_rules import (
     formula_of_temperature_gives_numbers,
     measures_are_inside,
 )
+from staffa.case.rules.damage_rules import cohesive_is_possible
 from staffa.case.rules.feedback_rules import feedback_is_possible
 from staffa.case.rules.file_rules import files_count_as_the_case, files_cover_the_body
 from staffa.case.rules.force_rules import (
@@ -142,6 +143,7 @@ RULES = (
     tables_of_temperature_agree,
     properties_have_values,
     elasticity_is_definite,
+    cohesive_is_possible,
     mesh_carries_cracks,
     mesh_can_be_numbered,
     bands_are_inside,

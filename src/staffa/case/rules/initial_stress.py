@@ -9,11 +9,12 @@ from staffa.case.schema.quantity_text import amount, key
 from staffa.case.schema.shape_keys import Layers
 from staffa.case.schema.toml_text import inline
 from staffa.case.values.applied_forces import forces, pore_pressure_at_rest
+from staffa.case.values.damage_law import damage_law
 from staffa.case.values.default_split import energy_split, is_anisotropic, presses
 from staffa.case.values.subdomains import averages, is_uneven, subdomains_of
 from staffa.errors import InputError
 from staffa.loads.forces import Forces
-from staffa.physics.damage import LAWS, strength
+from staffa.physics.damage import strength
 from staffa.physics.split import NO_SPLIT, driven_density, of_principal
 
 
@@ -134,7 +135,7 @@ def rest_is_borne(case: Case) -> None:
     rock = averages(subdomains_of(case)[0])
     factor = np.prod([max(band.factor, 1.0) for band in case.toughness.bands])
     toughest = max(averages(subdomain).Gc for subdomain in subdomains_of(case)) * float(factor)
-    bears = strength(LAWS[case.damage.law], E=rock.E, Gc=toughest, ell=float(case.damage.ell))
+    bears = strength(damage_law(case), E=rock.E, Gc=toughest, ell=float(case.damage.ell))
     share = equivalent(case, stress) / bears
     if share.min() > 1:
         raise InputError(_broken(case, stress[:, share.argmin()], float(share.min())))

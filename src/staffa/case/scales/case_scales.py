@@ -10,6 +10,7 @@ from staffa.case.scales.reservoir_drop import reservoir_drop
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.cooling_keys import FORMULA
+from staffa.case.values.damage_law import damage_law
 from staffa.case.values.default_split import energy_split
 from staffa.case.values.diffusion_time import depth, diffusivity, times_in
 from staffa.case.values.subdomains import Averages, averages, subdomains_of
@@ -18,7 +19,7 @@ from staffa.errors import InputError
 from staffa.geometry.places import SAME
 from staffa.loads.closed_form import PROFILES, AnyTemperature, CooledFace, Face, Load, NoLoad
 from staffa.physics import scales
-from staffa.physics.damage import LAWS, DamageLaw, strength
+from staffa.physics.damage import DamageLaw, strength
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID
 from staffa.physics.split import NO_SPLIT, EnergySplit, driven_share
 from staffa.units import LARGEST, SMALLEST
@@ -93,7 +94,7 @@ def derived_numbers(
     own_load : True if a script gives the temperature, so that drops are unknown.
     """
     ell = float(case.damage.ell)
-    law, split = law or LAWS[case.damage.law], split or energy_split(case)
+    law, split = law or damage_law(case), split or energy_split(case)
     state = _state(case)
     rocks = {subdomain.name: averages(subdomain) for subdomain in subdomains_of(case)}
     m = rocks["material"]

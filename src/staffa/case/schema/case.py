@@ -18,6 +18,7 @@ from staffa.case.schema.field_types import (
     Number,
     Position,
     PositiveNumber,
+    Strength,
     one_of,
 )
 from staffa.case.schema.force_keys import ForceKeys
@@ -31,7 +32,7 @@ from staffa.case.schema.time_keys import TimeKeys
 from staffa.case.schema.tolerances import Better, Change, Residual
 from staffa.evolution.output_fields import DEFAULT, FIELDS, NEEDED
 from staffa.geometry.outline import Outline
-from staffa.physics.damage import LAWS
+from staffa.physics.damage import KNOWN, SOFTENING
 from staffa.physics.split import SPLITS
 from staffa.records.step import Stop
 
@@ -39,8 +40,21 @@ from staffa.records.step import Stop
 class DamageKeys(CaseTable):
     """Model of damage: law, split and regularization length."""
 
-    law: Annotated[str, one_of(LAWS)] = Field(
-        default="AT1", description="AT1: elastic up to a strength; AT2: the paper's, no threshold"
+    law: Annotated[str, one_of(KNOWN)] = Field(
+        default="AT1",
+        description="AT1: elastic up to a strength that ell gives; AT2: the paper's, no threshold; "
+        "cohesive: elastic up to damage.strength, whatever ell",
+    )
+    strength: Strength | None = Field(
+        default=None,
+        description="cohesive only, and needed there: stress that a bar of the rock bears",
+        examples=["10 MPa"],
+    )
+    softening: Annotated[str, one_of(SOFTENING)] | None = Field(
+        default=None,
+        description="cohesive only: stress across a crack against its opening; linear (default), "
+        "or cornelissen, as of concrete",
+        examples=["linear"],
     )
     split: Annotated[str, one_of(SPLITS)] | None = Field(
         default=None,
