@@ -1,5 +1,7 @@
 """Damage laws: degradation of the stiffness and local dissipation."""
 
+from collections import ChainMap
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 from typing import Any, Protocol
@@ -135,7 +137,7 @@ def longest_cohesive_ell(irwin: float, softening: str = "linear") -> float:
 LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
 COHESIVE = "cohesive"
 # All laws by their names; of those that have parameters, one.
-KNOWN: dict[str, DamageLaw] = {**LAWS, COHESIVE: Cohesive(a1=2.0)}
+KNOWN: Mapping[str, DamageLaw] = ChainMap({COHESIVE: Cohesive(a1=2.0)}, LAWS)
 
 
 def slope(function: Any, alpha: np.ndarray | float) -> np.ndarray:

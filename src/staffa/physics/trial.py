@@ -1,6 +1,6 @@
 """Tests of a damage law and an energy split at samples: do they obey the rules of the theory?"""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import chain
 from numbers import Real
@@ -147,7 +147,7 @@ def has_members(
     members: tuple[str, ...],
     *,
     methods: tuple[str, ...],
-    known: dict[str, Any] | None = None,
+    known: Mapping[str, Any] | None = None,
 ) -> None:
     """Refuse an object that lacks a member, is a class, or has a name that is taken.
 
