@@ -43,6 +43,7 @@ nb_execution_timeout = 120  # seconds a cell
 nb_merge_streams = True
 
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
@@ -53,6 +54,7 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+html_use_index = False  # the search finds more
 html_last_updated_fmt = None
 html_theme_options = {
     "show_navbar_depth": 1,
@@ -60,4 +62,6 @@ html_theme_options = {
     "use_download_button": False,
     "use_fullscreen_button": False,
     "navigation_with_keys": True,
+    "navbar_persistent": [],  # the search box stands in the sidebar
 }
+html_context = {"default_mode": "auto"}  # light or dark, as the reader's system is

@@ -12,17 +12,22 @@ from staffa.errors import EXIT_CODES
 def commands_page() -> str:
     """Return a section for each command: its use, its arguments and its options."""
     group: Any = typer.main.get_command(app)
-    lines = [f"Exit codes. {EXIT_CODES}", ""]
+    lines: list[str] = []
     for name, command in group.commands.items():
         lines += _command(name, command)
+    codes = EXIT_CODES.removeprefix("Exit codes: ").removesuffix(".").split("; ")
+    lines += ["## Exit codes", "", "| code | meaning |", "| --- | --- |"]
+    lines += [
+        f"| {number} | {meaning} |" for number, meaning in (one.split(" ", 1) for one in codes)
+    ]
     return "\n".join(lines)
 
 
 def _command(name: str, command: Any) -> Iterator[str]:
-    with typer.Context(command, info_name=f"staffa {name}") as context:
-        usage = " ".join(["staffa", name, *command.collect_usage_pieces(context)])
-    yield from [f"## staffa {name}", "", str(command.help), ""]
-    yield from ["```sh", usage, "```", ""]
+    arguments = [one for one in command.params if one.param_type_name == "argument"]
+    options = ["[OPTIONS]"] if len(arguments) < len(command.params) else []
+    usage = " ".join(["staffa", name, *options, *map(_argument, arguments)])
+    yield from [f"## staffa {name}", "", str(command.help), "", "```sh", usage, "```", ""]
     for parameter in command.params:
         yield from _parameter(parameter)
 
@@ -41,5 +46,5 @@ def _parameter(parameter: Any) -> Iterator[str]:
 
 
 def _argument(parameter: Any) -> str:
-    """Return the name of an argument, as the line of its use has it."""
+    """Return the name of an argument."""
     return str(parameter.metavar or parameter.name.upper())

@@ -6,12 +6,14 @@ Each is made from the program when the site is built, so that it cannot differ f
 import inspect
 import re
 from collections.abc import Callable
+from pydoc import locate
 from typing import Any
 
 from case_keys import keys_page
 from command_line import commands_page
 from docutils import nodes
 from docutils.statemachine import StringList
+from pydantic import BaseModel
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
@@ -26,9 +28,17 @@ def objects_page() -> str:
     public = [f"staffa.{name}" for name in staffa.__all__]
     lines = ["```{eval-rst}"]
     for name in (*public, *MORE):
-        found = getattr(staffa, name.removeprefix("staffa."), None)
-        if found is not None and not inspect.isclass(found):
+        found = locate(name)
+        if not inspect.isclass(found):
             lines += [f".. autofunction:: {name}", ""]
+        elif issubclass(found, BaseModel):  # its arguments are the keys of a case, on their page
+            members = ", ".join(["model_config", *found.model_fields])
+            lines += [
+                f".. autoclass:: {name}()",
+                "   :members:",
+                f"   :exclude-members: {members}",
+                "",
+            ]
         else:
             lines += [f".. autoclass:: {name}", "   :members:", ""]
     return "\n".join([*lines, "```"])
@@ -68,6 +78,8 @@ def separate_types(app: Sphinx, kind: str, name: str, thing: Any, options: Any, 
     for line in lines:
         entry = re.fullmatch(r"(\s*)([\w*][\w*, ]*) : (.+)", line)
         found += [entry[1] + entry[2], f"{entry[1]}    {entry[3]}"] if entry else [line]
+    if kind in ("attribute", "property"):  # else a colon in the first line would end a type
+        found.insert(0, "")
     lines[:] = found
 
 
