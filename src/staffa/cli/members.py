@@ -10,7 +10,12 @@ from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
 from staffa.cli.live import Follower, ending_all_ranks
-from staffa.cli.results import print_ensemble, print_ensemble_pictures, require_clean_audit
+from staffa.cli.results import (
+    describe_results,
+    print_ensemble,
+    print_ensemble_pictures,
+    require_clean_audit,
+)
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
@@ -87,7 +92,9 @@ def _leave_results(directory: Path, *, quiet: bool) -> None:
     ensemble = read_ensemble(directory)
     write_results(ensemble)
     write_pooled(ensemble)
-    if not quiet:
+    if quiet:
+        describe_results(directory)
+    else:
         print_ensemble(ensemble)
         print_ensemble_pictures(ensemble)
 

@@ -1,7 +1,7 @@
 """Run of a case: it builds, marches, measures, and writes each completed step."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from staffa.backend.stack import MPI, OWN, PETSc
@@ -30,6 +30,7 @@ from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
 from staffa.evolution.system import build
 from staffa.io import run_directory
+from staffa.io.research_object import write_own_crate
 from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.measure.tip import reach
 from staffa.model.domain import cell_count
@@ -174,7 +175,20 @@ def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iter
         yield said
     finally:
         if comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
+            leave_description(directory)
             lock.release()
+
+
+def leave_description(directory: Path) -> None:
+    """Describe a run as it is now, finished or not, if there is one and the disk takes it.
+
+    Parameters
+    ----------
+    directory : the run directory, whose lock is held.
+    """
+    with suppress(OSError, StaffaError):
+        if (directory / run_directory.MANIFEST).is_file():
+            write_own_crate(directory)
 
 
 def march_on(

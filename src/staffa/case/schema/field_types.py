@@ -20,6 +20,7 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from staffa.errors import InputError, did_you_mean
+from staffa.io.crate_people import is_author, is_license
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.formula import LONGEST, formula, formula_variables
 from staffa.units import EXAMPLES, Quantity, parse, sensible
@@ -114,6 +115,21 @@ def is_line(text: str) -> str:
     return text
 
 
+def _is_author(text: str) -> str:
+    if not is_author(text):
+        raise ValueError(
+            'it must be a name, alone or with an ORCID or a mail address, like "Ada Lovelace '
+            '<https://orcid.org/0000-0002-1825-0097>"'
+        )
+    return text
+
+
+def _is_license(text: str) -> str:
+    if not is_license(text):
+        raise ValueError('it must be an identifier of spdx.org, like "CC-BY-4.0", or an address')
+    return text
+
+
 POSITIVE = AfterValidator(_positive)
 NOT_NEGATIVE = AfterValidator(_not_negative)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
@@ -150,6 +166,8 @@ Angle = Annotated[Number, BeforeValidator(_or_value_error(_in_degrees))]
 Name = Annotated[str, AfterValidator(is_name)]
 FilePath = Annotated[str, AfterValidator(is_path)]
 Line = Annotated[str, AfterValidator(is_line)]
+Author = Annotated[Line, AfterValidator(_is_author)]
+License = Annotated[Line, AfterValidator(_is_license)]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)
