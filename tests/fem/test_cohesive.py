@@ -66,7 +66,7 @@ def cornelissen(opening: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pulled:
-    """Steps of a pulled bar: stress over strength, opening times strength/Gc, surface energy over Gc."""
+    """Steps of a pulled bar: stress over strength, opening times strength/Gc, surface over Gc."""
 
     stress: np.ndarray
     opening: np.ndarray

@@ -1,6 +1,7 @@
 """The network of a damage field is where the crack was drawn, as long, as wide, and as open."""
 
 import csv
+import json
 from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
@@ -324,7 +325,7 @@ def test_files_hold_the_whole_network(square: VtkMesh, tmp_path: Path) -> None:
     away = np.min([distance(square.points[:, :2], line) for line in DRAWN["T"][0]], axis=0)
     alpha = profile("AT1", away, H, ELL)
     u = 1e-3 * np.sign(square.points[:, [1]] - 0.5) * [0.0, 1.0, 0.0]
-    vtp, table, summary = written(tmp_path, square, alpha, u, (1.0, 1.0))
+    vtp, table, traces, body, summary = written(tmp_path, square, alpha, u, (1.0, 1.0))
     found = drawn(square, alpha, u)
     lines = pyvista.read(vtp)
     assert lines.n_cells == 3 and lines.n_points == len(found.points)
@@ -342,6 +343,11 @@ def test_files_hold_the_whole_network(square: VtkMesh, tmp_path: Path) -> None:
         (row,) = csv.DictReader(file)
     assert float(row["length"]) == pytest.approx(found.size) and row["cracks"] == "1"
     assert float(row["volume"]) == pytest.approx(found.volume)
+    lines_of = json.loads(traces.read_text())["features"]
+    assert sum(line["properties"]["length"] for line in lines_of) == pytest.approx(found.size)
+    (area,) = json.loads(body.read_text())["features"]
+    corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
+    assert sorted(area["geometry"]["coordinates"][0][:-1]) == corners
     assert not list(tmp_path.rglob("*.staffa-part"))
 
 

@@ -398,9 +398,10 @@ CHECKS = {
     "columns": Check(
         title="Columns",
         text=(
-            "A block like the ready case `brick`, coarser (ell = 1.8 h), and the same twice as wide in "
-            "both directions, several seeds each. Areas are means in which a cell at a roller counts half, and one in a corner a "
-            "quarter. The diameter is that of the circle of this area, the spacing area over "
+            "A block like the ready case `brick`, coarser (ell = 1.8 h), and the same twice as "
+            "wide in both directions, several seeds each. Areas are means in which a cell at a "
+            "roller counts half, and one in a corner a quarter. The diameter is that of the circle "
+            "of this area, the spacing area over "
             "length of the cracks. Both are compared with parallel cracks, at the depths that "
             "cracks have reached. With halves and quarters added up, a single block has one and a "
             "half to three whole cells there, a doubled one eight to fourteen. We assume that "

@@ -221,6 +221,25 @@ def compare(
 
 
 @app.command()
+def export(
+    directory: Folder,
+    as_zip: Annotated[
+        bool, typer.Option("--zip", help="pack it into one file, an RO-Crate in a zip archive")
+    ] = False,
+    archive: Annotated[
+        Path | None, typer.Option("--out", help="the archive; default DIRECTORY.zip")
+    ] = None,
+) -> None:
+    """Describe a run or an ensemble as a research object (RO-Crate); with --zip also pack it."""
+    from staffa.io.crate_archive import described, export_zip
+
+    if archive is not None and not as_zip:
+        raise InputError(f"--out {archive} is for an archive; add --zip, or leave it out")
+    made = export_zip(directory, archive) if as_zip else described(directory)
+    print(printable(str(made)))
+
+
+@app.command()
 def doctor() -> None:
     """Check the installation, from the compiler to a run on two ranks; exit code 1 if it fails."""
     from staffa.doctor import LACKING, OK, UNTRIED, WRONG, checkup

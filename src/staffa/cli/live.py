@@ -12,7 +12,12 @@ from staffa.backend.stack import MPI
 from staffa.backend.parallel import on_root, require_together
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
-from staffa.cli.results import print_pictures, print_summary, require_clean_audit
+from staffa.cli.results import (
+    describe_results,
+    print_pictures,
+    print_summary,
+    require_clean_audit,
+)
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import AloneError, StaffaError, printable
@@ -110,6 +115,7 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
     """Write tables and networks, and unless it is quiet also print and draw the results."""
     if quiet:
         write_tables(run, networks(run)[0])
+        describe_results(run.path)
     else:
         print_summary(run)
         print_pictures(run)

@@ -14,6 +14,7 @@ from staffa.case.schema.case import Case
 from staffa.cli.jobs import SideBySide, member_name
 from staffa.cli.live import ending_all_ranks, terminal_screen
 from staffa.cli.results import (
+    describe_results,
     print_ensemble,
     print_ensemble_pictures,
     print_study,
@@ -93,7 +94,9 @@ def run_members_and_follow(
         found = read_ensemble(directory)
         write_results(found)
         write_pooled(found)
-        if not way.quiet:
+        if way.quiet:
+            describe_results(directory)
+        else:
             print_ensemble(found)
             print_ensemble_pictures(found)
 

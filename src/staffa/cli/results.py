@@ -15,11 +15,13 @@ from staffa.compare.pair import Pair, pair_title
 from staffa.compare.side_by_side import common_times, results
 from staffa.errors import AuditError, printable
 from staffa.io.ensemble_directory import Ensemble
+from staffa.io.research_object import write_crate
 from staffa.io.run_directory import Run
 from staffa.io.study_directory import Study
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair, draw_study
 from staffa.results import slab_table
 from staffa.results.columns import columns
+from staffa.results.csv_files import writing
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
@@ -83,11 +85,24 @@ def print_pictures(run: Run, *, movie: bool | None = None) -> None:
             run, movie=movie, told=lambda done, of: bar.update(task, completed=done, total=of)
         )
     _print_drawn(drawn)
+    describe_results(run.path)
 
 
 def print_ensemble_pictures(ensemble: Ensemble) -> None:
     """Draw the pictures and the page of an ensemble, and print their paths."""
     _print_drawn(draw_ensemble(ensemble))
+    describe_results(ensemble.path)
+
+
+def describe_results(path: Path) -> None:
+    """Describe a run or an ensemble as a research object, its results included.
+
+    Parameters
+    ----------
+    path : its directory.
+    """
+    with writing(path):
+        write_crate(path)
 
 
 def print_study_pictures(study: Study) -> None:

@@ -12,7 +12,8 @@ from staffa.io.run_directory import MANIFEST, Run, open_run
 
 RESULTS = "ensemble.csv"
 PRODUCTION_MEANS = "production_means.csv"
-BESIDE = (RESULTS, PRODUCTION_MEANS, "cells.csv", "report.html", "pictures")
+CRATE = "ro-crate-metadata.json"  # what describes a run or an ensemble as a research object
+BESIDE = (RESULTS, PRODUCTION_MEANS, "cells.csv", "report.html", "pictures", CRATE)
 MEMBER = re.compile(r"seed-(0|[1-9]\d*)")
 OWN = ("output", "solver")  # tables that `staffa resume` may change in one member
 SEED = re.compile(r"\bseed = \d+")  # of [toughness], and of each random property

@@ -15,13 +15,15 @@ from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.records.step import Step
+from staffa.results.network_exchange import write_outline, write_polygons, write_traces
 from staffa.results.series import clock_columns, time_columns
 from staffa.results.tables import Cell, Column, Table
 
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
 FOLDER, TABLE = "network", "network.csv"
-CRACKS = re.compile(r"cracks-\d{4,}\.(vtp|csv)")
+BODY = "body.geojson"
+OURS = re.compile(r"(cracks|polygons|polygon-corners)-\d{4,}\.(vtp|csv|geojson)|body\.geojson")
 OLDER = (
     "openings: the fields hold none, since output.fields leaves them out or an earlier version "
     "wrote them; cracks are gray, and tables of networks that are there stay as they are"
@@ -78,17 +80,17 @@ def _outline(grid: VtkMesh) -> np.ndarray:
 
 
 def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
-    """Write `network/cracks-NNNN.vtp`, `.csv` for each step, and `network.csv`; return the paths.
+    """Write the files of the network of each step, and `network.csv`; return the paths.
 
     docs/reference/results.md describes their content. Files of an earlier version, whose
     openings this version cannot find again, are kept.
     """
     folder, written = run.path / FOLDER, []
     if without_openings(found) and (run.path / TABLE).exists():
-        return [*sorted(folder.glob("cracks-*")), run.path / TABLE]
+        return [*sorted(folder.glob("*")), run.path / TABLE]
     if found or folder.exists():
         make_folder(folder)
-    earlier = [old for old in folder.glob("cracks-*") if CRACKS.fullmatch(old.name)]
+    earlier = [old for old in folder.glob("*") if OURS.fullmatch(old.name)]
     for old in (*earlier, run.path / TABLE):
         old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
     for drawn in found:
@@ -96,6 +98,12 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
         _write_vtp(path, drawn.network)
         write_aside(path.with_suffix(".csv"), _elements(drawn.network, run).csv())
         written += [path, path.with_suffix(".csv")]
+        if len(run.manifest.size) == 3:
+            written += write_polygons(folder, run, drawn.step, drawn.network)
+            continue
+        written.append(write_traces(path.with_suffix(".geojson"), run, drawn.step, drawn.network))
+    if found and len(found[-1].outline):
+        written.append(write_outline(folder / BODY, run, found[-1].outline))
     if found:
         write_aside(run.path / TABLE, network_table(run, found).csv())
         written.append(run.path / TABLE)

@@ -9,11 +9,13 @@ from staffa.case.schema.checkpoint_keys import CheckpointKeys
 from staffa.case.schema.cooling_keys import RESERVOIR, TemperatureKeys
 from staffa.case.schema.domain_keys import DomainKeys
 from staffa.case.schema.field_types import (
+    Author,
     CaseTable,
     Flag,
     Instant,
     Integer,
     Length,
+    License,
     Line,
     Number,
     Position,
@@ -267,10 +269,26 @@ class SolverKeys(CaseTable):
     )
 
 
+# Keys of a case that stand above its tables: they tell of it and decide nothing.
+ABOUT = ("title", "authors", "license")
+
+
 class Case(CaseTable):
     """A whole case file."""
 
     title: Line = Field(default="", description="a line for tables and pictures")
+    authors: tuple[Author, ...] = Field(
+        default=(),
+        description="who made the case, for the research object that a run is "
+        "(docs/reference/files.md): names, with an ORCID or a mail address or without",
+        examples=[["Ada Lovelace <https://orcid.org/0000-0002-1825-0097>"]],
+    )
+    license: License = Field(
+        default="",
+        description="terms of use of the results: an identifier of spdx.org, like CC-BY-4.0, or an "
+        "address",
+        examples=["CC-BY-4.0"],
+    )
     domain: DomainKeys
     material: MaterialKeys = MaterialKeys()
     regions: dict[str, RegionKeys] = Field(

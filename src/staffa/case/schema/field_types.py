@@ -19,6 +19,7 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from staffa.case.schema.json_schema import Rule, Schema
 from staffa.errors import InputError, did_you_mean
+from staffa.io.crate_people import is_author, is_license
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.formula import LONGEST, formula, formula_variables
 from staffa.units import EXAMPLES, SI_UNITS, Quantity, parse, sensible
@@ -120,6 +121,21 @@ def is_line(text: str) -> str:
     return text
 
 
+def _is_author(text: str) -> str:
+    if not is_author(text):
+        raise ValueError(
+            'it must be a name, alone or with an ORCID or a mail address, like "Ada Lovelace '
+            '<https://orcid.org/0000-0002-1825-0097>"'
+        )
+    return text
+
+
+def _is_license(text: str) -> str:
+    if not is_license(text):
+        raise ValueError('it must be an identifier of spdx.org, like "CC-BY-4.0", or an address')
+    return text
+
+
 POSITIVE = Rule(_positive, exclusiveMinimum=0)
 NOT_NEGATIVE = Rule(_not_negative, minimum=0)
 Position = Annotated[InstanceOf[Quantity], _reads("length")]
@@ -157,6 +173,8 @@ Angle = Annotated[Number, _Read(_in_degrees, "rotation")]
 Name = Annotated[str, Rule(is_name, minLength=1, maxLength=LONGEST_NAME)]
 FilePath = Annotated[str, Rule(is_path, maxLength=LONGEST_PATH)]
 Line = Annotated[str, Rule(is_line, maxLength=LONGEST_LINE)]
+Author = Annotated[Line, Rule(_is_author)]
+License = Annotated[Line, Rule(_is_license)]
 Integer = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 ONE = Quantity(1.0)

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from staffa.case.schema.case import Case, Disc, Named, Segment
+from staffa.case.schema.case import ABOUT, Case, Disc, Named, Segment
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import RegionKeys
@@ -83,7 +83,7 @@ def to_toml(case: Case, *, explained: bool = False) -> str:
             lines += _regions(table, explained)
         elif name in OPTIONAL:
             lines += ["", *_absent(name, OPTIONAL[name])] if explained else []
-        elif not isinstance(table, str) and (table or explained):
+        elif name not in ABOUT and (table or explained):
             lines += ["", *_cracks(case, field, explained)]
     return "\n".join(lines).strip() + "\n"
 
@@ -92,7 +92,7 @@ def _keys(table: BaseModel, explained: bool, *, tables: bool) -> Iterator[str]:
     for name in _names(table):
         field = type(table).model_fields.get(name)
         value = getattr(table, name)
-        if not tables and not isinstance(value, str):
+        if not tables and name not in ABOUT:
             continue
         if explained:
             yield from _comment(field.description or "" if field else "a face of the body")

@@ -7,7 +7,7 @@ from hashlib import sha256
 from os.path import abspath
 from pathlib import Path
 
-from staffa.case.schema.case import Case
+from staffa.case.schema.case import ABOUT, Case
 from staffa.case.schema.property_keys import FieldFile
 from staffa.case.values.given_files import given_files
 from staffa.case.values.subdomains import subdomains_of
@@ -44,7 +44,7 @@ def case_identity(text: str, files: Iterable[Path]) -> str:
     files : the files that the case names.
     """
     tables = tomllib.loads(text)
-    fixed = {name: table for name, table in tables.items() if name not in (*CHANGEABLE, "title")}
+    fixed = {name: table for name, table in tables.items() if name not in (*CHANGEABLE, *ABOUT)}
     found = sha256(json.dumps(fixed, sort_keys=True).encode())
     for file in files:
         found.update(file.read_bytes())
