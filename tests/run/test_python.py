@@ -1,4 +1,4 @@
-"""staffa from Python: the README's example, a law and a load of one's own, another build."""
+"""staffa from Python: the example of its page, a law and a load of one's own, another build."""
 
 import re
 import subprocess
@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 
 import staffa
-from support.paths import ROOT
+from support.paths import DOCS
 
-README = ROOT / "README.md"
+PAGE = DOCS / "how-to" / "python.md"
 
 
 @pytest.mark.slow
-def test_the_readme_example_runs(tmp_path: Path) -> None:
-    (example,) = re.findall(r"```python\n(.*?)```", README.read_text(), flags=re.DOTALL)
+def test_the_example_of_the_page_runs(tmp_path: Path) -> None:
+    (example,) = re.findall(
+        r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL
+    )
     assert len(example.strip().splitlines()) <= 16
     done = subprocess.run(
         [sys.executable, "-c", example], capture_output=True, text=True, cwd=tmp_path, timeout=300
