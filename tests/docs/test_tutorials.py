@@ -15,12 +15,13 @@ NOTEBOOKS = [
     page for page in sorted(FOLDER.glob("*.md")) if "\nfile_format: mystnb\n" in page.read_text()
 ]
 TIME = re.compile(r"(\d+ s|minute)s? .*on (one core|two cores)|takes .*(one core|two cores)")
-NOT_PYTHON = re.compile(r"^\s*(?:[!%](?:.*\\\n)*|:tags:).*$", re.MULTILINE)
+MAGIC = re.compile(r"^\s*[!%].*$", re.MULTILINE)
 
 
 def cells(page: Path) -> list[str]:
     """Return the code cells of a notebook."""
-    return re.findall(r"```\{code-cell\} ipython3\n(.*?)```", page.read_text(), flags=re.DOTALL)
+    cell = r"```\{code-cell\} ipython3\n(?::tags: .*\n\n)?(.*?)```"
+    return re.findall(cell, page.read_text(encoding="utf-8"), flags=re.DOTALL)
 
 
 def test_there_are_the_tutorials_that_a_new_user_needs() -> None:
@@ -61,4 +62,4 @@ def test_the_cells_of_a_tutorial_are_python(page: Path) -> None:
     assert found, f"{page.name} has no cell"
     for cell in found:
         if not cell.startswith("%%"):
-            ast.parse(NOT_PYTHON.sub("", cell))
+            ast.parse(MAGIC.sub("", cell))
