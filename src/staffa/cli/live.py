@@ -25,6 +25,7 @@ from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest
 from staffa.records.status import Status
 from staffa.records.step import Moment, Step
+from staffa.report.growing_page import GrowingPage, growing_run, stopped_with
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
 from staffa.results.mesh_changes import cells_told
@@ -98,7 +99,9 @@ def following(
     follower = Follower(
         directory=directory, speaks=comm.rank == 0, quiet=quiet, warnings=tuple(warnings)
     )
-    with stopping.heeded(comm.size), follower.progress:
+    if follower.speaks and not quiet:
+        follower.page = growing_run(directory, follower.said)
+    with stopping.heeded(comm.size), follower.progress, stopped_with(follower.page):
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
     on_root(comm, lambda: require_clean_audit([open_run(directory)]))
@@ -175,6 +178,7 @@ class Follower:
     manifest : description of the run; None before it starts.
     latest : cracks of the last step and the time left, as text.
     cells : number of cells that was told last.
+    page : page that grows with the run; None for none.
     before : part of the run that was done when it was resumed.
     began : time (s) at which this process began it.
     """
@@ -187,6 +191,7 @@ class Follower:
     manifest: Manifest | None = None
     latest: str = ""
     cells: int = 0
+    page: GrowingPage | None = None
     before: float = 0.0
     began: float = field(default_factory=perf_counter)
 
@@ -226,6 +231,8 @@ class Follower:
         )
         for sentence in self.warnings:
             self._say(f"  warning: {sentence}")
+        if self.page:
+            self.page.grow()
 
     def said(self, sentence: str) -> None:
         """Print a message."""
@@ -265,6 +272,8 @@ class Follower:
         notes = step.audit.notes if step.audit else ()
         for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
+        if self.page:
+            self.page.grow()
         if self.speaks and self.quiet and step.audit and step.status == Status.CONVERGED:
             for sentence in step.audit.violations:
                 print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)

@@ -15,6 +15,7 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, member_path, read_ensemble
+from staffa.report.growing_page import growing_ensemble, stopped_with
 from staffa.results.csv_files import write_pooled
 from staffa.results.ensemble_means import write_results
 from staffa.runs.ensemble import run_ensemble, seeds_from
@@ -54,6 +55,8 @@ def run_members_and_follow(
         case = on_root(comm, read)
         seeds = on_root(comm, lambda: seeds_from(case, count=count, first=first))
         warnings = on_root(comm, lambda: preview(case).warnings)
+        shown = comm.rank == 0 and not quiet
+        page = growing_ensemble(directory, out.print) if shown else None
 
         def name(seed: int) -> str:
             return f"seed {seed} (member {seeds.index(seed) + 1} of {count})"
@@ -69,12 +72,15 @@ def run_members_and_follow(
             )
             with follower.progress:
                 yield follower.watcher(stopping.reason)
+            if page:
+                page.grow()
 
         def taken(seed: int) -> None:
             if comm.rank == 0 and not quiet:
                 out.print(f"{name(seed)} is finished already", markup=False, soft_wrap=True)
 
-        failures = run_ensemble(case, seeds, directory, comm=comm, follow=follow, taken=taken)
+        with stopped_with(page):
+            failures = run_ensemble(case, seeds, directory, comm=comm, follow=follow, taken=taken)
         on_root(comm, lambda: _leave_results(directory, quiet=quiet))
         if failures:
             raise SolveError(_told(failures, count))
