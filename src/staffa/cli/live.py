@@ -227,7 +227,7 @@ class Follower:
             f"{self._named()}{manifest.title or 'run'}: {manifest.unknowns:,} unknowns"
             f"{' at the start' if manifest.refined else ''}, {steps} steps, {manifest.law}, "
             f"{manifest.ranks} rank(s), effective Gc {manifest.toughness_factor:.4f} Gc, "
-            f"in {self.directory}"
+            f"in {self.directory}{', where report.html grows' if self.page else ''}"
         )
         for sentence in self.warnings:
             self._say(f"  warning: {sentence}")
