@@ -26,7 +26,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 
 @pytest.mark.parametrize("cost", [0.001, 0.5])
-def test_a_page_takes_at_most_a_hundredth_of_the_time(
+def test_a_page_takes_a_small_part_of_the_time(
     cost: float, tmp_path: Path, clock: list[float]
 ) -> None:
     written = []
@@ -64,9 +64,18 @@ def test_a_page_that_was_not_begun_is_not_written_when_a_run_stops(tmp_path: Pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_slides_that_are_drawn_are_not_drawn_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_few_slides_are_drawn_for_one_page_the_latest_first(tmp_path: Path) -> None:
+    run, maker = drawn_run(tmp_path / "run"), SlideMaker(most_new=2)
+    labels = []
+    for _ in range(4):
+        found = maker.slides(run)
+        assert found is not None
+        labels.append([slide["label"].split("step ")[1] for slide in found.slides])
+    assert [len(seen) for seen in labels] == [2, 4, 6, 7]
+    assert labels[0] == ["20", "24"] and labels[-1] == ["0", "4", "8", "12", "16", "20", "24"]
+
+
+def test_slides_that_are_drawn_are_not_drawn_again(tmp_path: Path) -> None:
     whole = drawn_run(tmp_path / "run")
     run = rewritten(whole, list(whole.steps[:9]))
     maker = SlideMaker()

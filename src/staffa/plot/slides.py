@@ -110,7 +110,7 @@ def temperatures(manifest: Manifest, T: np.ndarray) -> tuple[str, np.ndarray]:
     return shown.temperature.label("temperature"), shown.temperature.of(manifest.reference + T)
 
 
-def temperature_range(manifest: Manifest, frame: Frame) -> Limits:
+def range_shown(manifest: Manifest, frame: Frame) -> Limits:
     """Return the lowest and the highest temperature of a step, in the unit that is shown."""
     _, values = temperatures(manifest, frame.T)
     return float(values.min()), float(values.max())

@@ -1,4 +1,4 @@
-"""Pages of what goes on: written anew now and then, and read again by the browser."""
+"""Pages of what goes on: written again now and then, and read again by the browser."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -20,8 +20,9 @@ from staffa.report.page import page as run_page
 from staffa.report.time_slides import SlideMaker
 
 SECONDS = 10  # after which a browser reads the page again
-SHARE = 0.01  # of the time of a run that its page may take
+SHARE = 0.02  # of the time of a run that its page may take, at most
 SOONEST = 5.0  # seconds between two pages, at least
+NEW_SLIDES = 2  # that are drawn for one page, so that none takes long
 LARGEST = 2_000_000  # unknowns; fields of larger runs are not read while these need the memory
 LATER = "pictures: they are drawn at the end"
 TOO_LARGE = "damage and temperature in time: of a run this large they are drawn at the end"
@@ -29,7 +30,7 @@ TOO_LARGE = "damage and temperature in time: of a run this large they are drawn 
 
 @dataclass(kw_only=True)
 class GrowingPage:
-    """Page of what goes on, of curves and tables; it takes a hundredth of the time.
+    """Page of what goes on, of curves and tables; it takes 2 % of the time at most.
 
     An error while it is written ends the page, not the run.
 
@@ -100,7 +101,9 @@ def growing_run(directory: Path, ended: Callable[[str], None]) -> GrowingPage:
     ended : called with a sentence where the page cannot be written.
     """
     return GrowingPage(
-        folder=directory, text=partial(_run_text, directory, SlideMaker()), ended=ended
+        folder=directory,
+        text=partial(_run_text, directory, SlideMaker(most_new=NEW_SLIDES)),
+        ended=ended,
     )
 
 

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
@@ -23,10 +24,9 @@ from staffa.report.embedding import embedded_file, policy, scripts
 from staffa.report.provenance_tables import (
     Repeated,
     ensemble_again,
-    origin,
     pair_again,
     run_again,
-    versions,
+    versions_table,
 )
 from staffa.report.time_slides import TimeSlides
 from staffa.results import slab_table
@@ -103,7 +103,7 @@ def page(
         origins=[origin(run)],
         slides=slides,
         repeated=run_again(run),
-        made_by=versions({"version": run}),
+        made_by=versions_table({"version": run}),
         grows=grows,
     )
 
@@ -141,7 +141,7 @@ def ensemble_page(
         cases=[("Case", ensemble.first.case)],
         origins=[f"of the first member: {origin(ensemble.first)}"],
         repeated=ensemble_again(ensemble),
-        made_by=versions({"version, of the first member": ensemble.first}),
+        made_by=versions_table({"version, of the first member": ensemble.first}),
         grows=grows,
     )
 
@@ -171,7 +171,7 @@ def pair_page(pair: Pair, pictures: Sequence[Picture], skipped: Sequence[str]) -
         cases=[(f"Case of {side.name}", side.run.case) for side in pair.sides],
         origins=[f"{side.name}: {origin(side.run)}" for side in pair.sides],
         repeated=pair_again(pair),
-        made_by=versions({side.name: side.run for side in pair.sides}),
+        made_by=versions_table({side.name: side.run for side in pair.sides}),
     )
 
 
@@ -235,6 +235,7 @@ def rendered_page(
     )
 
 
+@cache
 def _templates() -> Environment:
     """Return the templates; what they are given is escaped."""
     found = Environment(
@@ -251,3 +252,10 @@ def _symbol(name: str) -> tuple[str, str, str]:
     """Return the name of a column in three parts, the second its index: tau1 is τ, 1."""
     match = re.fullmatch(r"(a|t|tau)(\d+)( \(.+\))?", name)
     return (match[1].replace("tau", "τ"), match[2], match[3] or "") if match else (name, "", "")
+
+
+def origin(run: Run) -> str:
+    """Return when and on what a run was computed, as a line."""
+    m = run.manifest
+    ranks = "1 rank" if m.ranks == 1 else f"{m.ranks} ranks"
+    return f"staffa {m.version}, {m.created}, {ranks}, mesh {m.mesh}"

@@ -13,7 +13,7 @@ HERE = "In the folder of this page:"
 AGAIN = "../again"
 
 
-def versions(runs: Mapping[str, Run]) -> Table:
+def versions_table(runs: Mapping[str, Run]) -> Table:
     """Return the versions of the programs of runs, a column for each.
 
     Parameters
@@ -56,10 +56,3 @@ def _programs(run: Run) -> dict[str, str]:
     m = run.manifest
     commit = f", commit {m.commit}" if m.commit else ""
     return {"staffa": f"{m.version}{commit}", **m.versions}
-
-
-def origin(run: Run) -> str:
-    """Return when and on what a run was computed, as a line."""
-    m = run.manifest
-    ranks = "1 rank" if m.ranks == 1 else f"{m.ranks} ranks"
-    return f"staffa {m.version}, {m.created}, {ranks}, mesh {m.mesh}"

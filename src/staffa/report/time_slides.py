@@ -13,9 +13,9 @@ from staffa.plot.slides import (
     SlidePainter,
     color_limits,
     damage_painter,
+    range_shown,
     section_place,
     temperature_painter,
-    temperature_range,
     temperatures,
 )
 from staffa.plot.style import RC
@@ -51,11 +51,13 @@ class SlideMaker:
 
     Attributes
     ----------
+    most_new : number of slides that are drawn at one time, the latest ones; None for all.
     ranges : lowest and highest temperature of each step that was read, as shown.
     drawn : slides by step and ends of the color scale.
     painters : what draws damage and temperature, by ends of the color scale.
     """
 
+    most_new: int | None = None
     ranges: dict[Key, Limits] = field(default_factory=dict)
     drawn: dict[tuple[Key, Limits], Slide] = field(default_factory=dict)
     painters: dict[Limits, tuple[SlidePainter, SlidePainter]] = field(default_factory=dict)
@@ -69,8 +71,10 @@ class SlideMaker:
         place = section_place(run.manifest)
         limits = color_limits([self.ranges[_key(step)] for step in steps])
         wide, tall = (run.manifest.size[axis] for axis in plane(run.manifest))
+        new = [step for step in steps if (_key(step), limits) not in self.drawn]
+        later = {step.index for step in (new[: -self.most_new] if self.most_new else ())}
         return TimeSlides(
-            slides=tuple(self._slide(run, step, limits) for step in steps),
+            slides=tuple(self._slide(run, s, limits) for s in steps if s.index not in later),
             where=f", {place}" if place else "",
             stacked=wide > LONG * tall,
         )
@@ -79,7 +83,7 @@ class SlideMaker:
         """Return the range of the temperatures of a step; None if it cannot be read."""
         if _key(step) not in self.ranges:
             for frame in read_frames(run, [step])[0]:
-                self.ranges[_key(step)] = temperature_range(run.manifest, frame)
+                self.ranges[_key(step)] = range_shown(run.manifest, frame)
         return self.ranges.get(_key(step))
 
     def _slide(self, run: Run, step: Step, limits: Limits) -> Slide:
