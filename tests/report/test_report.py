@@ -49,6 +49,7 @@ from staffa.results.slab_table import table
 from staffa.results.spacing import spacing
 from staffa.results.summary import summary
 from staffa.results.tables import ABSENT
+from support.pages import without_scripts
 
 ELL, HEIGHTS, N = 0.04, (0.1, 0.2, 0.4), 16
 TAUS = np.linspace(0.02, 0.5, 25)
@@ -181,7 +182,7 @@ def test_a_whole_run_has_all_pictures_and_a_page_with_its_numbers(tmp_path):
     for picture in drawn.pictures:
         assert_shows_something(picture)
     assert not list(run.path.rglob("*.staffa-part"))
-    text = drawn.page.read_text(encoding="utf-8")
+    text = without_scripts(drawn.page.read_text(encoding="utf-8"))
     assert text.count("data:image/png;base64,") == 3
     assert "://" not in text, "the page is not self-contained"
     assert "A drawn slab &amp; its &lt;cracks&gt;" in text

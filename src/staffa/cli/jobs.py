@@ -19,6 +19,7 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import AuditError, InputError, StoppedError
 from staffa.io.run_progress import run_progress
+from staffa.report.growing_page import GrowingPage
 from staffa.runs.member_runs import Member
 
 LOOK = 0.1  # s between two looks at the processes
@@ -65,6 +66,7 @@ class SideBySide:
     jobs : number of processes at a time.
     stopping : requests to stop.
     quiet : True to print errors only.
+    page : page that grows when a member is finished; None for none.
     """
 
     members: Sequence[Member]
@@ -72,6 +74,7 @@ class SideBySide:
     jobs: int
     stopping: Stopping
     quiet: bool
+    page: GrowingPage | None = None
     failures: dict[Member, str] = field(default_factory=dict)
     refused: int = 0
     stopped: str = ""
@@ -161,6 +164,8 @@ class SideBySide:
         if code in (0, AuditError.exit_code):
             self.progress.advance(self.whole)
             self._say(f"{name} is finished, {steps if done and done.planned else 'all its steps'}")
+            if self.page:
+                self.page.grow()
         elif code == StoppedError.exit_code:
             self.stopped = self.stopped or f"{job.member.label} was asked to"
             self._say(f"{name} stopped after {steps}")

@@ -22,6 +22,7 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import AloneError, StaffaError, printable
 from staffa.io.run_directory import Run, open_run
+from staffa.report.growing_page import growing_run, stopped_with
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
 from staffa.runs.follower import Follower
@@ -100,7 +101,10 @@ def following(
         screen=terminal_screen(shown=speaks and not quiet),
         warnings=tuple(warnings),
     )
-    with stopping.heeded(comm.size), follower.screen:
+    page = growing_run(directory, follower.said) if speaks and not quiet else None
+    if page:
+        follower.grown = page.grow
+    with stopping.heeded(comm.size), follower.screen, stopped_with(page):
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
     on_root(comm, lambda: require_clean_audit([open_run(directory)]))

@@ -28,6 +28,12 @@ from staffa.errors import InputError, SolveError
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import Run, open_run
 from staffa.io.study_directory import Parameter, Point, has_started, read_study, write_plan
+from staffa.report.growing_page import (
+    GrowingPage,
+    growing_ensemble,
+    growing_study,
+    stopped_with,
+)
 from staffa.results.csv_files import write_pooled, write_study
 from staffa.results.ensemble_means import write_results
 from staffa.runs.ensemble import ensemble_members, seeds_from
@@ -100,7 +106,10 @@ def run_members_and_follow(
             print_ensemble(found)
             print_ensemble_pictures(found)
 
-    _run(planned, leave, lambda: [*read_ensemble(directory).finished.values()], directory, way)
+    def finished() -> list[Run]:
+        return [*read_ensemble(directory).finished.values()]
+
+    _run(planned, leave, finished, growing_ensemble, directory, way)
 
 
 def run_study_and_follow(
@@ -145,13 +154,14 @@ def run_study_and_follow(
             print_study(found)
             print_study_pictures(found)
 
-    _run(planned, leave, lambda: read_study(directory).finished, directory, way)
+    _run(planned, leave, lambda: read_study(directory).finished, growing_study, directory, way)
 
 
 def _run(
     planned: Callable[[], tuple[Member, ...]],
     leave: Callable[[], None],
     finished: Callable[[], list[Run]],
+    growing: Callable[[Path, Callable[[str], None]], GrowingPage],
     directory: Path,
     way: Way,
 ) -> None:
@@ -162,6 +172,7 @@ def _run(
     planned : returns the members; called on rank 0.
     leave : writes and prints the results; called on rank 0.
     finished : returns the finished runs; called on rank 0.
+    growing : returns the page of those that are computed; called on rank 0.
     directory : directory of all of them.
     way : choice of how they run.
     """
@@ -173,17 +184,25 @@ def _run(
         if way.script is not None:
             on_root(comm, partial(_write_script, way, members, directory))
             return
-        follow = partial(_followed, comm, members, way.quiet, stopping)
+        shown = comm.rank == 0 and not way.quiet and way.member is None
+        page = growing(directory, out.print) if shown else None
+        follow = partial(_followed, comm, members, way.quiet, stopping, page)
         taken = partial(_say_taken, comm, members, way.quiet)
         if way.member is not None:
             _run_alone(comm, members[way.member - 1], follow, taken)
             return
-        if way.jobs > 1:
-            failures = SideBySide(
-                members=members, words=way.words, jobs=way.jobs, stopping=stopping, quiet=way.quiet
-            ).run()
-        else:
-            failures = run_members(members, comm=comm, follow=follow, taken=taken)
+        with stopped_with(page):
+            if way.jobs > 1:
+                failures = SideBySide(
+                    members=members,
+                    words=way.words,
+                    jobs=way.jobs,
+                    stopping=stopping,
+                    quiet=way.quiet,
+                    page=page,
+                ).run()
+            else:
+                failures = run_members(members, comm=comm, follow=follow, taken=taken)
         on_root(comm, leave)
         if failures:
             raise SolveError(_told(failures, len(members)))
@@ -222,7 +241,12 @@ def _run_alone(comm: MPI.Comm, member: Member, follow: Follow, taken: Taken) -> 
 
 @contextmanager
 def _followed(
-    comm: MPI.Comm, members: Sequence[Member], quiet: bool, stopping: Stopping, member: Member
+    comm: MPI.Comm,
+    members: Sequence[Member],
+    quiet: bool,
+    stopping: Stopping,
+    page: GrowingPage | None,
+    member: Member,
 ) -> Iterator[Watcher]:
     """Yield a watcher that prints and logs the run of a member. Collective."""
     warnings = on_root(comm, lambda: preview(member.case).warnings) if member.warns else ()
@@ -236,6 +260,8 @@ def _followed(
     )
     with follower.screen:
         yield follower.watcher(stopping.reason)
+    if page:
+        page.grow()
 
 
 def _say_taken(comm: MPI.Comm, members: Sequence[Member], quiet: bool, member: Member) -> None:

@@ -16,10 +16,10 @@ from matplotlib.tri import Triangulation
 from staffa.io.reservoir_fields import ReservoirFields
 from staffa.records.reservoir_facts import ReservoirFacts
 
-COLORS = "RdYlBu_r"
+COLORS = "plasma"
 WHITE = 0.45  # share of white in the colors of the temperature below cracks
 PALE = ListedColormap(colormaps[COLORS](np.linspace(0, 1, 256)) * (1 - WHITE) + WHITE, "pale")
-OPENINGS = LinearSegmentedColormap.from_list("openings", ["#8fd18a", "#1f7a3a", "#04140a"])
+OPENINGS = LinearSegmentedColormap.from_list("openings", ["#57a5d8", "#174f8f", "#04101f"])
 LINE = 0.6  # points around a triangle, so that narrow bands of damage show
 MM = 1e3
 DECADES = 2.0  # of the scale at most: the flow in narrower cracks is a millionth

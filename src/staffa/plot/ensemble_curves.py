@@ -68,11 +68,15 @@ def _draw_spread(
     """Draw step functions of time: the mean, its standard error, and each member."""
     measured = [_measured(manifest, steps) for steps in members]
     found = mean_over_time([(at, [value(m) for m in measures]) for at, measures in measured])
-    for values in found.values:
-        axes.step(found.at, values, where="post", color=color, **THIN)
+    for number, values in enumerate(found.values):
+        label = "each member" if number == 0 else None
+        axes.step(found.at, values, where="post", color=color, label=label, **THIN)
     low, high = found.mean - found.error, found.mean + found.error
-    axes.fill_between(found.at, low, high, step="post", color=color, **BAND)
-    axes.step(found.at, found.mean, where="post", color=color)
+    axes.fill_between(
+        found.at, low, high, step="post", color=color, label="its standard error", **BAND
+    )
+    mean = f"mean of {len(members)} members"
+    axes.step(found.at, found.mean, where="post", color=color, label=mean)
     axes.set_ylim(bottom=0)
 
 

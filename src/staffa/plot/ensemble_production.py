@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -79,14 +80,10 @@ def ensemble_production_figure(manifest: Manifest, found: dict[str, Spread]) -> 
         label, color = PANELS[name]
         seen = found[name]
         unit, at = _unit(name, manifest, seen), manifest.shown.time.of(seen.at)
-        for values in seen.values:
-            axes.plot(at, unit.of(values), color=color, **THIN)
-        low, high = seen.mean - seen.error, seen.mean + seen.error
-        axes.fill_between(at, unit.of(low), unit.of(high), color=color, **BAND)
-        axes.plot(at, unit.of(seen.mean), color=color)
+        _draw_spread(axes, at, seen, unit, color)
         if (without := found.get(f"{name}_without")) is not None:
-            times = manifest.shown.time.of(without.at)
-            axes.plot(times, unit.of(without.mean), color=color, **DASHED)
+            times, mean = manifest.shown.time.of(without.at), unit.of(without.mean)
+            axes.plot(times, mean, color=color, label="mean without cracks", **DASHED)
         axes.set_ylabel(unit.label(label))
         if name in ("power", "heat"):
             axes.set_ylim(bottom=min(0.0, axes.dataLim.ymin))
@@ -102,6 +99,25 @@ def ensemble_production_figure(manifest: Manifest, found: dict[str, Spread]) -> 
         handles.append(Line2D([], [], color=BLACK, label="mean without cracks", **DASHED))
     legend_above(rows[0], len(handles), handles)
     return figure
+
+
+def _draw_spread(axes: Axes, at: np.ndarray, seen: Spread, unit: Unit, color: str) -> None:
+    """Draw each member, the mean and its standard error.
+
+    Parameters
+    ----------
+    axes : the panel.
+    at : times as shown, shape (n,).
+    seen : numbers of the members at these times (SI).
+    unit : unit of the panel.
+    color : its color.
+    """
+    for number, values in enumerate(seen.values):
+        label = "each member" if number == 0 else None
+        axes.plot(at, unit.of(values), color=color, label=label, **THIN)
+    low, high = unit.of(seen.mean - seen.error), unit.of(seen.mean + seen.error)
+    axes.fill_between(at, low, high, color=color, label="its standard error", **BAND)
+    axes.plot(at, unit.of(seen.mean), color=color, label=f"mean of {len(seen.values)} members")
 
 
 def _unit(name: str, manifest: Manifest, seen: Spread) -> Unit:

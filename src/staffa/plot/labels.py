@@ -14,6 +14,10 @@ from staffa.records.step import Step
 
 TAU = r"$\tau = 2\sqrt{\kappa t}/L$"
 IN_A_HALF_SPACE = r", so that $T = -\Delta T\,\mathrm{erfc}(y/(\tau L))$ at depth $y$"
+WITHOUT_MATH = {
+    TAU: "τ = 2 √(κ t) / L",
+    IN_A_HALF_SPACE: ", so that T = −ΔT erfc(y/(τ L)) at depth y",
+}
 BELOW = 0.42  # inches from the axis of time to that of tau
 APART = 0.05  # least part of the axis between two ticks of tau
 ROUNDING = 1e-9
@@ -57,6 +61,13 @@ def clock_label(manifest: Manifest, steps: Sequence[Step]) -> str:
 def tau_label(manifest: Manifest) -> str:
     """Return the definition of tau, and the temperature of a half-space if the case has that."""
     return TAU + (IN_A_HALF_SPACE if manifest.profile == "half-space" else "")
+
+
+def without_math(label: str) -> str:
+    """Return a label with its formulas as plain text."""
+    for formula, text in WITHOUT_MATH.items():
+        label = label.replace(formula, text)
+    return label
 
 
 def show_clock(axes: Axes, manifest: Manifest, steps: Sequence[Step]) -> None:

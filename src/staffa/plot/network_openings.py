@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import Colormap, Normalize
+from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -20,7 +20,8 @@ from staffa.plot.style import WIDTH, new_figure
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
-COLORS = "viridis_r"  # closed cracks are pale
+# Closed cracks are pale, but not so pale that a thin line is lost on white.
+COLORS = ListedColormap(colormaps["viridis_r"](np.linspace(0.25, 1, 256)), "openings")
 UNKNOWN = "0.5"  # gray: the opening is not known
 # Height (inches) of the titles and labels of a row, in addition to that of `layout`.
 TITLE = 0.2
@@ -127,7 +128,7 @@ def _solid(manifest: Manifest, last: Moment, norm: Normalize) -> tuple[Figure, l
 
 
 def _colors() -> Colormap:
-    return colormaps[COLORS].with_extremes(bad=UNKNOWN)
+    return COLORS.with_extremes(bad=UNKNOWN)
 
 
 def mean_opening(manifest: Manifest, cracks: Network) -> np.ndarray:

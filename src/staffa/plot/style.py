@@ -56,16 +56,17 @@ def count_axis(axes: Axes, *, ticks: int = 9) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(ticks, integer=True))
 
 
-def new_figure(height: float, *, gap: float = 0.04) -> Figure:
-    """Return an empty white figure of the common width and a height in inches.
+def new_figure(height: float, *, gap: float = 0.04, width: float = WIDTH) -> Figure:
+    """Return an empty white figure.
 
     Parameters
     ----------
     height : height (inches).
     gap : space above and below each panel (inches).
+    width : width (inches).
     """
     layout = ConstrainedLayoutEngine(h_pad=gap)
-    return Figure(figsize=(WIDTH, height), dpi=DPI, layout=layout, facecolor="white")
+    return Figure(figsize=(width, height), dpi=DPI, layout=layout, facecolor="white")
 
 
 def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = None) -> Legend:
@@ -83,11 +84,24 @@ def legend_above(axes: Axes, columns: int, handles: Sequence[Artist] | None = No
     )  # fmt: skip
 
 
-def write_picture(path: Path, draw: Callable[[], Figure]) -> None:
-    """Draw a figure and write it as a PNG, atomically."""
-    picture = io.BytesIO()
+def write_picture(path: Path, draw: Callable[[], Figure]) -> Figure:
+    """Draw a figure, write it as a PNG, atomically, and return it."""
     with matplotlib.rc_context(RC):
         figure = draw()
-        FigureCanvasAgg(figure)
-        figure.savefig(picture, format="png", dpi=DPI)
-    write_aside(path, picture.getvalue())
+        write_aside(path, picture_bytes(figure, "png"))
+    return figure
+
+
+def picture_bytes(figure: Figure, form: str, **settings: Any) -> bytes:
+    """Return a figure as the content of a file.
+
+    Parameters
+    ----------
+    figure : the figure.
+    form : "png" or "webp".
+    settings : of Pillow, which writes it.
+    """
+    picture = io.BytesIO()
+    FigureCanvasAgg(figure)
+    figure.savefig(picture, format=form, dpi=DPI, pil_kwargs=settings)
+    return picture.getvalue()

@@ -12,47 +12,23 @@ from staffa.compare.pair import Pair
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import Ensemble
 from staffa.io.own_files import PAGE, PICTURES, make_folder, write_aside
-from staffa.io.production_rows import production
 from staffa.io.run_directory import Run
 from staffa.io.study_directory import Study
-from staffa.plot.cell_planes import sections_figure, size_figure
-from staffa.plot.cracks import cracks_figure
-from staffa.plot.curves import energies_figure, lengths_figure
-from staffa.plot.ensemble_curves import counts_figure, growth_figure
-from staffa.plot.ensemble_production import ensemble_production_figure, production_spreads
-from staffa.plot.exchange_curves import exchange_figure
-from staffa.plot.frames import Frame, evenly_spread, read_frames, with_fields
-from staffa.plot.heat_balance import heat_figure
-from staffa.plot.mesh_picture import mesh_figure
+from staffa.plot.frames import evenly_spread, with_fields
 from staffa.plot.movie import FEWEST, MOST, write_movie
-from staffa.plot.network_openings import network_figure
-from staffa.plot.production_curves import production_figure
-from staffa.plot.quantity_curves import quantities_figure
-from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments
-from staffa.plot.study_production import study_production_figure
-from staffa.plot.study_responses import response_figure
 from staffa.plot.style import write_picture
-from staffa.plot.support_forces import reactions_figure
-from staffa.plot.volume import volume_figure
-from staffa.report.page import (
-    EXCHANGE,
-    PRODUCTION,
-    PRODUCTION_OF_ALL,
-    RESERVOIR,
-    ensemble_page,
-    page,
-    pair_page,
-)
-from staffa.report.study_page import STUDY_PRODUCTION, study_page
-from staffa.results.columns import by_depth
+from staffa.report.charts import Chart, charts
+from staffa.report.chosen_figures import Figures, ensemble_figures, run_figures, study_figures
+from staffa.report.page import Picture, ensemble_page, page, pair_page
+from staffa.report.study_page import study_page
+from staffa.report.time_slides import SlideMaker
+from staffa.report.turnable import turnable
 from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
 from staffa.results.csv_files import write_pooled, write_study, write_tables, writing
 from staffa.results.ensemble_means import write_results
-from staffa.results.sections import doubling, planes_of
-from staffa.results.study_curves import abscissa, productions, responses
 
 MOVIE = "growing"
-Write = Callable[[Path], None]
+Write = Callable[[Path], Figure | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +66,9 @@ def draw(
     if without_openings(found):
         skipped.append(OLDER)
     tables = write_tables(run, found)
-    text = partial(page, run, found)
+    text = partial(page, run, found, slides=SlideMaker().slides(run))
     reasons = list(dict.fromkeys([*skipped, *unread]))
-    return _written(run.path, figures, reasons, text, tables, movies)
+    return _written(run.path, figures, reasons, text, tables, movies, _turned(run, found))
 
 
 def draw_ensemble(ensemble: Ensemble) -> Drawn:
@@ -103,7 +79,7 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
     StaffaError
         The directory cannot be written to.
     """
-    figures, skipped = _ensemble_figures(ensemble)
+    figures, skipped = ensemble_figures(ensemble)
     text = partial(ensemble_page, ensemble)
     drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
     write_results(ensemble)
@@ -118,7 +94,7 @@ def draw_study(study: Study) -> Drawn:
     StaffaError
         The directory cannot be written to.
     """
-    figures, skipped = _study_figures(study)
+    figures, skipped = study_figures(study)
     text = partial(study_page, study)
     return _written(study.path, figures, skipped, text, write_study(study))
 
@@ -137,13 +113,26 @@ def draw_pair(pair: Pair, folder: Path) -> Drawn:
 
 def _written(
     folder: Path,
-    figures: dict[str, Callable[[], Figure]],
+    figures: Figures,
     skipped: list[str],
-    text: Callable[[Sequence[Path], Sequence[str]], str],
+    text: Callable[[Sequence[Picture], Sequence[str]], str],
     tables: tuple[Path, ...] = (),
     movies: Mapping[str, Write] | None = None,
+    turned: Mapping[str, Chart] | None = None,
 ) -> Drawn:
-    pictures: list[Path] = []
+    """Write pictures and the page that has them with their curves.
+
+    Parameters
+    ----------
+    folder : where they go.
+    figures : how to draw each picture, by name.
+    skipped : a sentence on each picture that cannot be drawn; more are added.
+    text : returns the page of pictures and of these sentences.
+    tables : tables that were written.
+    movies : how to write each movie, by name.
+    turned : cracks in 3-D that stand in the place of a picture, by its name.
+    """
+    pictures: list[Picture] = []
     to_write: dict[str, Write] = {
         f"{name}.png": partial(write_picture, draw=figure) for name, figure in figures.items()
     }
@@ -155,133 +144,24 @@ def _written(
         for name, write in to_write.items():
             path = folder / PICTURES / name
             try:
-                write(path)
-                pictures.append(path)
+                curves = charts(drawn) if (drawn := write(path)) else ()
             except StaffaError as error:
                 skipped.append(f"{path.stem}: {error}")
+                continue
+            live = ((turned or {})[path.stem],) if path.stem in (turned or {}) else curves
+            pictures.append(Picture(stem=path.stem, path=path, charts=live))
         write_aside(folder / PAGE, text(pictures, skipped))
     return Drawn(
         page=folder / PAGE,
         tables=tables,
-        pictures=tuple(pictures),
+        pictures=tuple(one.path for one in pictures if one.path),
         skipped=tuple(skipped),
     )
 
 
-def _ensemble_figures(
-    ensemble: Ensemble,
-) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """Return how to draw what finished members have in common, and reasons for what is left out."""
-    measured = [
-        [step for step in run.steps if step.measures is not None]
-        for run in ensemble.finished.values()
-    ]
-    members = [steps for steps in measured if steps]
-    if len(members) < 2:
-        return {}, ["no pictures: they need two finished members"]
-    manifest, first = ensemble.first.manifest, members[0][0].measures
-    figures: dict[str, Callable[[], Figure]] = {}
-    skipped = []
-    if first and first.sections:
-        figures["counts"] = partial(counts_figure, manifest, members)
-    elif len(manifest.size) == 2:
-        skipped.append("counts: the case gives no measures.depths to count cracks at")
-    figures["growth"] = partial(growth_figure, manifest, members)
-    if produced := production_spreads(list(ensemble.finished.values())):
-        figures[PRODUCTION_OF_ALL] = partial(ensemble_production_figure, manifest, produced)
-    return figures | _sizes(list(ensemble.finished.values())), skipped
-
-
-def run_figures(
-    run: Run, found: Sequence[Drawing]
-) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """Return how to draw each picture, by name, and reasons for those that cannot be drawn.
-
-    Parameters
-    ----------
-    run : the run.
-    found : its crack networks.
-    """
-    manifest, steps = run.manifest, run.steps
-    if not steps:
-        return {}, ["no pictures: no step is finished yet"]
-    figures: dict[str, Callable[[], Figure]] = {}
-    frames, skipped = read_frames(run)
-    if not frames:
-        skipped.append("cracks: no step has fields that can be read")
-    elif len(manifest.size) == 2:
-        figures["cracks"] = partial(cracks_figure, manifest, frames)
-    else:
-        figures["cracks"] = partial(volume_figure, manifest, frames[-1])
-        if found_in := planes_of(manifest, frames[-1]):
-            figures["sections"] = partial(sections_figure, manifest, frames[-1].step, found_in)
-        figures |= _sizes([run])
-    if frames and frames[-1].step.mesh:
-        figures["mesh"] = partial(mesh_figure, manifest, frames[-1], steps)
-    shown = {frame.step.index for frame in frames}
-    water, lost = _water(run, frames)
-    figures |= water
-    skipped += lost
-    moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
-    if moments:
-        figures["network"] = partial(network_figure, manifest, moments, found[-1].outline)
-    if len(steps) < 2:
-        return figures, [*skipped, "curves: they need two steps"]
-    figures["energies"] = partial(energies_figure, manifest, steps)
-    if any(step.heat for step in steps):
-        figures["heat"] = partial(heat_figure, manifest, steps)
-    if any(any(force) for step in steps for force in step.reactions.values()):
-        figures["reactions"] = partial(reactions_figure, manifest, steps)
-    if sum(bool(step.quantities) for step in steps) > 1:
-        figures["quantities"] = partial(quantities_figure, manifest, steps)
-    if sum(step.measures is not None for step in steps) < 2:
-        skipped.append("lengths: fewer than two steps were measured")
-    else:
-        figures["lengths"] = partial(lengths_figure, manifest, steps)
-    return figures, skipped
-
-
-def _water(run: Run, frames: Sequence[Frame]) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """Return how to draw production and reservoir, and reasons; nothing where no water flows."""
-    facts, found = run.manifest.reservoir, production(run.manifest.reservoir, run.steps)
-    if facts is None or not found:
-        return {}, []
-    without = production(facts, run.steps, cracks=False)
-    figures: dict[str, Callable[[], Figure]] = {
-        PRODUCTION: partial(production_figure, run.manifest, found, without)
-    }
-    if len(found) > 1:
-        figures[EXCHANGE] = partial(exchange_figure, run.manifest, found, without)
-    moments, skipped = reservoir_moments(run, frames)
-    if moments:
-        figures[RESERVOIR] = partial(reservoir_figure, run.manifest, facts, moments)
-    return figures, skipped
-
-
-def _sizes(runs: Sequence[Run]) -> dict[str, Callable[[], Figure]]:
-    """Return how to draw the sizes of the cells by depth, of all runs together, if any."""
-    known = by_depth(runs).items()
-    found = {depth: seen for depth, seen in known if seen.spacing.value is not None}
-    if not found:
+def _turned(run: Run, found: Sequence[Drawing]) -> dict[str, Chart]:
+    """Return the last cracks of a 3-D body as a surface to turn, in the place of their picture."""
+    cracked = [drawn for drawn in found if drawn.network.size]
+    if run.manifest.flat or not cracked:
         return {}
-    manifest = runs[0].manifest
-    theory = doubling(manifest, max(found))
-    return {"spacing": partial(size_figure, manifest, found, theory)}
-
-
-def _study_figures(study: Study) -> tuple[dict[str, Callable[[], Figure]], list[str]]:
-    """Return how to draw responses and production of a study, and reasons for what is left out."""
-    found = responses(study)
-    if not found:
-        return {}, ["no pictures: they need finished runs at two points"]
-    figures: dict[str, Callable[[], Figure]] = {}
-    for k in range(len(study.plan.parameters)):
-        over = abscissa(study, k)
-        if drawn := [response for response in found if over.spans(response)]:
-            figures[f"response-{k + 1}"] = partial(response_figure, over, drawn)
-    if produced := productions(study):
-        names = ", ".join(one.shown.header(one.key) for one in study.plan.parameters)
-        figures[STUDY_PRODUCTION] = partial(
-            study_production_figure, study.first.manifest, names, produced
-        )
-    return figures, []
+    return {"network": turnable(run.manifest, cracked[-1].step, cracked[-1].network)}

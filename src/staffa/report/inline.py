@@ -14,7 +14,7 @@ from staffa.errors import InputError, StaffaError, choices
 from staffa.io.run_directory import Run
 from staffa.plot.style import RC, WIDTH
 from staffa.report.captions import caption
-from staffa.report.drawing import run_figures
+from staffa.report.chosen_figures import run_figures
 from staffa.results.crack_network import networks
 
 DPI = 150  # of a picture in a notebook; twice the pixels of most screens

@@ -1,23 +1,26 @@
 """The page of a study: its parameters, the means of each point, response curves."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from staffa.io.study_directory import Study
-from staffa.report.page import PLAIN, origin, rendered_page
+from staffa.report.page import PLAIN, Picture, origin, rendered_page
+from staffa.report.provenance_tables import study_again, versions_table
 from staffa.results.study_table import study_facts, study_sheets, study_title
 
 STUDY_PRODUCTION = "study-production"
 
 
-def study_page(study: Study, pictures: Sequence[Path], skipped: Sequence[str]) -> str:
+def study_page(
+    study: Study, pictures: Sequence[Picture], skipped: Sequence[str], *, grows: int | None = None
+) -> str:
     """Return the page of a study.
 
     Parameters
     ----------
     study : the study.
-    pictures : files of pictures, which are embedded.
+    pictures : pictures with their curves.
     skipped : a sentence on each that could not be drawn.
+    grows : seconds after which the page is read again; None for that of a study that is over.
     """
     first = min(study.ensembles)
     return rendered_page(
@@ -29,4 +32,7 @@ def study_page(study: Study, pictures: Sequence[Path], skipped: Sequence[str]) -
         skipped=skipped,
         cases=[(f"Case of point {first}", study.first.case)],
         origins=[f"of the first run: {origin(study.first)}"],
+        repeated=study_again(study),
+        made_by=versions_table({"version, of the first run": study.first}),
+        grows=grows,
     )
