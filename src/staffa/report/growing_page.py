@@ -27,6 +27,7 @@ SOONEST = 5.0  # seconds between two pages, at least
 NEW_SLIDES = 2  # that are drawn for one page, so that none takes long
 LARGEST = 2_000_000  # unknowns; fields of larger runs are not read while these need the memory
 LATER = "pictures: they are drawn at the end"
+ON_REQUEST = "pictures: `staffa report` draws them"
 TOO_LARGE = "damage and temperature in time: of a run this large they are drawn at the end"
 
 
@@ -132,7 +133,7 @@ def growing_study(directory: Path, ended: Callable[[str], None]) -> GrowingPage:
 
 
 def _run_text(directory: Path, maker: SlideMaker, grows: int | None) -> str:
-    run, skipped = open_run(directory), [LATER]
+    run, skipped = open_run(directory), [LATER if grows else ON_REQUEST]
     if run.manifest.unknowns > LARGEST:
         run = _without_fields(run)
         skipped.append(TOO_LARGE)
@@ -144,7 +145,9 @@ def _run_text(directory: Path, maker: SlideMaker, grows: int | None) -> str:
 def _ensemble_text(directory: Path, grows: int | None) -> str:
     ensemble = read_ensemble(directory)
     curves, missing = ensemble_figures(ensemble)
-    return ensemble_page(ensemble, _live(curves), [LATER, *missing], grows=grows)
+    return ensemble_page(
+        ensemble, _live(curves), [LATER if grows else ON_REQUEST, *missing], grows=grows
+    )
 
 
 def _study_text(directory: Path, grows: int | None) -> str:

@@ -1,6 +1,7 @@
 """Pictures of all times whose fields are kept, for the time slider of a page."""
 
 from dataclasses import dataclass, field
+from math import isfinite
 
 import matplotlib
 
@@ -80,10 +81,12 @@ class SlideMaker:
         )
 
     def _range(self, run: Run, step: Step) -> Limits | None:
-        """Return the range of the temperatures of a step; None if it cannot be read."""
+        """Return the range of the temperatures of a step; None if they are unknown."""
         if _key(step) not in self.ranges:
             for frame in read_frames(run, [step])[0]:
-                self.ranges[_key(step)] = range_shown(run.manifest, frame)
+                found = range_shown(run.manifest, frame)
+                if all(map(isfinite, found)):
+                    self.ranges[_key(step)] = found
         return self.ranges.get(_key(step))
 
     def _slide(self, run: Run, step: Step, limits: Limits) -> Slide:
