@@ -20,9 +20,9 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from staffa.errors import InputError, did_you_mean
-from staffa.io.crate_people import is_author, is_license
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.formula import LONGEST, formula, formula_variables
+from staffa.records.authorship import is_author, is_license
 from staffa.units import EXAMPLES, Quantity, parse, sensible
 
 LONGEST_NAME = 60
