@@ -102,6 +102,11 @@ def test_every_file_is_told(place: Path) -> None:
     # Of 3-D, of a damaged run, and of cracks whose damage has a ridge.
     others = {"cells.csv", "pictures/growing.gif", "steps.jsonl.1", "release.csv"}
     others |= {"quantities.csv"}  # of a script
+    others |= {  # of a 3-D body
+        "network/polygons-NNNN.csv",
+        "network/polygons-NNNN.vtp",
+        "network/polygon-corners-NNNN.csv",
+    }
     others |= {  # of a reservoir
         "production.csv",
         "fields/reservoir-NNNN.vtkhdf",

@@ -33,6 +33,7 @@ def ran(*command: str | Path, folder: Path) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1500)  # seconds: pip may have to fetch 500 MB
 def test_the_archives_serve_people_without_the_repository(tmp_path: Path) -> None:
     """Build both, install the wheel in a fresh environment, run a case there to its picture."""
     ran(

@@ -16,10 +16,10 @@ from urllib.parse import quote
 
 from staffa.backend.lock import LOCK, Lock
 from staffa.io.checkpoint import FOLDER as CHECKPOINTS
-from staffa.io.crate_people import author, license_of
 from staffa.io.ensemble_directory import CRATE, is_ensemble, read_ensemble
 from staffa.io.own_files import HALF, write_aside
 from staffa.io.run_directory import CASE, STEPS, Run, open_run
+from staffa.records.authorship import author, license_of
 from staffa.records.manifest import Manifest
 
 CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]

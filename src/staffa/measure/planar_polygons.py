@@ -139,11 +139,13 @@ def _plane(corners: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, float]:
     sums = corners.sum(axis=1)
     moments = np.einsum("m,mki,mkj->ij", sizes, corners, corners)
     moments = (moments + np.einsum("m,mi,mj->ij", sizes, sums, sums)) / (12 * sizes.sum())
-    least, axes = np.linalg.eigh(moments)
+    axes = np.linalg.eigh(moments)[1]
     normal = axes[:, 0]
     normal = normal * np.sign(normal[np.argmax(np.abs(normal))])
     first = axes[:, 2] * np.sign(axes[np.argmax(np.abs(axes[:, 2])), 2])
-    return np.array([first, np.cross(normal, first), normal]), float(np.sqrt(max(least[0], 0.0)))
+    away = corners @ normal
+    squares = sizes @ ((away**2).sum(axis=1) + away.sum(axis=1) ** 2) / (12 * sizes.sum())
+    return np.array([first, np.cross(normal, first), normal]), float(np.sqrt(squares))
 
 
 def _outline(flat: np.ndarray) -> np.ndarray | None:

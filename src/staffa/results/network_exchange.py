@@ -150,17 +150,17 @@ def write_polygons(folder: Path, run: Run, step: Step, cracks: Network) -> list[
     corners = folder / f"polygon-corners-{step.index:04d}.csv"
     numbers = np.cumsum([0, *(len(polygon.corners) for polygon in found)])
     names = ("area", "aperture", "uncertainty", "flatness")
+    on_cells = {name: np.array([getattr(polygon, name) for polygon in found]) for name in names}
+    if found:
+        on_cells["crack"] = np.array([polygon.crack for polygon in found])
+        on_cells["normal"] = np.array([polygon.normal for polygon in found])
     write_vtp(
         shapes,
         np.concatenate([np.zeros((0, 3)), *(polygon.corners for polygon in found)]),
         [np.arange(a, b) for a, b in pairwise(numbers.tolist())],
         surface=True,
         at_points={},
-        on_cells={
-            "crack": np.array([polygon.crack for polygon in found], dtype=int),
-            "normal": np.array([polygon.normal for polygon in found]).reshape(-1, 3),
-            **{name: np.array([getattr(polygon, name) for polygon in found]) for name in names},
-        },
+        on_cells=on_cells,
     )
     write_aside(shapes.with_suffix(".csv"), table)
     write_aside(corners, _corner_lines(run, found))

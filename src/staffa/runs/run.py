@@ -200,7 +200,16 @@ def march_on(
         raise StoppedError(
             _how_to_go_on(str(stopped), writer.directory, steps, started_with)
         ) from None
+    finally:
+        if session.comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
+            _leave_description(writer.directory)
     return steps
+
+
+def _leave_description(directory: Path) -> None:
+    """Describe a run as it is now, finished or not, if the disk takes it."""
+    with suppress(OSError, StaffaError):
+        write_own_crate(directory)
 
 
 def _how_to_go_on(why: str, directory: Path, steps: tuple[Step, ...], before: int) -> str:

@@ -1,16 +1,15 @@
 """Right to write to a run directory: what it must contain, and its lock."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from staffa.backend.stack import MPI
 
 from staffa.backend.lock import Lock
 from staffa.backend.parallel import on_root
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError
 from staffa.io import run_directory
-from staffa.io.research_object import write_own_crate
 from staffa.runs.checkpoints import on_disk
 
 
@@ -51,20 +50,7 @@ def hold_run_lock(comm: MPI.Comm, directory: Path, *, new: bool = False) -> Iter
         yield said
     finally:
         if comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
-            leave_description(directory)
             lock.release()
-
-
-def leave_description(directory: Path) -> None:
-    """Describe a run as it is now, finished or not, if there is one and the disk takes it.
-
-    Parameters
-    ----------
-    directory : the run directory, whose lock is held.
-    """
-    with suppress(OSError, StaffaError):
-        if (directory / run_directory.MANIFEST).is_file():
-            write_own_crate(directory)
 
 
 def require_run(directory: Path) -> None:

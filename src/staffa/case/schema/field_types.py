@@ -19,9 +19,9 @@ from pydantic_core.core_schema import no_info_before_validator_function
 
 from staffa.case.schema.json_schema import Rule, Schema
 from staffa.errors import InputError, did_you_mean
-from staffa.io.crate_people import is_author, is_license
 from staffa.physics.elasticity import PointFunction
 from staffa.properties.formula import LONGEST, formula, formula_variables
+from staffa.records.authorship import is_author, is_license
 from staffa.units import EXAMPLES, SI_UNITS, Quantity, parse, sensible
 
 LONGEST_NAME = 60
