@@ -55,6 +55,8 @@ html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
 html_use_index = False  # the search finds more
+html_domain_indices = False
+html_show_search_summary = False  # it would fetch pages, which no browser does for files
 html_last_updated_fmt = None
 html_theme_options = {
     "show_navbar_depth": 1,
