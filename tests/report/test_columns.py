@@ -214,6 +214,6 @@ def test_a_movie_of_a_body_in_two_dimensions_is_made_if_asked_for(tmp_path, monk
 def test_an_ensemble_has_no_movie(tmp_path, monkeypatch):
     from staffa.cli import commands
 
-    monkeypatch.setattr(commands, "is_ensemble", lambda directory: True)
+    monkeypatch.setattr("staffa.io.ensemble_directory.is_ensemble", lambda directory: True)
     with pytest.raises(InputError, match="one of its members"):
         commands.report(tmp_path, movie=True)

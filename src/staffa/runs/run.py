@@ -1,7 +1,7 @@
 """Run of a case: it builds, marches, measures, and writes each completed step."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from staffa.backend.stack import MPI, OWN, PETSc
@@ -29,6 +29,7 @@ from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
 from staffa.evolution.system import build
 from staffa.io import run_directory
+from staffa.io.research_object import write_own_crate
 from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.measure.tip import reach
 from staffa.model.domain import cell_count
