@@ -181,12 +181,12 @@ def test_the_page_has_the_paragraph_then_the_table_then_the_pictures(tmp_path: P
     drawn = draw(run)
     assert {"production", "exchange", "reservoir"} <= {path.stem for path in drawn.pictures}
     page = (tmp_path / "report.html").read_text()
-    section = re.sub('alt="[^"]*"', "", page.split("<h2>Production</h2>")[1].split("<h2>")[0])
-    places = [section.rindex(text) for text in (
-        "<p>Cracks made the produced water colder", "<th>with cracks</th>",
-        "thermal breakthrough: first time", "Dashed: the same water",
-        "Below: area and volume of the cracks", "in the color of their opening",
-    )]  # fmt: skip
+    section = page.split("<h2>Production</h2>")[1].split("<h2>")[0]
+    told = "<p>Cracks made the produced water colder", "<th>with cracks</th>", "<img"
+    places = [section.index(text) for text in told]
     assert places == sorted(places) and section.count("<img") == 3
+    captions = re.findall("<figcaption>(.*?)</figcaption>", section, re.DOTALL)
+    of_each = "Dashed: the same water", "Below: area and volume", "in the color of their opening"
+    assert [text in caption for text, caption in zip(of_each, captions, strict=True)] == [True] * 3
     assert "flow in cracks" in page  # the warnings
     assert open_run(tmp_path).production_frame()["crack_volume"].iloc[-1] == 9.0
