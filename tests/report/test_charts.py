@@ -68,6 +68,22 @@ def test_errors_bands_marks_and_names_are_those_of_the_picture() -> None:
     assert chart["layout"]["yaxis"]["range"] == [0.0, 2.0]
 
 
+def test_an_axis_of_texts_keeps_them_and_a_line_with_errors_its_own_name() -> None:
+    figure = Figure()
+    axes = figure.subplots()
+    bars = axes.errorbar([0, 1], [3, 4], [0.5, 0.25], linestyle="none", marker="o")
+    bars.lines[0].set_label("law")
+    axes.set_xticks([0, 1], ["AT1", "<AT2>"])
+    axes.annotate("outside", (0.5, 0.5), xycoords="figure fraction")
+    figure.legend(title="over the law")
+    (chart,) = charts(figure)
+    (trace,), layout = chart["data"], chart["layout"]
+    assert (trace["name"], trace["mode"]) == ("law", "markers")
+    assert layout["xaxis"]["ticktext"] == ["AT1", "&lt;AT2&gt;"]
+    assert layout["xaxis"]["tickvals"] == [0.0, 1.0]
+    assert layout["legend"]["title"]["text"] == "over the law" and layout["annotations"] == []
+
+
 def test_a_picture_of_fields_has_no_chart(tmp_path) -> None:
     run = drawn_run(tmp_path)
     frames, _ = read_frames(run)

@@ -12,7 +12,8 @@ from matplotlib.colors import to_hex
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
+from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from staffa.plot.labels import without_math
 
@@ -71,25 +72,31 @@ def _chart(axes: Axes) -> Chart:
     ]
     bands = [band for band in axes.collections if isinstance(band, FillBetweenPolyCollection)]
     unit = _unit(label)
-    legend = axes.get_legend()
-    title = legend.get_title().get_text() if legend else ""
+    title = _legend_title(axes)
     return {
         "data": [
             *(trace for band in bands for trace in _band(band)),
             *(_trace(line, unit, errors.get(line)) for line in curves),
         ],
         "layout": {
-            "xaxis": _axis(axes.get_xlim(), axes.get_xscale(), below),
+            "xaxis": _axis(axes.get_xlim(), axes.get_xscale(), below) | _texts(axes),
             "yaxis": _axis(axes.get_ylim(), axes.get_yscale(), label) | _ticks(axes, curves),
             "legend": {"title": {"text": escape(title, quote=False)}},
             "shapes": [
                 _straight(line) for line in axes.lines if line.get_transform() != axes.transData
             ],
-            "annotations": [_note(text) for text in axes.texts if isinstance(text, Annotation)],
+            "annotations": [_note(text) for text in axes.texts if _is_known(text)],
             "hovermode": "x unified" if len(curves) <= FEW else "closest",
             "unit": _unit(below),
         },
     }
+
+
+def _legend_title(axes: Axes) -> str:
+    """Return the title of the legend of a panel, or of its figure; empty for none."""
+    figure = axes.get_figure(root=True)
+    legends = [axes.get_legend(), *(figure.legends if figure else ())]
+    return next((legend.get_title().get_text() for legend in legends if legend), "")
 
 
 def _label_below(axes: Axes) -> str:
@@ -120,6 +127,16 @@ def _ticks(axes: Axes, curves: Sequence[Line2D]) -> dict[str, Any]:
     return {"dtick": 1} if whole and axes.get_ylim()[1] <= WHOLE else {}
 
 
+def _texts(axes: Axes) -> dict[str, Any]:
+    """Return the ticks of an axis of texts, and nothing for one of numbers."""
+    shown = axes.xaxis.get_major_formatter()
+    if not isinstance(shown, FixedFormatter | FuncFormatter):
+        return {}
+    ticks = axes.get_xticks()
+    texts = [escape(str(shown(tick, at)), quote=False) for at, tick in enumerate(ticks)]
+    return {"tickmode": "array", "tickvals": rounded(ticks), "ticktext": texts}
+
+
 def _trace(line: Line2D, unit: str, bars: ErrorbarContainer | None) -> dict[str, Any]:
     """Return a line with its name and its error bars.
 
@@ -129,8 +146,9 @@ def _trace(line: Line2D, unit: str, bars: ErrorbarContainer | None) -> dict[str,
     unit : unit of its values, with a space before it, or nothing.
     bars : its error bars; None for none.
     """
-    label = str(line.get_label() if bars is None else bars.get_label())
-    named = not label.startswith("_")
+    labels = [str(one.get_label() or "_") for one in (line, bars) if one is not None]
+    label = next((one for one in labels if not one.startswith("_")), "")
+    named = bool(label)
     marker, dash = SYMBOLS.get(str(line.get_marker())), line.get_linestyle()
     drawn = dash not in ("None", "")
     color = to_hex(line.get_color())
@@ -203,6 +221,14 @@ def _straight(line: Line2D) -> dict[str, Any]:
             "dash": DASHES.get(str(line.get_linestyle()), "dot"),
         },
     }  # fmt: skip
+
+
+def _is_known(text: Text) -> bool:
+    """Return True for a text beside a point that a chart can have too."""
+    if not isinstance(text, Annotation):
+        return False
+    found = text.xycoords if isinstance(text.xycoords, tuple) else (text.xycoords,)
+    return all(isinstance(one, str) and one in REFERENCES for one in found)
 
 
 def _note(text: Annotation) -> dict[str, Any]:
