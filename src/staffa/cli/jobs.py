@@ -67,6 +67,10 @@ class SideBySide:
     stopping : requests to stop.
     quiet : True to print errors only.
     page : page that grows when a member is finished; None for none.
+    failures : errors of the members that failed.
+    refused : number of these that could not be run.
+    stopped : reason to start no more; empty without one.
+    asked : True once all processes were asked to stop.
     """
 
     members: Sequence[Member]
@@ -78,6 +82,7 @@ class SideBySide:
     failures: dict[Member, str] = field(default_factory=dict)
     refused: int = 0
     stopped: str = ""
+    asked: bool = False
 
     def run(self) -> dict[Member, str]:
         """Run the members, and return the errors of those that failed.
@@ -92,9 +97,9 @@ class SideBySide:
         self._told = perf_counter()
         waiting, running = list(self.members), list[Job]()
         self.progress = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(bar_width=20),
-            TextColumn("{task.fields[now]}"),
+            TextColumn("{task.fields[now]}", markup=False),
             console=out,
             transient=True,
             disable=self.quiet or not out.is_terminal,
@@ -120,9 +125,9 @@ class SideBySide:
 
     def _look_for_reasons(self, running: Sequence[Job]) -> None:
         """Ask all processes to stop, once, if there is a reason to."""
-        reason = None if self.stopped else self.stopping.reason()
+        reason = None if self.asked else self.stopping.reason()
         if reason:
-            self.stopped = reason
+            self.asked, self.stopped = True, self.stopped or reason
             for job in running:
                 job.process.send_signal(signal.SIGTERM)
 
@@ -167,7 +172,7 @@ class SideBySide:
             if self.page:
                 self.page.grow()
         elif code == StoppedError.exit_code:
-            self.stopped = self.stopped or f"{job.member.label} was asked to"
+            self.stopped = self.stopped or said.removeprefix("stopped, since ").split(":")[0]
             self._say(f"{name} stopped after {steps}")
         else:
             self.progress.advance(self.whole)

@@ -90,7 +90,8 @@ def page(
     water = production_numbers_table(run)
     if water.rows:
         tables.append((water, PLAIN))
-    beside = [one for one in pictures if water.rows and one.stem in WATER]
+    shown = {one.stem: one for one in pictures if water.rows}
+    beside = [shown[stem] for stem in WATER if stem in shown]
     return rendered_page(
         run,
         pictures,

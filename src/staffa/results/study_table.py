@@ -51,7 +51,10 @@ class Group:
     def of_point(self, point: Point) -> list[list[float]]:
         """Return the values that the runs of a point have, by column."""
         rows = [row for (of, _), row in self.rows.items() if of == point.number]
-        return [[row[k] for row in rows if row[k] is not None] for k in range(len(self.columns))]  # type: ignore[misc]
+        return [
+            [value for row in rows if (value := row[k]) is not None]
+            for k in range(len(self.columns))
+        ]
 
     def averages(self, point: Point) -> list[Average]:
         """Return mean and error of each column, of a point."""
