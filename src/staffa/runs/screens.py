@@ -87,7 +87,7 @@ class TerminalScreen:
             TextColumn("{task.description}", markup=False),
             console=console,
             transient=True,
-            disable=not console.is_terminal,
+            disable=not console.file.isatty(),  # FORCE_COLOR, as in a notebook, is no terminal
         )
         self._task = self._progress.add_task("starting", total=None)
 
