@@ -196,9 +196,8 @@ def _nested(keys: Keys, model: Model) -> Iterator[str]:
     for name, node in keys.properties(model).items():
         differ = len({keys.kind(keys.properties(one)[name]) for one in family}) > 1
         kind = "as of the key in which it stands" if differ else keys.kind(node)
-        yield from [f"`{name}`", f": {_first(keys, model, name, kind)}"]
-        yield from [f"  {line}" for line in ("", *_more(keys, name, node)) if line]
-        yield ""
+        said = [_first(keys, model, name, kind), *_more(keys, name, node)]
+        yield from [f"`{name}`", ": " + "\\\n  ".join(line for line in said if line), ""]
 
 
 def _key(keys: Keys, model: Model, name: str, path: str) -> Iterator[str]:
