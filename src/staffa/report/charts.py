@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from html import escape
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -223,7 +223,7 @@ def _straight(line: Line2D) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _is_known(text: Text) -> bool:
+def _is_known(text: Text) -> TypeGuard[Annotation]:
     """Return True for a text beside a point that a chart can have too."""
     if not isinstance(text, Annotation):
         return False
