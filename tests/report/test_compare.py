@@ -41,6 +41,7 @@ from staffa.records.status import Status
 from staffa.records.step import Energies, Step
 from staffa.report.drawing import draw_pair
 from staffa.results.tables import ABSENT, Table
+from support.pages import without_scripts
 
 BODY = """title = "A drawn slab"
 [domain]
@@ -450,7 +451,7 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
     assert drawn.skipped == () and drawn.tables == ()
     for picture in drawn.pictures:
         assert_shows_something(picture)
-    text = drawn.page.read_text(encoding="utf-8")
+    text = without_scripts(drawn.page.read_text(encoding="utf-8"))
     assert text.count("data:image/png;base64,") == 3 and "://" not in text
     assert "<title>a and b</title>" in text and text.count('class="alarm"') == 1
     for found in (results(other), common_times(other)):

@@ -29,6 +29,7 @@ from staffa.results.ensemble_means import facts, sheets
 from staffa.results.tables import Table
 from staffa.runs.ensemble import member, run_ensemble, seeds_from, started_members
 from staffa.setup.build import problem
+from support.pages import without_scripts
 
 SMALL = """title = "A small slab"
 [domain]
@@ -128,7 +129,7 @@ def test_its_page_holds_the_table_and_pictures_that_show_something(tmp_path) -> 
     assert [p.name for p in drawn.pictures] == ["counts.png", "growth.png"] and not drawn.skipped
     for picture in drawn.pictures:
         assert_shows_something(picture)
-    text = drawn.page.read_text(encoding="utf-8")
+    text = without_scripts(drawn.page.read_text(encoding="utf-8"))
     assert text.count("data:image/png;base64,") == 2 and "://" not in text
     assert "<th>τ<sub>2</sub></th>" in text and "<th>cracks at 0.4</th>" in text
     assert "<td>mean</td><td>17</td><td>9</td><td>5</td>" in text
