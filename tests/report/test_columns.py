@@ -29,6 +29,7 @@ from staffa.plot.rendering import CRACKS, ROCK
 from staffa.records.step import CellSection
 from staffa.report.drawing import draw
 from staffa.results import sections
+from support.pages import without_scripts
 
 SIZE, ELL, N = (1.0, 1.0, 0.5), 0.04, 24  # N cells of the mesh along the first axis
 SHALLOW = 0.2  # where the cracks across y end; those across x go on
@@ -191,7 +192,7 @@ def test_a_run_in_three_dimensions_is_drawn_with_its_cells_and_growing(tmp_path,
     with Image.open(drawn.pictures[-1]) as found:
         assert found.n_frames == 3
         assert found.width == pytest.approx(movie.DPI * 7)
-    page = drawn.page.read_text(encoding="utf-8")
+    page = without_scripts(drawn.page.read_text(encoding="utf-8"))
     assert page.count("data:image/png;base64,") == 6 and page.count("data:image/gif;base64,") == 1
 
 

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import staffa
 from staffa.cli.commands import app
 from staffa.io.run_directory import Run, open_run
+from support.pages import without_scripts
 
 DATA = Path(__file__).parents[1] / "data" / "runs-0.1.0"
 RUNS = ("slab", "granite", "block", "several/seed-3", "several/seed-4")
@@ -93,7 +94,7 @@ def test_it_is_reported(name: str, tmp_path: Path) -> None:
     run = copied(name, tmp_path)
     done = CliRunner().invoke(app, ["report", str(run)])
     assert done.exit_code == 0, done.output
-    page = (run / "report.html").read_text(encoding="utf-8")
+    page = without_scripts((run / "report.html").read_text(encoding="utf-8"))
     pictures = sorted(path.stem for path in (run / "pictures").iterdir())
     assert len(pictures) >= 2 and page.count("data:image/png;base64,") == len(pictures)
     assert "0.1.0" in page or name == "several"

@@ -61,7 +61,7 @@ def run_figures(run: Run, found: Sequence[Drawing]) -> tuple[Figures, list[str]]
     if frames and frames[-1].step.mesh:
         figures["mesh"] = partial(mesh_figure, manifest, frames[-1], steps)
     water, lost = _reservoir(run, frames)
-    figures |= water
+    figures |= _production(run) | water
     shown = {frame.step.index for frame in frames}
     moments = [(d.step, d.network) for d in found if d.step.index in shown and d.network.size]
     if moments:
