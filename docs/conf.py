@@ -1,11 +1,14 @@
 """Settings of the site of the documentation: `make docs` builds it into build/docs."""
 
+import os
 import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
+# Cells of notebooks call staffa and mpiexec as a terminal does.
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
 project = "staffa"
 author = "the staffa developers"

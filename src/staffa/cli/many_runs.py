@@ -71,7 +71,7 @@ def study(
         list[str] | None,
         typer.Option(
             "--over",
-            help='section.key=VALUES: "40:100:7 J/m^2" (from, to, how many), "40, 60 J/m^2", or a '
+            help='section.key=VALUES: "40:90:6 J/m^2" (from, to, how many), "40, 60 J/m^2", or a '
             "list of TOML; several make a grid",
         ),
     ] = None,

@@ -19,7 +19,7 @@ from staffa.units import NUMBER, WRITTEN, unit_name
 # "a:b UNIT" and "a:b:n UNIT".
 RANGE = re.compile(rf"{NUMBER}\s*:{NUMBER}\s*(?::\s*(\d+))?(?![\d.])([^:]*)")
 LARGEST_STUDY = 1000  # members: as many as an array of Slurm has by default
-EXAMPLE = '--over material.Gc="40:100:7 J/m^2", or --over material.Gc="40, 60, 100 J/m^2"'
+EXAMPLE = '--over material.Gc="40:90:6 J/m^2", or --over material.Gc="40, 60, 90 J/m^2"'
 SEED = "toughness.seed"
 
 
