@@ -207,3 +207,13 @@ def test_a_point_of_a_network_without_a_size_has_no_opening() -> None:
     gathered = np.array([0.5, 1.0, 0.5, 0.0, 0.0, 0.0])[:, None]
     even = evened(gathered, points, elements, sizes, 0.3)[:, 0]
     assert even == pytest.approx([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_a_corner_that_hangs_on_slivers_alone_has_no_opening() -> None:
+    """Surfaces have triangles of no area, up to round-off: a volume over that is no opening."""
+    points = np.array([[0.0, 0, 0], [1.0, 0, 0], [0.0, 1, 0], [0.5, -1e-20, 0], [0.5, 0, 0]])
+    elements, sizes = np.array([[0, 1, 2], [0, 1, 3], [3, 4, 0]]), np.array([0.5, 5e-21, 1e-21])
+    gathered = np.array([0.2, 0.2, 0.1, 1e-4, 0.0])[:, None]
+    even = evened(gathered, points, elements, sizes, 0.3)[:, 0]
+    assert even[:3].min() > 0.5 and even[:3].max() < 1.5
+    assert even[3:].tolist() == [0.0, 0.0]

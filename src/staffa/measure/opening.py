@@ -96,7 +96,8 @@ def evened(
     """Return values per size of the network, averaged over a width, shape (n, k).
 
     The result w solves (M + width^2 K) w = V, with the lumped mass M and the stiffness K of the
-    network. The integral and a constant do not change. Points without a size have the value 0.
+    network. The integral and a constant do not change. Points without a size have the value 0, also
+    those of triangles whose area is nothing beside the square of the width.
 
     Parameters
     ----------
@@ -107,6 +108,9 @@ def evened(
     width : length over which values are averaged (m).
     """
     n, corners = len(points), elements.shape[1]
+    if corners == 3:  # the corners of a triangle without area may hang on nothing else
+        wide = sizes > (SHORTEST * width) ** 2
+        elements, sizes = elements[wide], sizes[wide]
     mass = np.bincount(elements.ravel(), weights=np.repeat(sizes / corners, corners), minlength=n)
     i, j = np.concatenate([elements[:, pair] for pair in combinations(range(corners), 2)]).T
     square = ((points[i] - points[j]) ** 2).sum(axis=1)
