@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from case.test_bad_input import check_sentence, read, sentence_of
+from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case
 from staffa.case.values.damage_law import damage_law
 from staffa.errors import InputError
@@ -206,3 +207,12 @@ dT = "150 K"
 [time]
 t = ["1 h"]
 """
+
+
+def test_check_tells_a_pressed_bar_by_the_law_of_the_case() -> None:
+    """Shear breaks it at sqrt(1.5/(1 + nu)) of the strength, whatever ell."""
+    pressed = ['damage.split="volumetric-deviatoric"', 'forces={top={pressure="1 MPa"}}']
+    for ell in ("30 mm", "15 mm"):
+        case = parse_case(GRANITE, [*pressed, f'damage.ell="{ell}"'])
+        (said,) = [one for one in preview(case).warnings if "a pressed bar" in one]
+        assert "a pressed bar at 11 MPa" in said and "damage.ell" not in said, said

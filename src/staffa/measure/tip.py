@@ -25,12 +25,12 @@ FALLS = {"AT1": (0.95, 1.15), "AT2": (1.17, 1.37)}
 
 
 def falls(law: str) -> tuple[float, float] | None:
-    """Return the fall lengths at given and at grown ends (see FALLS); None for a user's law."""
+    """Return the fall lengths at given and at grown ends (see FALLS); None for another law."""
     return FALLS.get(law)
 
 
 def damage_at_tip(law: str, *, threshold: float) -> float:
-    """Return the damage down to which a crack network is followed; for a user's law, the threshold.
+    """Return the damage down to which a crack network is followed; for another law, the threshold.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def damage_at_tip(law: str, *, threshold: float) -> float:
 def reach(law: str, *, threshold: float, ell: float, h: float) -> float | None:
     """Return the distance (m) from the last vertex above the threshold to the sharp tip.
 
-    None for a user's law, or for a threshold outside the measured range.
+    None for a law that was not measured, or for a threshold outside the measured range.
 
     Parameters
     ----------

@@ -136,7 +136,7 @@ def longest_cohesive_ell(irwin: float, softening: str = "linear") -> float:
 
 LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}
 COHESIVE = "cohesive"
-# All laws by their names; of those that have parameters, one.
+# All laws by their names. One stands for all cohesive laws: only its name and its type are used.
 KNOWN: Mapping[str, DamageLaw] = ChainMap({COHESIVE: Cohesive(a1=2.0)}, LAWS)
 
 

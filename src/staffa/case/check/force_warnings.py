@@ -15,7 +15,7 @@ from staffa.case.values.applied_forces import forces, pore_pressure_at_rest
 from staffa.case.values.default_split import is_anisotropic, safest_split
 from staffa.case.values.pressing_loads import only_pulled, pressing
 from staffa.case.values.property_functions import in_space
-from staffa.physics.damage import strength
+from staffa.physics.damage import COHESIVE, strength
 
 FREE = 0.01  # parts of the strength: a stress across a face that is less counts as none
 SAMPLES = 25  # times at which what acts is looked at
@@ -97,12 +97,14 @@ def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
         none = f", and rock that is {kind} takes no split that prevents it"
         stronger = "no-tension" if safest == "no-tension" else "star-convex"
         m, ell = derived.rock, float(case.damage.ell)
-        shear = sqrt(9 * m.Gc * m.E / (16 * ell * (1 + m.nu)))  # of a bar pressed, AT1
+        pulled = strength(derived.law, E=m.E, Gc=m.Gc, ell=ell)  # without a split
+        shear = pulled * sqrt(1.5 / (1 + m.nu))  # of a bar pressed
+        finer = "" if case.damage.law == COHESIVE else ", or a smaller damage.ell"
         yield (
             f'damage.split = "volumetric-deviatoric": under pressure rock breaks by shear'
             f"{none if stronger != safest else ''}: a pressed bar at "
             f"{amount(case, shear, 'Pa')} where a pulled one does at "
-            f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}", or a smaller damage.ell'
+            f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}"{finer}'
         )
 
 

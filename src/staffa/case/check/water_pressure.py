@@ -14,6 +14,7 @@ from staffa.case.values.applied_forces import forces
 from staffa.case.values.pressing_loads import WATER, pressing
 from staffa.case.values.property_functions import in_space
 from staffa.case.values.reservoir_places import fractured_sides, reservoir_keys, thickness
+from staffa.physics.damage import slope
 from staffa.physics.water import COMPRESSIBILITY, EXPANSION, viscosity
 from staffa.reservoir.permeability import WIDEST
 
@@ -25,14 +26,16 @@ def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """Warn of a pressure that damages cooled rock as a whole.
 
     The fluid of damaged rock takes up its thermal shrinkage, so a pressure p in it gains p times
-    the free strain, dim expansion dT, which AT1 resists with 3 Gc/(8 ell).
+    the free strain, dim expansion dT, which the law resists with w'(0) Gc/(4 c_w ell): 3 Gc/(8 ell)
+    with AT1.
     """
     acting, rock = forces(case), derived.rock
     free_strain = case.dim * rock.expansion * derived.dT
     if not (acting.fluid and acting.balanced) or derived.dT_c is None or free_strain <= 0:
         return
     share = (1 - acting.biot) * free_strain  # pores carry the rest, cracked or not
-    resisted = 3 * rock.Gc / (8 * float(case.damage.ell))
+    law, ell = derived.law, float(case.damage.ell)
+    resisted = float(slope(law.w, 0.0)) * rock.Gc / (4 * law.c_w * ell)
     if share <= 0:
         return
     yield from _of_flow(case, resisted / share)
