@@ -31,7 +31,7 @@ def cohesive_is_possible(case: Case) -> None:
         raise InputError(
             f"damage.ell = {inline(keys.ell)}: Irwin's length E Gc/strength^2 is "
             f'{amount(case, irwin, "m")}, and damage.law = "{COHESIVE}" with {softening(case)} '
-            f"softening needs an ell of {at_most(case, most, 'm')} at most; no law has this "
+            f"softening needs an ell of {at_most(case, most, 'm')} at most; no such law has this "
             f"strength and this toughness at a larger one: take a smaller ell, or damage.law = "
             f'"AT1" with cracks that are given or start from weak places'
         )
