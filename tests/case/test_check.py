@@ -548,6 +548,7 @@ NOTED = {
     "array": [HELD_FAST],
     "brick": [HELD_FAST],
     "cell": [WHOLE, COARSE],
+    "ceramic-quench": ["left: cooled besides temperature.face"],
     "cylinder": [COARSE],
     "cylinder-mantle": [COARSE],
     "doublet": [BAND],
