@@ -17,7 +17,6 @@ from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.boxes import product
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least, at_most, quoted
-from staffa.case.schema.toml_text import inline
 from staffa.case.values.subdomains import is_uneven
 from staffa.physics.damage import COHESIVE
 from staffa.physics.material import PLANE_STRESS
@@ -74,21 +73,6 @@ def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
         yield from _of_coarse_nucleation(case, derived, ell0)
     if share >= 1 or other_causes(case):
         yield from _of_opposite_boundary(case, derived, insulated=True)
-    yield from _of_other_faces(case)
-
-
-def _of_other_faces(case: Case) -> Iterator[str]:
-    """Tell that cracks are counted from one face, if others are cooled."""
-    face = case.temperature.face
-    if case.heat is None:
-        return
-    others = [e.where for e in surface_exchanges(case) if e.drop > 0 and e.where != face]
-    if others := [where for where in others if where in case.outline.faces]:
-        yield (
-            f"{', '.join(others)}: cooled besides temperature.face = {inline(face)}, from which "
-            f"tips and depths are measured; a crack that starts elsewhere counts with its end that "
-            f"is farthest from {face}, so look at the network and the pictures for those"
-        )
 
 
 def start_of_damage(derived: Numbers, largest: float, squeezed: Squeeze | None) -> float:

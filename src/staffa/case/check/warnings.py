@@ -2,6 +2,7 @@
 
 from staffa.case.check.axis_warnings import axis_warnings
 from staffa.case.check.cooling_warnings import cooling_notes, cooling_warnings
+from staffa.case.check.face_notes import face_notes
 from staffa.case.check.force_warnings import force_warnings
 from staffa.case.check.load_warnings import load_warnings
 from staffa.case.check.mesh_warnings import mesh_notes, mesh_warnings
@@ -29,4 +30,9 @@ def notes(case: Case, derived: Numbers) -> list[str]:
     always = [*mesh_notes(case), *reservoir_notes(case, derived)]
     if not derived.cooled:
         return always
-    return [*always, *cooling_notes(case, derived), *holding_notes(case, derived)]
+    return [
+        *always,
+        *cooling_notes(case, derived),
+        *face_notes(case),
+        *holding_notes(case, derived),
+    ]
