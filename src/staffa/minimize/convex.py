@@ -118,9 +118,10 @@ def minimize(
         A linear solver failed, or the energy does not stop falling.
     """
     way, forces = u.duplicate(), u.duplicate()
-    gap, met = float("inf"), False
+    gap = float("inf")
     try:
         energy.move_to(u)
+        met = elastic.meets(u, values)
         nothing = elastic.pivot * (NOTHING * energy.length) ** 2
         least = max(LEFT * energy.stored(), nothing, 1e-300)
         for number in range(MOST):
@@ -132,20 +133,21 @@ def minimize(
             energy.forces(forces)
             way.axpy(-1.0, u)
             slope = forces.dot(way)
-            if number and not held and (slope >= 0 or not elastic.linear.direct):
+            # A first step that applies new prescribed values, or a pressure that holds a volume, is
+            # no descent but a prediction.
+            predicts = number == 0 and (not met or held is not None)
+            exact = elastic.linear.direct or number == 0
+            if not (predicts or held or energy.quadratic) and (slope >= 0 or not exact):
                 slope = _downhill(elastic, forces, way)
             last, gap = gap, abs(slope) / max(energy.stored(), elastic.curvature(way), 1e-300)
-            # The first step may apply new prescribed values: it is no descent but a prediction.
-            if number == 0:
-                met = elastic.meets(u, values)
             stalls = gap <= ROUND_OFF and (slope >= 0 or gap > last / 4)
             small = gap <= ENOUGH or abs(slope) <= max(least, NOTHING**2 * elastic.spread(u))
             done = energy.quadratic or ((small or stalls) and (met or number > 0))
-            if done or number == 0:
+            if predicts or energy.quadratic:
                 u.axpy(1.0, way)
-            elif slope < 0:
+            elif slope < 0:  # the last one too: in a crack little slope may go far
                 _step(energy, u, way, forces, slope)
-            else:
+            elif not done:
                 raise SolveError(
                     f"the displacement solve failed: the linear solver's direction leads uphill, "
                     f"by {gap:.1e} of the energy; {WAY_OUT}"
