@@ -2,7 +2,10 @@
 
 import hashlib
 import json
+import os
 import shutil
+import signal
+import time
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -13,13 +16,14 @@ from rocrate.rocrate import ROCrate
 from staffa.backend.lock import Lock
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
+from staffa.io import research_object
 from staffa.io.ensemble_directory import CRATE
-from staffa.io.research_object import crate_files, write_crate
+from staffa.io.research_object import crate_files, describe_stopped, write_crate
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 from support.commands import forked
 from support.paths import DATA
-from support.restarting import SMALL, After, small, stopped
+from support.restarting import SMALL, After, small, started, stopped
 
 OLD = DATA / "runs-0.1.0"
 SHORT = "time.tau=[0.3,0.6]"
@@ -155,6 +159,25 @@ def test_a_run_that_goes_on_is_neither_packed_nor_described(granite: Path) -> No
     assert write_crate(granite) == granite / CRATE
 
 
+def test_a_file_whose_name_is_not_utf8_is_left_out_with_a_sentence(granite: Path) -> None:
+    Path(os.fsdecode(os.fsencode(granite) + b"/photo-\xff.png")).write_bytes(b"of a user")
+    done = forked("export", granite, "--zip")
+    assert done.returncode == 0 and "is left out: rename it" in done.stderr, done.stderr
+    assert done.stderr.count("\n") == 1
+    write_crate(granite)
+    require_valid(granite)
+
+
+def test_a_stopped_run_with_large_files_is_described_on_request(
+    granite: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    describe_stopped(granite)
+    require_valid(granite)
+    monkeypatch.setattr(research_object, "STOPPED_BYTES", 10)
+    describe_stopped(granite)
+    assert not (granite / CRATE).exists(), "a description of earlier files"
+
+
 def test_no_link_is_followed(granite: Path, tmp_path: Path) -> None:
     (tmp_path / "secret").write_text("of another")
     (granite / "link").symlink_to(tmp_path / "secret")
@@ -191,6 +214,23 @@ def test_a_run_is_described_at_its_stop_at_its_end_and_by_a_report(tmp_path: Pat
     done = forked("report", place)
     assert done.returncode == 0, done.stderr
     assert require_valid(place).dereference("report.html") is not None
+
+
+@pytest.mark.slow
+def test_a_run_that_a_signal_stops_is_described_with_its_page(tmp_path: Path) -> None:
+    (tmp_path / "my.toml").write_text(SMALL)
+    place = tmp_path / "run"
+    long = "time.tau={start=0.1, stop=0.6, steps=500}"
+    process = started("staffa", "run", tmp_path / "my.toml", "--out", place, "--set", long)
+    last = time.monotonic() + 120
+    while not (place / "report.html").exists():
+        assert process.poll() is None and time.monotonic() < last
+        time.sleep(0.1)
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 3, said
+    assert require_valid(place).dereference("report.html") is not None
+    assert 'id="grows"' not in (place / "report.html").read_text()
 
 
 @pytest.mark.slow

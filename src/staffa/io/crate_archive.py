@@ -2,13 +2,20 @@
 
 import os
 from pathlib import Path
+from warnings import warn
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from staffa.arguments import path_of
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io.ensemble_directory import CRATE, is_ensemble
 from staffa.io.own_files import HALF
-from staffa.io.research_object import crate_files, crate_text, is_being_written, write_crate
+from staffa.io.research_object import (
+    crate_files,
+    crate_text,
+    is_being_written,
+    unspelled_files,
+    write_crate,
+)
 from staffa.io.run_directory import open_run
 
 # Date of each file in the archive, the earliest possible: the same run gives the same bytes.
@@ -82,6 +89,8 @@ def _require_run(directory: Path) -> None:
         raise InputError(
             f"{directory} is being written to; wait for the end of the run, or stop it"
         )
+    for file in unspelled_files(directory):
+        warn(StaffaWarning(f"{file} is left out: rename it, its name is not UTF-8"), stacklevel=3)
 
 
 def _require_place(archive: Path, directory: Path) -> None:

@@ -36,6 +36,7 @@ FORMATS = {
     ".toml": "application/toml",
     ".vtkhdf": "application/x-hdf5",
 }
+STOPPED_BYTES = 1 << 29  # read in about a second; of a stopped run the time may be over
 DONE, STOPPED = "http://schema.org/CompletedActionStatus", "http://schema.org/FailedActionStatus"
 Entity = dict[str, Any]
 
@@ -68,6 +69,24 @@ def write_own_crate(path: Path) -> None:
     write_aside(path / CRATE, crate_text(path))
 
 
+def describe_stopped(path: Path) -> None:
+    """Describe a run or an ensemble that stopped or failed, if that can be done at once.
+
+    Of files of more than `STOPPED_BYTES` there is no description then: `staffa export` writes one.
+
+    Parameters
+    ----------
+    path : its directory, to which no other process writes.
+    """
+    with suppress(Exception):  # of any kind: what stopped it is to be told, not this
+        if not is_ensemble(path):
+            open_run(path)
+        if sum(file.stat().st_size for file in crate_files(path)) > STOPPED_BYTES:
+            (path / CRATE).unlink(missing_ok=True)
+        else:
+            write_own_crate(path)
+
+
 def crate_text(path: Path) -> str:
     """Return the description of the run or the ensemble in a directory, as JSON-LD."""
     runs = (
@@ -95,9 +114,23 @@ def crate_files(path: Path) -> list[Path]:
     """Return the files of a run or an ensemble that its description lists, in order.
 
     Left out are checkpoints, with which `staffa resume` alone can do something, locks, unfinished
-    files, the description itself, and all that is no ordinary file.
+    files, the description itself, all that is no ordinary file, and `unspelled_files`.
     """
-    return sorted(file for file in _ordinary(path) if file != path / CRATE)
+    files = (file for file in _ordinary(path) if file != path / CRATE)
+    return sorted(file for file in files if _is_spelled(file, path))
+
+
+def unspelled_files(path: Path) -> list[Path]:
+    """Return the files that no description can list: their names are not UTF-8."""
+    return sorted(file for file in _ordinary(path) if not _is_spelled(file, path))
+
+
+def _is_spelled(file: Path, path: Path) -> bool:
+    try:
+        file.relative_to(path).as_posix().encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _ordinary(folder: Path) -> Iterator[Path]:

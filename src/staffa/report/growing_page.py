@@ -1,7 +1,7 @@
 """Pages of what goes on: written again now and then, and read again by the browser."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -77,22 +77,6 @@ class GrowingPage:
                 self.ended(f"the page is written at the end only, since it failed: {error}")
         now = perf_counter()
         self.due = now + max(SOONEST, (now - began) / SHARE)
-
-
-@contextmanager
-def stopped_with(page: GrowingPage | None) -> Iterator[None]:
-    """Stop a page if what it shows ends with an error; else the last page is drawn over it.
-
-    Parameters
-    ----------
-    page : the page; None for none.
-    """
-    try:
-        yield
-    except BaseException:
-        if page:
-            page.stop()
-        raise
 
 
 def growing_run(directory: Path, ended: Callable[[str], None]) -> GrowingPage:
