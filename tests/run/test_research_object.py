@@ -16,9 +16,12 @@ from rocrate.rocrate import ROCrate
 from staffa.backend.lock import Lock
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
-from staffa.io import research_object
+from staffa.io import crate_archive, research_object
+from staffa.io.crate_archive import export_zip
 from staffa.io.ensemble_directory import CRATE
 from staffa.io.research_object import crate_files, describe_stopped, write_crate
+from staffa.io.study_directory import Point, StudyPlan, write_plan
+from staffa.records.authorship import people_of
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 from support.commands import forked
@@ -100,6 +103,13 @@ def test_what_is_no_author_or_license_is_refused(key: str, value: str) -> None:
         parse_case(f"{key} = {value}\n{SMALL}")
 
 
+def test_an_author_is_told_once_and_no_name_of_a_person_is_one_of_ours() -> None:
+    people = people_of(["staffa", "run", "staffa ", ADA, f"A. Lovelace <{ADA.split('<')[1]}"])
+    assert [person["name"] for person in people] == ["staffa", "run", "Ada Lovelace"]
+    ids = [person["@id"] for person in people]
+    assert ids == ["#person-1", "#person-2", "https://orcid.org/0000-0002-1825-0097"]
+
+
 def test_a_copy_of_a_run_ended_when_the_run_ended(granite: Path, tmp_path: Path) -> None:
     write_crate(granite)
     before = json.loads((granite / CRATE).read_text())
@@ -178,6 +188,40 @@ def test_a_stopped_run_with_large_files_is_described_on_request(
     assert not (granite / CRATE).exists(), "a description of earlier files"
 
 
+def test_a_run_in_a_read_only_folder_is_packed_although_it_was_cut(
+    granite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its lock tells who held it, but cannot be opened for writing."""
+    (granite / "lock").write_text("process 1 on elsewhere")
+    opened = os.open
+
+    def refuse(path: Path, flags: int, *more: int) -> int:
+        if flags & (os.O_RDWR | os.O_WRONLY) and granite in Path(path).parents:
+            raise PermissionError(13, "Permission denied")
+        return opened(path, flags, *more)
+
+    monkeypatch.setattr(os, "open", refuse)
+    assert export_zip(granite) == tmp_path / "a run.zip"
+
+
+def test_an_archive_follows_no_link_and_leaves_no_part(
+    granite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    secret, part = tmp_path / "secret", tmp_path / ".a run.zip.staffa-part"
+    secret.write_text("of another")
+    part.symlink_to(secret)
+    export_zip(granite)
+    assert secret.read_text() == "of another" and not part.is_symlink()
+
+    def interrupt(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(crate_archive, "crate_text", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        export_zip(granite, tmp_path / "again.zip")
+    assert not list(tmp_path.glob("*again*")) and not list(tmp_path.glob(".*"))
+
+
 def test_no_link_is_followed(granite: Path, tmp_path: Path) -> None:
     (tmp_path / "secret").write_text("of another")
     (granite / "link").symlink_to(tmp_path / "secret")
@@ -197,6 +241,31 @@ def test_an_ensemble_is_one_object_with_a_run_for_each_seed(tmp_path: Path) -> N
         "#run-seed-4",
     ]
     assert crate.dereference("ensemble.csv") is not None
+
+
+def test_a_change_of_a_member_removes_the_description_of_its_ensemble(tmp_path: Path) -> None:
+    several = Path(shutil.copytree(OLD / "several", tmp_path / "several"))
+    write_crate(several)
+    (several / "seed-3" / "case.toml").open("a").write("# changed")
+    write_crate(several / "seed-3")
+    assert not (several / CRATE).exists() and (several / "seed-3" / CRATE).exists()
+    write_crate(several)
+    require_valid(several)
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [(["export", "."], "like point-1, or of its runs"), (["compare", ".", "."], "point-1/seed-3")],
+)
+def test_a_study_is_refused_with_the_name_of_a_part(
+    command: list[str], said: str, tmp_path: Path
+) -> None:
+    shutil.copytree(OLD / "several", tmp_path / "point-1")
+    point = Point(number=1, texts=(), values=())
+    write_plan(tmp_path, StudyPlan(version="0", title="", parameters=(), points=(point,)))
+    done = forked(*command, folder=tmp_path)
+    assert done.returncode == 2 and ". is a study; name one of its" in done.stderr, done.stderr
+    assert said in done.stderr
 
 
 @pytest.mark.slow
