@@ -1,12 +1,14 @@
 """Pages of runs that go on: their cost is bounded, and their errors end no run."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from report.test_report import BOX, drawn_run, rewritten
-from staffa.report import growing_page
+from staffa.records.refined_mesh import RefinedMesh
+from staffa.report import growing_page, time_slides
 from staffa.report.growing_page import SHARE, SOONEST, GrowingPage, growing_ensemble, growing_run
 from staffa.report.time_slides import SlideMaker
 
@@ -58,6 +60,35 @@ def test_an_error_of_a_page_is_told_once_and_ends_no_run(tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_page_that_breaks_is_read_again_no_more_when_the_run_stops(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    page = growing_run(drawn_run(tmp_path / "run").path, told.append)
+    page.grow()
+    before = (page.folder / "report.html").read_text()
+    assert 'http-equiv="refresh"' in before and 'id="grows"' in before
+    monkeypatch.setattr(SlideMaker, "slides", lambda *given: 1 / 0)
+    page.due = 0.0
+    page.grow()
+    page.stop()
+    after = (page.folder / "report.html").read_text()
+    assert len(told) == 1 and "The run is over" in after and 'id="slides"' in after
+    assert 'http-equiv="refresh"' not in after and 'id="grows"' not in after
+
+
+def test_the_first_page_of_a_resumed_run_reads_few_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, read = drawn_run(tmp_path / "run"), []
+    known = time_slides.read_frames
+    monkeypatch.setattr(
+        time_slides, "read_frames", lambda run, steps: [known(run, steps), read.extend(steps)][0]
+    )
+    SlideMaker(most_new=2).slides(run)
+    assert {step.index for step in read} == {20, 24}
+
+
 def test_a_page_that_was_not_begun_is_not_written_when_a_run_stops(tmp_path: Path) -> None:
     """Write nothing into the folder of a run that was refused."""
     growing_run(tmp_path, lambda said: None).stop()
@@ -97,7 +128,9 @@ def test_fields_of_a_large_run_are_not_read_while_it_goes_on(
     page.grow()
     text = (run.path / "report.html").read_text()
     assert 'id="slides"' in text and "pictures: they are drawn at the end" in text
-    monkeypatch.setattr(growing_page, "LARGEST", 1)
+    refined = RefinedMesh(cells=2 * run.manifest.cells, vertices=1)
+    rewritten(run, [replace(step, mesh=refined) for step in run.steps])
+    monkeypatch.setattr(growing_page, "LARGEST", 1.5 * run.manifest.unknowns)
 
     def read(*given: object) -> None:
         raise AssertionError("it reads fields")

@@ -9,13 +9,14 @@ from matplotlib.figure import Figure
 
 import staffa
 from staffa.errors import InputError
+from staffa.io.run_directory import Run
 from staffa.report.captions import caption
 
 SHORT = ("domain.h=0.04", "time.tau=[0.1,0.4]", "output.at=[0.1]")
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> staffa.io.run_directory.Run:
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """A short run."""
     folder = tmp_path_factory.mktemp("inline") / "run"
     staffa.run(staffa.ready_case("notched", SHORT), folder)

@@ -2,7 +2,10 @@
 
 import hashlib
 import json
+import os
 import shutil
+import signal
+import time
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -13,13 +16,17 @@ from rocrate.rocrate import ROCrate
 from staffa.backend.lock import Lock
 from staffa.case.reading.read import parse_case
 from staffa.errors import InputError
+from staffa.io import crate_archive, research_object
+from staffa.io.crate_archive import export_zip
 from staffa.io.ensemble_directory import CRATE
-from staffa.io.research_object import crate_files, write_crate
+from staffa.io.research_object import crate_files, describe_stopped, write_crate
+from staffa.io.study_directory import Point, StudyPlan, write_plan
+from staffa.records.authorship import people_of
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
 from support.commands import forked
 from support.paths import DATA
-from support.restarting import SMALL, After, small, stopped
+from support.restarting import SMALL, After, small, started, stopped
 
 OLD = DATA / "runs-0.1.0"
 SHORT = "time.tau=[0.3,0.6]"
@@ -96,6 +103,13 @@ def test_what_is_no_author_or_license_is_refused(key: str, value: str) -> None:
         parse_case(f"{key} = {value}\n{SMALL}")
 
 
+def test_an_author_is_told_once_and_no_name_of_a_person_is_one_of_ours() -> None:
+    people = people_of(["staffa", "run", "staffa ", ADA, f"A. Lovelace <{ADA.split('<')[1]}"])
+    assert [person["name"] for person in people] == ["staffa", "run", "Ada Lovelace"]
+    ids = [person["@id"] for person in people]
+    assert ids == ["#person-1", "#person-2", "https://orcid.org/0000-0002-1825-0097"]
+
+
 def test_a_copy_of_a_run_ended_when_the_run_ended(granite: Path, tmp_path: Path) -> None:
     write_crate(granite)
     before = json.loads((granite / CRATE).read_text())
@@ -155,6 +169,59 @@ def test_a_run_that_goes_on_is_neither_packed_nor_described(granite: Path) -> No
     assert write_crate(granite) == granite / CRATE
 
 
+def test_a_file_whose_name_is_not_utf8_is_left_out_with_a_sentence(granite: Path) -> None:
+    Path(os.fsdecode(os.fsencode(granite) + b"/photo-\xff.png")).write_bytes(b"of a user")
+    done = forked("export", granite, "--zip")
+    assert done.returncode == 0 and "is left out: rename it" in done.stderr, done.stderr
+    assert done.stderr.count("\n") == 1
+    write_crate(granite)
+    require_valid(granite)
+
+
+def test_a_stopped_run_with_large_files_is_described_on_request(
+    granite: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    describe_stopped(granite)
+    require_valid(granite)
+    monkeypatch.setattr(research_object, "STOPPED_BYTES", 10)
+    describe_stopped(granite)
+    assert not (granite / CRATE).exists(), "a description of earlier files"
+
+
+def test_a_run_in_a_read_only_folder_is_packed_although_it_was_cut(
+    granite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its lock tells who held it, but cannot be opened for writing."""
+    (granite / "lock").write_text("process 1 on elsewhere")
+    opened = os.open
+
+    def refuse(path: Path, flags: int, *more: int) -> int:
+        if flags & (os.O_RDWR | os.O_WRONLY) and granite in Path(path).parents:
+            raise PermissionError(13, "Permission denied")
+        return opened(path, flags, *more)
+
+    monkeypatch.setattr(os, "open", refuse)
+    assert export_zip(granite) == tmp_path / "a run.zip"
+
+
+def test_an_archive_follows_no_link_and_leaves_no_part(
+    granite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    secret, part = tmp_path / "secret", tmp_path / ".a run.zip.staffa-part"
+    secret.write_text("of another")
+    part.symlink_to(secret)
+    export_zip(granite)
+    assert secret.read_text() == "of another" and not part.is_symlink()
+
+    def interrupt(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(crate_archive, "crate_text", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        export_zip(granite, tmp_path / "again.zip")
+    assert not list(tmp_path.glob("*again*")) and not list(tmp_path.glob(".*"))
+
+
 def test_no_link_is_followed(granite: Path, tmp_path: Path) -> None:
     (tmp_path / "secret").write_text("of another")
     (granite / "link").symlink_to(tmp_path / "secret")
@@ -176,6 +243,31 @@ def test_an_ensemble_is_one_object_with_a_run_for_each_seed(tmp_path: Path) -> N
     assert crate.dereference("ensemble.csv") is not None
 
 
+def test_a_change_of_a_member_removes_the_description_of_its_ensemble(tmp_path: Path) -> None:
+    several = Path(shutil.copytree(OLD / "several", tmp_path / "several"))
+    write_crate(several)
+    (several / "seed-3" / "case.toml").open("a").write("# changed")
+    write_crate(several / "seed-3")
+    assert not (several / CRATE).exists() and (several / "seed-3" / CRATE).exists()
+    write_crate(several)
+    require_valid(several)
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [(["export", "."], "like point-1, or of its runs"), (["compare", ".", "."], "point-1/seed-3")],
+)
+def test_a_study_is_refused_with_the_name_of_a_part(
+    command: list[str], said: str, tmp_path: Path
+) -> None:
+    shutil.copytree(OLD / "several", tmp_path / "point-1")
+    point = Point(number=1, texts=(), values=())
+    write_plan(tmp_path, StudyPlan(version="0", title="", parameters=(), points=(point,)))
+    done = forked(*command, folder=tmp_path)
+    assert done.returncode == 2 and ". is a study; name one of its" in done.stderr, done.stderr
+    assert said in done.stderr
+
+
 @pytest.mark.slow
 def test_a_run_is_described_at_its_stop_at_its_end_and_by_a_report(tmp_path: Path) -> None:
     place = tmp_path / "run"
@@ -191,6 +283,23 @@ def test_a_run_is_described_at_its_stop_at_its_end_and_by_a_report(tmp_path: Pat
     done = forked("report", place)
     assert done.returncode == 0, done.stderr
     assert require_valid(place).dereference("report.html") is not None
+
+
+@pytest.mark.slow
+def test_a_run_that_a_signal_stops_is_described_with_its_page(tmp_path: Path) -> None:
+    (tmp_path / "my.toml").write_text(SMALL)
+    place = tmp_path / "run"
+    long = "time.tau={start=0.1, stop=0.6, steps=500}"
+    process = started("staffa", "run", tmp_path / "my.toml", "--out", place, "--set", long)
+    last = time.monotonic() + 120
+    while not (place / "report.html").exists():
+        assert process.poll() is None and time.monotonic() < last
+        time.sleep(0.1)
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 3, said
+    assert require_valid(place).dereference("report.html") is not None
+    assert 'id="grows"' not in (place / "report.html").read_text()
 
 
 @pytest.mark.slow

@@ -97,6 +97,20 @@ class Lock:
         finally:
             self._close()
 
+    def is_held(self) -> bool:
+        """Return True if it is held; False also where that cannot be told.
+
+        It cannot be told where the file cannot be read, and where the file system has no locks.
+        """
+        try:
+            file = os.open(self._path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+        except OSError:
+            return False
+        try:
+            return _refused(file, fcntl.LOCK_SH | fcntl.LOCK_NB) in (EACCES, EAGAIN)
+        finally:
+            os.close(file)
+
     def _opened(self) -> int:
         flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
         return os.open(self._path, flags, 0o644)

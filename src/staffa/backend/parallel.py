@@ -1,7 +1,8 @@
 """The only place where ranks reduce, gather, or wait for one another. All of it is collective."""
 
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from time import perf_counter, sleep
 from typing import Any
 
@@ -88,6 +89,40 @@ def on_root[R](comm: MPI.Comm, action: Callable[[], R]) -> R:
         raise failure
     result: R = value
     return result
+
+
+@contextmanager
+def after_error(comm: MPI.Comm, action: Callable[[], object]) -> Iterator[None]:
+    """Act on rank 0 if this context ends with an error that all ranks meet. Collective.
+
+    The others wait as long as it takes, and an error of the action itself is dropped. If one rank
+    alone has an error, nobody waits: rank 0 acts if the error is its own.
+
+    Parameters
+    ----------
+    comm : communicator of all ranks.
+    action : what rank 0 does.
+
+    Raises
+    ------
+    AloneError
+        Not all ranks have met an error of staffa's.
+    """
+
+    def act() -> None:
+        with suppress(Exception):
+            action()
+
+    try:
+        yield
+    except StaffaError as error:
+        require_together(comm, error)
+        on_root(comm, act)
+        raise
+    except BaseException:
+        if comm.rank == 0:
+            act()
+        raise
 
 
 def _portable(error: Exception) -> Exception:

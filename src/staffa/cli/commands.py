@@ -12,7 +12,16 @@ from rich.markup import escape
 from rich.table import Table
 
 from staffa.cli.many_runs import RANK, many_runs
-from staffa.cli.options import CaseFile, Folder, Outside, Quiet, RunFolder, Settings, WallTime
+from staffa.cli.options import (
+    CaseFile,
+    Folder,
+    Outside,
+    Quiet,
+    RunFolder,
+    RunOrEnsemble,
+    Settings,
+    WallTime,
+)
 from staffa.cli.terminal import out, to_a_terminal_that_may_close
 from staffa.errors import EXIT_CODES, InputError, StaffaError, StaffaWarning, printable
 
@@ -222,7 +231,7 @@ def compare(
 
 @app.command()
 def export(
-    directory: Folder,
+    directory: RunOrEnsemble,
     as_zip: Annotated[
         bool, typer.Option("--zip", help="pack it into one file, an RO-Crate in a zip archive")
     ] = False,

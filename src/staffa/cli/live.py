@@ -3,13 +3,13 @@
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from time import sleep
 
 from staffa.backend.stack import MPI
 
-from staffa.backend.parallel import on_root, require_together
+from staffa.backend.parallel import after_error, on_root, require_together
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
 from staffa.cli.results import (
@@ -21,8 +21,9 @@ from staffa.cli.results import (
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import AloneError, StaffaError, printable
+from staffa.io.research_object import describe_stopped
 from staffa.io.run_directory import Run, open_run
-from staffa.report.growing_page import growing_run, stopped_with
+from staffa.report.growing_page import GrowingPage, growing_run
 from staffa.results.crack_network import networks
 from staffa.results.csv_files import write_tables
 from staffa.runs.follower import Follower
@@ -104,10 +105,30 @@ def following(
     page = growing_run(directory, follower.said) if speaks and not quiet else None
     if page:
         follower.grown = page.grow
-    with stopping.heeded(comm.size), follower.screen, stopped_with(page):
+    with stopping.heeded(comm.size), follower.screen, stopped_with(comm, page):
         yield follower.watcher(stopping.reason)
     on_root(comm, lambda: _leave_results(open_run(directory), quiet=quiet))
     on_root(comm, lambda: require_clean_audit([open_run(directory)]))
+
+
+def stopped_with(comm: MPI.Comm, page: GrowingPage | None) -> AbstractContextManager[None]:
+    """Return what stops a page if what it shows ends with an error. Collective.
+
+    The description of the files comes after the page, which is one of them. If all goes well, the
+    last page is drawn over this one.
+
+    Parameters
+    ----------
+    comm : communicator of all ranks.
+    page : the page; None for none, and on other ranks than 0.
+    """
+
+    def stop() -> None:
+        if page and page.written:
+            page.stop()
+            describe_stopped(page.folder)
+
+    return after_error(comm, stop)
 
 
 def terminal_screen(*, shown: bool) -> Screen:

@@ -12,7 +12,7 @@ from staffa.backend.parallel import on_root
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
 from staffa.cli.jobs import SideBySide, member_name
-from staffa.cli.live import ending_all_ranks, terminal_screen
+from staffa.cli.live import ending_all_ranks, stopped_with, terminal_screen
 from staffa.cli.results import (
     describe_results,
     print_ensemble,
@@ -32,7 +32,6 @@ from staffa.report.growing_page import (
     GrowingPage,
     growing_ensemble,
     growing_study,
-    stopped_with,
 )
 from staffa.results.csv_files import write_pooled, write_study
 from staffa.results.ensemble_means import write_results
@@ -185,13 +184,13 @@ def _run(
             on_root(comm, partial(_write_script, way, members, directory))
             return
         shown = comm.rank == 0 and not way.quiet and way.member is None
-        page = growing(directory, out.print) if shown else None
+        page = growing(directory, partial(out.print, markup=False)) if shown else None
         follow = partial(_followed, comm, members, way.quiet, stopping, page)
         taken = partial(_say_taken, comm, members, way.quiet)
         if way.member is not None:
             _run_alone(comm, members[way.member - 1], follow, taken)
             return
-        with stopped_with(page):
+        with stopped_with(comm, page):
             if way.jobs > 1:
                 failures = SideBySide(
                     members=members,

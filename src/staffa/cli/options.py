@@ -15,6 +15,9 @@ Outside = Annotated[
 Folder = Annotated[
     Path, typer.Argument(help="directory of a run, an ensemble or a study", show_default=False)
 ]
+RunOrEnsemble = Annotated[
+    Path, typer.Argument(help="directory of a run or an ensemble", show_default=False)
+]
 RunFolder = Annotated[
     Path, typer.Argument(metavar="RUN", help="directory of a finished run", show_default=False)
 ]

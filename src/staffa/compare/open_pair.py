@@ -13,6 +13,7 @@ from staffa.io.ensemble_directory import is_ensemble, members
 from staffa.io.own_files import GENERATOR, PAGE
 from staffa.io.production_rows import production
 from staffa.io.run_directory import CASE, Run, open_run, require_free
+from staffa.io.study_refusal import require_no_study
 from staffa.plot.production_curves import water_units
 from staffa.results.summary import summary
 
@@ -73,6 +74,7 @@ def _is_beside_a_page(inside: Path) -> bool:
 
 
 def _finished(path: Path) -> Run:
+    require_no_study(path, ensembles=False)
     if is_ensemble(path):
         one = next(iter(members(path).values()))
         raise InputError(f"{path} is an ensemble; name one of its runs, like {one}")

@@ -1,15 +1,24 @@
-"""A run or an ensemble packed as one file: a research object (RO-Crate) in a zip archive."""
+"""Description of a run or an ensemble on request: in its directory, or with it in an archive."""
 
 import os
 from pathlib import Path
+from typing import IO
+from warnings import warn
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from staffa.arguments import path_of
-from staffa.errors import InputError, StaffaError
+from staffa.errors import InputError, StaffaError, StaffaWarning
 from staffa.io.ensemble_directory import CRATE, is_ensemble
-from staffa.io.own_files import HALF
-from staffa.io.research_object import crate_files, crate_text, is_being_written, write_crate
+from staffa.io.own_files import opened_aside
+from staffa.io.research_object import (
+    crate_files,
+    crate_text,
+    is_being_written,
+    unspelled_files,
+    write_crate,
+)
 from staffa.io.run_directory import open_run
+from staffa.io.study_refusal import require_no_study
 
 # Date of each file in the archive, the earliest possible: the same run gives the same bytes.
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -42,12 +51,10 @@ def export_zip(directory: str | Path, file: str | Path | None = None) -> Path:
     whole = directory.resolve()
     archive = whole.with_name(f"{whole.name}.zip") if file is None else path_of(file, "file")
     _require_place(archive, whole)
-    aside = archive.with_name(f".{archive.name}{HALF}")
     try:
-        _pack(directory, aside)
-        aside.replace(archive)
+        with opened_aside(archive) as content:
+            _pack(directory, content)
     except OSError as error:
-        aside.unlink(missing_ok=True)
         raise StaffaError(
             f"{archive} cannot be made ({error.strerror or error}); name a place for it with --out"
         ) from None
@@ -76,12 +83,15 @@ def described(directory: Path) -> Path:
 
 
 def _require_run(directory: Path) -> None:
+    require_no_study(directory, ensembles=True)
     if not is_ensemble(directory):
         open_run(directory)  # or it is refused
     if is_being_written(directory):
         raise InputError(
             f"{directory} is being written to; wait for the end of the run, or stop it"
         )
+    for file in unspelled_files(directory):
+        warn(StaffaWarning(f"{file} is left out: rename it, its name is not UTF-8"), stacklevel=3)
 
 
 def _require_place(archive: Path, directory: Path) -> None:
@@ -95,10 +105,11 @@ def _require_place(archive: Path, directory: Path) -> None:
         )
 
 
-def _pack(directory: Path, archive: Path) -> None:
+def _pack(directory: Path, archive: IO[bytes]) -> None:
+    files = crate_files(directory)
     with ZipFile(archive, "w", ZIP_DEFLATED) as packed:
-        packed.writestr(_entry(CRATE), crate_text(directory))
-        for file in crate_files(directory):
+        packed.writestr(_entry(CRATE), crate_text(directory, files))
+        for file in files:
             entry = _entry(file.relative_to(directory).as_posix())
             entry.file_size = file.stat().st_size  # or a large one would be refused
             with file.open("rb") as content, packed.open(entry, "w") as copy:

@@ -1,6 +1,8 @@
 """Files that staffa writes: atomic, and never through a symbolic link."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -14,15 +16,28 @@ NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 def write_aside(path: Path, content: str | bytes) -> None:
     """Write a file atomically, power failures included; a symbolic link there is replaced."""
+    with opened_aside(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def opened_aside(path: Path) -> Iterator[IO[bytes]]:
+    """Yield a file to write, which then takes its place as `write_aside` does; none after an error.
+
+    Parameters
+    ----------
+    path : its place.
+    """
     aside = path.with_name(f".{path.name}{HALF}")
     try:
         aside.unlink(missing_ok=True)  # of a run that was killed
         with os.fdopen(os.open(aside, os.O_WRONLY | NEW, 0o666), "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
+            yield file
             file.flush()
             os.fsync(file.fileno())
-    except OSError:
-        aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
+    except BaseException:
+        with suppress(OSError):
+            aside.unlink(missing_ok=True)  # on a full disk it takes the room of what is needed
         raise
     aside.replace(path)
     keep_names(path.parent)

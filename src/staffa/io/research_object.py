@@ -1,12 +1,14 @@
 """Description of a run or an ensemble as a research object (RO-Crate 1.1): inputs, software, files.
 
+What changes a run renews its description and removes that of its ensemble, whose hashes
+are wrong then.
 It is a file of JSON-LD. The rocrate library, which reads it in tests, would bring clients of the
 network to each installation, and could not write the file atomically.
 """
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from hashlib import file_digest
@@ -16,10 +18,10 @@ from urllib.parse import quote
 
 from staffa.backend.lock import LOCK, Lock
 from staffa.io.checkpoint import FOLDER as CHECKPOINTS
-from staffa.io.ensemble_directory import CRATE, is_ensemble, read_ensemble
+from staffa.io.ensemble_directory import CRATE, MEMBER, is_ensemble, read_ensemble
 from staffa.io.own_files import HALF, write_aside
 from staffa.io.run_directory import CASE, STEPS, Run, open_run
-from staffa.records.authorship import author, license_of
+from staffa.records.authorship import license_of, people_of
 from staffa.records.manifest import Manifest
 
 CONTEXT = ["https://w3id.org/ro/crate/1.1/context", {"sha256": "https://schema.org/sha256"}]
@@ -36,6 +38,7 @@ FORMATS = {
     ".toml": "application/toml",
     ".vtkhdf": "application/x-hdf5",
 }
+STOPPED_BYTES = 1 << 29  # read in about a second; of a stopped run the time may be over
 DONE, STOPPED = "http://schema.org/CompletedActionStatus", "http://schema.org/FailedActionStatus"
 Entity = dict[str, Any]
 
@@ -65,17 +68,56 @@ def write_crate(path: Path) -> Path | None:
 
 def write_own_crate(path: Path) -> None:
     """Do the same for the process that holds the lock of the run."""
-    write_aside(path / CRATE, crate_text(path))
+    forget_crate_above(path)
+    write_aside(path / CRATE, crate_text(path, crate_files(path)))
 
 
-def crate_text(path: Path) -> str:
-    """Return the description of the run or the ensemble in a directory, as JSON-LD."""
+def forget_crate_above(path: Path) -> None:
+    """Remove the description of the ensemble above a run whose files change, if there is one.
+
+    Parameters
+    ----------
+    path : directory of the run.
+    """
+    place = path.absolute()
+    if MEMBER.fullmatch(place.name) and is_ensemble(place.parent):
+        with suppress(OSError):
+            (place.parent / CRATE).unlink(missing_ok=True)
+
+
+def describe_stopped(path: Path) -> None:
+    """Describe a run or an ensemble that stopped or failed, if that can be done at once.
+
+    Of files of more than `STOPPED_BYTES` there is no description then: `staffa export` writes one.
+
+    Parameters
+    ----------
+    path : its directory, to which no other process writes.
+    """
+    with suppress(Exception):  # of any kind: what stopped it is to be told, not this
+        if not is_ensemble(path):
+            open_run(path)
+        if sum(file.stat().st_size for file in crate_files(path)) > STOPPED_BYTES:
+            (path / CRATE).unlink(missing_ok=True)
+            forget_crate_above(path)
+        else:
+            write_own_crate(path)
+
+
+def crate_text(path: Path, files: Sequence[Path]) -> str:
+    """Return the description of the run or the ensemble in a directory, as JSON-LD.
+
+    Parameters
+    ----------
+    path : its directory.
+    files : the files that it lists, see `crate_files`.
+    """
     runs = (
         {f"{run.path.name}/": run for run in read_ensemble(path).runs.values()}
         if is_ensemble(path)
         else {"": open_run(path)}
     )
-    return json.dumps({"@context": CONTEXT, "@graph": _graph(path, runs)}, indent=1) + "\n"
+    return json.dumps({"@context": CONTEXT, "@graph": _graph(path, runs, files)}, indent=1) + "\n"
 
 
 def is_being_written(path: Path) -> bool:
@@ -87,17 +129,30 @@ def _is_held(folder: Path) -> bool:
     lock = folder / LOCK
     if not lock.is_file() or not lock.stat().st_size:  # it says who holds it
         return False
-    with Lock(folder).held(shared=True, wait=False) as free:
-        return not free
+    return Lock(folder).is_held()
 
 
 def crate_files(path: Path) -> list[Path]:
     """Return the files of a run or an ensemble that its description lists, in order.
 
     Left out are checkpoints, with which `staffa resume` alone can do something, locks, unfinished
-    files, the description itself, and all that is no ordinary file.
+    files, the description itself, all that is no ordinary file, and `unspelled_files`.
     """
-    return sorted(file for file in _ordinary(path) if file != path / CRATE)
+    files = (file for file in _ordinary(path) if file != path / CRATE)
+    return sorted(file for file in files if _is_spelled(file, path))
+
+
+def unspelled_files(path: Path) -> list[Path]:
+    """Return the files that no description can list: their names are not UTF-8."""
+    return sorted(file for file in _ordinary(path) if not _is_spelled(file, path))
+
+
+def _is_spelled(file: Path, path: Path) -> bool:
+    try:
+        file.relative_to(path).as_posix().encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _ordinary(folder: Path) -> Iterator[Path]:
@@ -115,12 +170,12 @@ def crate_name(file: Path, path: Path) -> str:
     return quote(file.relative_to(path).as_posix())
 
 
-def _graph(path: Path, runs: Mapping[str, Run]) -> list[Entity]:
+def _graph(path: Path, runs: Mapping[str, Run], listed: Sequence[Path]) -> list[Entity]:
     """Return all entities: the description, the directory, its files, runs, software, people."""
-    files = [_file(file, path) for file in crate_files(path)]
+    files = [_file(file, path) for file in listed]
     first = next(iter(runs.values()))
     tables = tomllib.loads(first.case)
-    people = [author(text) for text in tables.get("authors", ())]
+    people = people_of(tables.get("authors", ()))
     terms = license_of(tables.get("license", ""))
     before = _earlier(path)
     actions = [_action(run, start, files, before) for start, run in runs.items()]

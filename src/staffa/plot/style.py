@@ -92,16 +92,17 @@ def write_picture(path: Path, draw: Callable[[], Figure]) -> Figure:
     return figure
 
 
-def picture_bytes(figure: Figure, form: str, **settings: Any) -> bytes:
+def picture_bytes(figure: Figure, form: str, *, dpi: int | None = None, **settings: Any) -> bytes:
     """Return a figure as the content of a file.
 
     Parameters
     ----------
     figure : the figure.
     form : "png" or "webp".
+    dpi : pixels per inch; None for `DPI`.
     settings : of Pillow, which writes it.
     """
     picture = io.BytesIO()
     FigureCanvasAgg(figure)
-    figure.savefig(picture, format=form, dpi=DPI, pil_kwargs=settings)
+    figure.savefig(picture, format=form, dpi=dpi or DPI, pil_kwargs=settings)
     return picture.getvalue()

@@ -1,6 +1,7 @@
 """Authors and license of a case, as a research object has them."""
 
 import re
+from collections.abc import Iterable
 from typing import Any
 
 NAMED = re.compile(r"(?P<name>[^<>]+?)(?:\s*<(?P<link>[^<>\s]+)>)?")
@@ -17,14 +18,22 @@ def is_author(text: str) -> bool:
     return bool(found and (not link or ORCID.fullmatch(link) or MAIL.fullmatch(link)))
 
 
-def author(text: str) -> dict[str, Any]:
-    """Return a person as an entity of RO-Crate; `text` is the author as the case names him."""
-    found = NAMED.fullmatch(text.strip())
+def people_of(authors: Iterable[str]) -> list[dict[str, Any]]:
+    """Return the authors, as the case names them, as entities of RO-Crate; each of them once."""
+    found: dict[str, dict[str, Any]] = {}
+    for number, text in enumerate(dict.fromkeys(map(str.strip, authors)), 1):
+        person = _person(text, f"#person-{number}")
+        found.setdefault(person["@id"], person)
+    return list(found.values())
+
+
+def _person(text: str, known_as: str) -> dict[str, Any]:
+    found = NAMED.fullmatch(text)
     name, link = (found["name"], found["link"] or "") if found else (text, "")
     orcid = ORCID.fullmatch(link)
     if orcid:
         return {"@id": f"https://orcid.org/{orcid[1]}", "@type": "Person", "name": name}
-    person: dict[str, Any] = {"@id": f"#{name.replace(' ', '-')}", "@type": "Person", "name": name}
+    person: dict[str, Any] = {"@id": known_as, "@type": "Person", "name": name}
     return person | ({"email": link} if link else {})
 
 

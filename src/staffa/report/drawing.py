@@ -1,4 +1,4 @@
-"""Draws every picture that a run, an ensemble or a pair of runs has numbers for, and its page."""
+"""Pictures, tables and page of a run, an ensemble, a study or a pair of runs, written to files."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,8 @@
 """Pages of what goes on: written again now and then, and read again by the browser."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+import re
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +29,12 @@ NEW_SLIDES = 2  # that are drawn for one page, so that none takes long
 LARGEST = 2_000_000  # unknowns; fields of larger runs are not read while these need the memory
 LATER = "pictures: they are drawn at the end"
 ON_REQUEST = "pictures: `staffa report` draws them"
+# Parts of a page that is read again, and what is in their place on one that could not be written.
+ONGOING = re.compile(r'<noscript><meta http-equiv="refresh".*?</noscript>')
+GOES_ON = re.compile(r'<p id="grows".*?</p>')
+ENDED = (
+    '<p role="status">The run is over. This page is older: <code>staffa report</code> draws it.</p>'
+)
 TOO_LARGE = "damage and temperature in time: of a run this large they are drawn at the end"
 
 
@@ -63,6 +70,14 @@ class GrowingPage:
         """Write a page that was written before a last time, to be read again no more."""
         if self.written:
             self._write(None)
+            if self.broken:
+                with suppress(Exception):  # a disk that is full: the page is as it was
+                    self._end()
+
+    def _end(self) -> None:
+        """Let the page be as it is, but not be read again."""
+        text = (self.folder / PAGE).read_text(encoding="utf-8")
+        write_aside(self.folder / PAGE, ONGOING.sub("", GOES_ON.sub(ENDED, text, 1), 1))
 
     def _write(self, again: int | None) -> None:
         if self.broken:
@@ -77,22 +92,6 @@ class GrowingPage:
                 self.ended(f"the page is written at the end only, since it failed: {error}")
         now = perf_counter()
         self.due = now + max(SOONEST, (now - began) / SHARE)
-
-
-@contextmanager
-def stopped_with(page: GrowingPage | None) -> Iterator[None]:
-    """Stop a page if what it shows ends with an error; else the last page is drawn over it.
-
-    Parameters
-    ----------
-    page : the page; None for none.
-    """
-    try:
-        yield
-    except BaseException:
-        if page:
-            page.stop()
-        raise
 
 
 def growing_run(directory: Path, ended: Callable[[str], None]) -> GrowingPage:
@@ -134,7 +133,7 @@ def growing_study(directory: Path, ended: Callable[[str], None]) -> GrowingPage:
 
 def _run_text(directory: Path, maker: SlideMaker, grows: int | None) -> str:
     run, skipped = open_run(directory), [LATER if grows else ON_REQUEST]
-    if run.manifest.unknowns > LARGEST:
+    if _unknowns(run) > LARGEST:
         run = _without_fields(run)
         skipped.append(TOO_LARGE)
     curves, missing = curve_figures(run)
@@ -154,6 +153,12 @@ def _study_text(directory: Path, grows: int | None) -> str:
     study = read_study(directory)
     curves, missing = study_figures(study)
     return study_page(study, _live(curves), [LATER, *missing], grows=grows)
+
+
+def _unknowns(run: Run) -> float:
+    """Return the number of unknowns, on the largest mesh so far."""
+    cells = max((step.mesh.cells for step in run.steps if step.mesh), default=run.manifest.cells)
+    return run.manifest.unknowns * cells / run.manifest.cells
 
 
 def _without_fields(run: Run) -> Run:

@@ -1,20 +1,18 @@
-"""Standard pictures of a run as Matplotlib figures, which a notebook shows."""
+"""Pictures of a run with their captions, drawn in memory, which a notebook shows as HTML."""
 
-import io
-from base64 import b64encode
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from html import escape
 
 import matplotlib
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from staffa.errors import InputError, StaffaError, choices
 from staffa.io.run_directory import Run
-from staffa.plot.style import RC, WIDTH
+from staffa.plot.style import RC, WIDTH, picture_bytes
 from staffa.report.captions import caption
 from staffa.report.chosen_figures import run_figures
+from staffa.report.embedding import embedded_image
 from staffa.results.crack_network import networks
 
 DPI = 150  # of a picture in a notebook; twice the pixels of most screens
@@ -96,14 +94,11 @@ def _unknown(name: str, known: Iterable[str]) -> str:
 
 def _shown(figure: Figure, text: str) -> str:
     """Return a figure with its caption in HTML."""
-    picture = io.BytesIO()
     with matplotlib.rc_context(RC):
-        FigureCanvasAgg(figure)
-        figure.savefig(picture, format="png", dpi=DPI)
-    data = b64encode(picture.getvalue()).decode()
+        address = embedded_image("png", picture_bytes(figure, "png", dpi=DPI))
     width = round(WIDTH * PIXELS_PER_INCH)
     return (
-        f'<figure style="margin:0 0 1.2em"><img src="data:image/png;base64,{data}" '
+        f'<figure style="margin:0 0 1.2em"><img src="{address}" '
         f'alt="{escape(text)}" style="width:{width}px;max-width:100%;background:white">'
         f"<figcaption>{escape(text)}</figcaption></figure>"
     )

@@ -52,42 +52,47 @@ class SlideMaker:
 
     Attributes
     ----------
-    most_new : number of slides that are drawn at one time, the latest ones; None for all.
-    ranges : lowest and highest temperature of each step that was read, as shown.
+    most_new : number of steps that are read, and of slides that are drawn, at one time, the latest
+        ones; None for all.
+    ranges : lowest and highest temperature of each step that was read, as shown; None if unknown.
     drawn : slides by step and ends of the color scale.
     painters : what draws damage and temperature, by ends of the color scale.
     """
 
     most_new: int | None = None
-    ranges: dict[Key, Limits] = field(default_factory=dict)
+    ranges: dict[Key, Limits | None] = field(default_factory=dict)
     drawn: dict[tuple[Key, Limits], Slide] = field(default_factory=dict)
     painters: dict[Limits, tuple[SlidePainter, SlidePainter]] = field(default_factory=dict)
 
     def slides(self, run: Run) -> TimeSlides | None:
         """Return the slides of a run; None if no fields can be read."""
-        steps = evenly_spread(with_fields(run), MOST)
-        steps = [step for step in steps if self._range(run, step)]
-        if not steps:
+        known = self._read(run, evenly_spread(with_fields(run), MOST))
+        if not known:
             return None
-        place = section_place(run.manifest)
-        limits = color_limits([self.ranges[_key(step)] for step in steps])
+        place, steps = section_place(run.manifest), [step for step, _ in known]
+        limits = color_limits([found for _, found in known])
         wide, tall = (run.manifest.size[axis] for axis in plane(run.manifest))
         new = [step for step in steps if (_key(step), limits) not in self.drawn]
-        later = {step.index for step in (new[: -self.most_new] if self.most_new else ())}
+        later = {step.index for step in new} - {step.index for step in self._next(new)}
         return TimeSlides(
             slides=tuple(self._slide(run, s, limits) for s in steps if s.index not in later),
             where=f", {place}" if place else "",
             stacked=wide > LONG * tall,
         )
 
-    def _range(self, run: Run, step: Step) -> Limits | None:
-        """Return the range of the temperatures of a step; None if they are unknown."""
-        if _key(step) not in self.ranges:
-            for frame in read_frames(run, [step])[0]:
-                found = range_shown(run.manifest, frame)
-                if all(map(isfinite, found)):
-                    self.ranges[_key(step)] = found
-        return self.ranges.get(_key(step))
+    def _next(self, steps: list[Step]) -> list[Step]:
+        """Return the steps whose turn it is, of those that are still to be read or drawn."""
+        return steps[-self.most_new :] if self.most_new else steps
+
+    def _read(self, run: Run, steps: list[Step]) -> list[tuple[Step, Limits]]:
+        """Return the steps whose temperatures are known, with their ranges; read those next."""
+        for step in self._next([step for step in steps if _key(step) not in self.ranges]):
+            frames, _ = read_frames(run, [step])
+            ranges = [range_shown(run.manifest, frame) for frame in frames]
+            finite = [found for found in ranges if all(map(isfinite, found))]
+            self.ranges[_key(step)] = finite[0] if finite else None
+        known = [(step, self.ranges.get(_key(step))) for step in steps]
+        return [(step, found) for step, found in known if found]
 
     def _slide(self, run: Run, step: Step, limits: Limits) -> Slide:
         key = (_key(step), limits)

@@ -26,6 +26,7 @@ from staffa.evolution.step_quantities import (
 )
 from staffa.io import checkpoint, own_files, run_directory
 from staffa.io.ensemble_directory import CRATE
+from staffa.io.research_object import forget_crate_above
 from staffa.io.run_directory import Run
 from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.physics.damage import DamageLaw
@@ -286,6 +287,7 @@ def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> 
     """Reduce the directory to the state of the checkpoint, with the case as it is now."""
     own_files.remove_halves(directory)
     (directory / CRATE).unlink(missing_ok=True)  # it is written again at the end
+    forget_crate_above(directory)
     text = to_toml(case)
     manifest = replace(manifest, identity=case_identity(text, attached(case)))
     run_directory.write_case(directory, text, manifest)

@@ -10,7 +10,7 @@ import numpy as np
 
 from staffa.arguments import path_of, require
 from staffa.backend.jit import chosen_flags
-from staffa.backend.parallel import on_root, require_together
+from staffa.backend.parallel import after_error, on_root, require_together
 from staffa.backend.petsc_options import petsc_errors
 from staffa.case.check.preview import preview, split_facts
 from staffa.case.rules import is_scaled
@@ -29,7 +29,7 @@ from staffa.evolution.session import Session
 from staffa.evolution.step_quantities import Recorded, known_quantities, tried_quantities
 from staffa.evolution.system import build
 from staffa.io import run_directory
-from staffa.io.research_object import write_own_crate
+from staffa.io.research_object import describe_stopped, write_own_crate
 from staffa.loads.closed_form import CoupledLoad, Load
 from staffa.measure.tip import reach
 from staffa.model.domain import cell_count
@@ -192,24 +192,24 @@ def march_on(
     """
     looking_on = observers(case, session, manifest, watcher, writer, steps, quantities)
     started_with = len(steps)
-    try:
-        for step in march_session(session, looking_on, restart):
-            writer.note(step)
-            watcher.stepped(step)
-            steps = kept([*steps, step])
-    except StoppedError as stopped:
-        raise StoppedError(
-            _how_to_go_on(str(stopped), writer.directory, steps, started_with)
-        ) from None
-    finally:
-        if session.comm.rank == 0:  # an error may be one rank's alone: nothing is waited for here
-            _leave_description(writer.directory)
+    directory = writer.directory
+    with after_error(session.comm, lambda: describe_stopped(directory)):
+        try:
+            for step in march_session(session, looking_on, restart):
+                writer.note(step)
+                watcher.stepped(step)
+                steps = kept([*steps, step])
+        except StoppedError as stopped:
+            raise StoppedError(
+                _how_to_go_on(str(stopped), directory, steps, started_with)
+            ) from None
+    on_root(session.comm, lambda: _leave_description(directory))
     return steps
 
 
 def _leave_description(directory: Path) -> None:
-    """Describe a run as it is now, finished or not, if the disk takes it."""
-    with suppress(OSError, StaffaError):
+    """Describe a run that is finished, if its files and the disk let that be."""
+    with suppress(Exception):  # of any library: the run is finished all the same
         write_own_crate(directory)
 
 
