@@ -1,8 +1,10 @@
 """Studies that are written by hand: their numbers, tables, pictures and page."""
 
 import csv
+import fcntl
 from collections.abc import Sequence
 from dataclasses import replace
+from errno import ENOSYS
 from math import sqrt
 from pathlib import Path
 
@@ -20,7 +22,9 @@ from staffa.io.study_directory import (
     StudyPlan,
     is_of_study,
     is_study,
+    point_identity,
     point_path,
+    read_plan,
     read_study,
     write_plan,
 )
@@ -199,6 +203,45 @@ def test_many_points_with_water_have_a_scale_of_colors(tmp_path: Path) -> None:
     drawn = draw_study(read_study(tmp_path))
     (picture,) = [path for path in drawn.pictures if path.stem == "study-production"]
     assert_shows_something(picture)
+
+
+def test_a_plan_loses_no_point_that_another_command_added(tmp_path: Path) -> None:
+    """A job has read two points, another command has added a third: the job writes nothing."""
+    parameters, points = study_points(["a.b=1,2,3"])
+    whole = StudyPlan(version="0", title="", parameters=parameters, points=points)
+    early = replace(whole, points=points[:2])
+    assert write_plan(tmp_path, early) is None and write_plan(tmp_path, whole) is None
+    assert write_plan(tmp_path, early) is None and read_plan(tmp_path) == whole
+    other = replace(whole, points=(*points[:2], replace(points[2], texts=("4",))))
+    with pytest.raises(InputError, match=r"has added points to .* meanwhile; give this one again"):
+        write_plan(tmp_path, other)
+    assert read_plan(tmp_path) == whole
+
+
+def test_a_plan_without_a_lock_is_told_of(tmp_path: Path, monkeypatch) -> None:
+    def refused(file: int, kind: int) -> None:
+        raise OSError(ENOSYS, "no locks")
+
+    monkeypatch.setattr(fcntl, "flock", refused)
+    parameters, points = study_points(["a.b=1,2"])
+    plan = StudyPlan(version="0", title="", parameters=parameters, points=points)
+    assert "has no lock: add points with one command at a time" in str(write_plan(tmp_path, plan))
+    assert write_plan(tmp_path, plan) is None, "which has these points already"
+
+
+def test_a_point_whose_runs_are_of_another_case_is_told_of(tmp_path: Path) -> None:
+    study = drawn_study(tmp_path, "a.b=1,2", seeds=1)
+    own, other = (point_identity(f"title = 't'\n[toughness]\nseed = 5\n{m}") for m in ("", "a=1"))
+    points = [
+        replace(point, case=case)
+        for point, case in zip(study.plan.points, (own, other), strict=True)
+    ]
+    plan = replace(study.plan, version=study.first.manifest.version, points=tuple(points))
+    found = replace(study, plan=plan)
+    assert [point.number for point in found.of_another_case] == [2]
+    told = {fact.name: fact for fact in study_facts(found)}
+    assert told["point 2"].alarm and "of another case" in told["point 2"].text
+    assert not replace(study, plan=replace(plan, version="another")).of_another_case
 
 
 def test_what_is_no_study_is_said(tmp_path: Path) -> None:

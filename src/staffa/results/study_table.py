@@ -210,6 +210,9 @@ def study_facts(study: Study) -> Iterator[Fact]:
         f"{started} of {points} points have started; {len(study.finished)} of {runs} runs finished"
     )
     yield Fact(name="points", text=text)
+    for point in study.of_another_case:
+        text = "its runs are of another case than the study's"
+        yield Fact(name=f"point {point.number}", text=text, alarm=True)
     for point, ensemble in study.started:
         for seed, run in ensemble.runs.items():
             for fact in summary(run):
