@@ -31,6 +31,7 @@ from staffa.io.study_directory import (
 from staffa.plot.study_production import PointProduction
 from staffa.records.status import Status
 from staffa.report.drawing import draw_study
+from staffa.report.provenance_tables import ensemble_again, study_again
 from staffa.results.study_curves import abscissa, productions, responses
 from staffa.results.study_table import study_facts, study_means, study_sheets, study_table
 from support.circulating import DAY, HOT, shadowed_run
@@ -242,6 +243,26 @@ def test_a_point_whose_runs_are_of_another_case_is_told_of(tmp_path: Path) -> No
     told = {fact.name: fact for fact in study_facts(found)}
     assert told["point 2"].alarm and "of another case" in told["point 2"].text
     assert not replace(study, plan=replace(plan, version="another")).of_another_case
+
+
+def test_the_command_that_repeats_is_true_of_seeds_with_gaps(tmp_path: Path) -> None:
+    study = drawn_study(tmp_path / "s", "a.b=1,2", seeds=2)
+    ((_, command),) = study_again(study)
+    assert "--over 'a.b=[1, 2]' --seeds 2 --first 0 --out" in command
+    ensemble = study.ensembles[1]
+    ((_, command),) = ensemble_again(ensemble)
+    assert "--seeds 2 --first 0 --out" in command
+    gap = replace(ensemble, runs={0: ensemble.runs[0], 2: ensemble.runs[1]})
+    for said in (ensemble_again(gap), study_again(replace(study, ensembles={1: gap}))):
+        assert said[0][0].startswith("Its seeds, 0, 2, are not one range") and not said[0][1]
+    alone = replace(ensemble, runs={1: ensemble.runs[1]})
+    assert ensemble_again(alone)[0][1].startswith("staffa run seed-1/case.toml")
+    one, other = study.plan.points
+    pairs = (replace(one, texts=("1", "1")), replace(other, texts=("2", "2")))
+    union = replace(study.plan, parameters=study.plan.parameters * 2, points=pairs)
+    assert study_again(replace(study, plan=union)) == (
+        ("Its points are no grid: study.json has them.", ""),
+    )
 
 
 def test_what_is_no_study_is_said(tmp_path: Path) -> None:
