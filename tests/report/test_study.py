@@ -32,6 +32,7 @@ from staffa.plot.study_production import PointProduction
 from staffa.records.status import Status
 from staffa.report.drawing import draw_study
 from staffa.report.provenance_tables import ensemble_again, study_again
+from staffa.results import study_table as study_numbers
 from staffa.results.study_curves import abscissa, productions, responses
 from staffa.results.study_table import study_facts, study_means, study_sheets, study_table
 from support.circulating import DAY, HOT, shadowed_run
@@ -156,6 +157,19 @@ def test_pictures_and_page_show_something(tmp_path: Path, over: Sequence[str], m
     assert "<title>Study: drawn &lt;here&gt;</title>" in page and "Nucleation and arrests" in page
     assert [path.name for path in drawn.tables] == ["study.csv", "study_means.csv"]
     assert all(is_of_study(path) for path in tmp_path.iterdir())
+
+
+def test_each_run_is_read_once_for_tables_pictures_and_page(tmp_path: Path, monkeypatch) -> None:
+    study, read = drawn_study(tmp_path, "a.b=1,2", seeds=2), []
+    of = study_numbers.GROUPS["The last step"]
+    monkeypatch.setitem(
+        study_numbers.GROUPS, "The last step", lambda run: read.append(run) or of(run)
+    )
+    draw_study(study)
+    assert sorted(run.path for run in read) == sorted(run.path for run in study.finished)
+    again = read_study(tmp_path)
+    draw_study(again)
+    assert len(read) == 8, "a study that is read again has its own numbers"
 
 
 def test_one_point_has_numbers_and_no_picture(tmp_path: Path) -> None:
@@ -283,3 +297,12 @@ def test_the_error_of_three_seeds_is_that_by_hand(tmp_path: Path) -> None:
     length = study.first.steps[-1].measures.length_surface
     (first, _) = rows(study_means(study).csv())
     assert float(first["length_error_m"]) == pytest.approx(0.01 * length / sqrt(3))
+
+
+def test_dollars_in_names_and_values_are_no_formula(tmp_path: Path) -> None:
+    """Matplotlib would read "$a^$" as one, with an error."""
+    study = drawn_study(tmp_path, '"a.$b^$"=["$a^$ x", "b"]', "c.d=$e^$,$f^$", seeds=2)
+    drawn = draw_study(study)
+    assert [path.stem for path in drawn.pictures] == ["response-1", "response-2"]
+    over = abscissa(study, 0)
+    assert over.texts == ["$a^$ x", "b"] and [name for name, _ in over.curves] == ["$e^$", "$f^$"]

@@ -110,9 +110,11 @@ def _text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Study:
     """Runs of one case that differ in chosen parameters, and in their seeds.
+
+    It is equal to itself alone: one that is read again may have more steps.
 
     Attributes
     ----------
