@@ -221,7 +221,7 @@ def _is_complete(member: Member) -> bool:
     try:
         return open_run(member.place).finished
     except StaffaError:
-        return False  # it has not begun, or it cannot be read
+        return False  # it has not started, or it cannot be read
 
 
 def _end_with_parent(prctl: Callable[[int, int], int], parent: int) -> None:
