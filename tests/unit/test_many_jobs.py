@@ -2,11 +2,17 @@
 
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 from case.test_bad_input import check_sentence, sentence_of
-from staffa.cli.jobs import _end_with_parent
+from report.test_report import drawn_run, rewritten
+from staffa.case.reading.read import parse_case
+from staffa.cli.jobs import _end_with_parent, _is_complete
 from staffa.cli.slurm_script import require_new_script, write_slurm_script
+from staffa.records.status import Status
+from staffa.runs.member_runs import Member
+from support.restarting import SMALL
 
 
 def test_a_name_that_would_end_a_comment_of_the_script_is_refused(tmp_path: Path) -> None:
@@ -32,3 +38,14 @@ def test_a_process_whose_parent_is_gone_before_it_begins_ends_at_once(monkeypatc
     assert asked == [(1, signal.SIGTERM)] and ended == []
     _end_with_parent(lambda *words: 0, os.getppid() + 1)
     assert ended == [143]
+
+
+def test_a_member_that_failed_at_its_last_step_is_not_finished(tmp_path: Path) -> None:
+    run = drawn_run(tmp_path / "seed-0", n=6)
+    case, place = parse_case(SMALL), run.path
+    member = Member(number=1, label="seed 0", case=case, place=place, finished=None, warns=False)
+    assert _is_complete(member)
+    last = replace(run.steps[-1], status=Status.NOT_CONVERGED, reason="out of sweeps")
+    rewritten(run, [*run.steps[:-1], last])
+    assert not _is_complete(member)
+    assert not _is_complete(replace(member, place=tmp_path / "none"))
