@@ -44,6 +44,7 @@ LIGHT = [
     "staffa.units",
     "staffa.display_units",
     "staffa.records.status",
+    "staffa.records.case_about",
     "staffa.records.step",
     "staffa.records.json_form",
     "staffa.records.tip_release",

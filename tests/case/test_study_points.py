@@ -85,7 +85,13 @@ def test_a_latin_hypercube_has_one_point_in_each_slice_of_each_range() -> None:
         (["domain.h=0.1:0.3:4"], 3, ("without a number of values",)),
         (["domain.h=0.3:0.1"], 3, ("smaller end first",)),
         (["domain.h=0.1:0.3"], 1, ("--samples 1: ",)),
-        (["domain.h=0.1:0.3"], 2000, ("2,000 points",)),
+        (["domain.h=0.1:0.3"], 2000, ("these are 2,000 points",)),
+        (["material.nu=0.25:0.2500001"], 3, ("two points are equal", "6 digits", "wider ranges")),
+        (["a.b=1:1.0000000000001:3"], None, ("two points are equal", "12 digits")),
+        (["a.b=1,1.0"], None, ("two points are equal", "each value once")),
+        (["a.b=1:1e309:3"], None, ("its numbers are too large", "smaller ones")),
+        (["a.b=1:1e309 K"], 3, ("its numbers are too large",)),
+        (["a.b=-1e308:1e308"], 3, ("its numbers are too large",)),
     ],
 )  # fmt: skip
 def test_what_makes_no_points_is_refused_in_one_sentence(over, samples, parts) -> None:

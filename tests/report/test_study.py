@@ -1,8 +1,10 @@
 """Studies that are written by hand: their numbers, tables, pictures and page."""
 
 import csv
+import fcntl
 from collections.abc import Sequence
 from dataclasses import replace
+from errno import ENOSYS
 from math import sqrt
 from pathlib import Path
 
@@ -20,13 +22,17 @@ from staffa.io.study_directory import (
     StudyPlan,
     is_of_study,
     is_study,
+    point_identity,
     point_path,
+    read_plan,
     read_study,
     write_plan,
 )
 from staffa.plot.study_production import PointProduction
 from staffa.records.status import Status
 from staffa.report.drawing import draw_study
+from staffa.report.provenance_tables import ensemble_again, study_again
+from staffa.results import study_table as study_numbers
 from staffa.results.study_curves import abscissa, productions, responses
 from staffa.results.study_table import study_facts, study_means, study_sheets, study_table
 from support.circulating import DAY, HOT, shadowed_run
@@ -153,6 +159,19 @@ def test_pictures_and_page_show_something(tmp_path: Path, over: Sequence[str], m
     assert all(is_of_study(path) for path in tmp_path.iterdir())
 
 
+def test_each_run_is_read_once_for_tables_pictures_and_page(tmp_path: Path, monkeypatch) -> None:
+    study, read = drawn_study(tmp_path, "a.b=1,2", seeds=2), []
+    of = study_numbers.GROUPS["The last step"]
+    monkeypatch.setitem(
+        study_numbers.GROUPS, "The last step", lambda run: read.append(run) or of(run)
+    )
+    draw_study(study)
+    assert sorted(run.path for run in read) == sorted(run.path for run in study.finished)
+    again = read_study(tmp_path)
+    draw_study(again)
+    assert len(read) == 8, "a study that is read again has its own numbers"
+
+
 def test_one_point_has_numbers_and_no_picture(tmp_path: Path) -> None:
     study = drawn_study(tmp_path, "material.Gc=40:60:2 J/m^2")
     (tmp_path / "point-2").rename(tmp_path.parent / "aside")
@@ -201,6 +220,65 @@ def test_many_points_with_water_have_a_scale_of_colors(tmp_path: Path) -> None:
     assert_shows_something(picture)
 
 
+def test_a_plan_loses_no_point_that_another_command_added(tmp_path: Path) -> None:
+    """A job has read two points, another command has added a third: the job writes nothing."""
+    parameters, points = study_points(["a.b=1,2,3"])
+    whole = StudyPlan(version="0", title="", parameters=parameters, points=points)
+    early = replace(whole, points=points[:2])
+    assert write_plan(tmp_path, early) is None and write_plan(tmp_path, whole) is None
+    assert write_plan(tmp_path, early) is None and read_plan(tmp_path) == whole
+    other = replace(whole, points=(*points[:2], replace(points[2], texts=("4",))))
+    with pytest.raises(InputError, match=r"has added points to .* meanwhile; give this one again"):
+        write_plan(tmp_path, other)
+    assert read_plan(tmp_path) == whole
+
+
+def test_a_plan_without_a_lock_is_told_of(tmp_path: Path, monkeypatch) -> None:
+    def refused(file: int, kind: int) -> None:
+        raise OSError(ENOSYS, "no locks")
+
+    monkeypatch.setattr(fcntl, "flock", refused)
+    parameters, points = study_points(["a.b=1,2"])
+    plan = StudyPlan(version="0", title="", parameters=parameters, points=points)
+    assert "has no lock: add points with one command at a time" in str(write_plan(tmp_path, plan))
+    assert write_plan(tmp_path, plan) is None, "which has these points already"
+
+
+def test_a_point_whose_runs_are_of_another_case_is_told_of(tmp_path: Path) -> None:
+    study = drawn_study(tmp_path, "a.b=1,2", seeds=1)
+    own, other = (point_identity(f"title = 't'\n[toughness]\nseed = 5\n{m}") for m in ("", "a=1"))
+    points = [
+        replace(point, case=case)
+        for point, case in zip(study.plan.points, (own, other), strict=True)
+    ]
+    plan = replace(study.plan, version=study.first.manifest.version, points=tuple(points))
+    found = replace(study, plan=plan)
+    assert [point.number for point in found.of_another_case] == [2]
+    told = {fact.name: fact for fact in study_facts(found)}
+    assert told["point 2"].alarm and "of another case" in told["point 2"].text
+    assert not replace(study, plan=replace(plan, version="another")).of_another_case
+
+
+def test_the_command_that_repeats_is_true_of_seeds_with_gaps(tmp_path: Path) -> None:
+    study = drawn_study(tmp_path / "s", "a.b=1,2", seeds=2)
+    ((_, command),) = study_again(study)
+    assert "--over 'a.b=[1, 2]' --seeds 2 --first 0 --out" in command
+    ensemble = study.ensembles[1]
+    ((_, command),) = ensemble_again(ensemble)
+    assert "--seeds 2 --first 0 --out" in command
+    gap = replace(ensemble, runs={0: ensemble.runs[0], 2: ensemble.runs[1]})
+    for said in (ensemble_again(gap), study_again(replace(study, ensembles={1: gap}))):
+        assert said[0][0].startswith("Its seeds, 0, 2, are not one range") and not said[0][1]
+    alone = replace(ensemble, runs={1: ensemble.runs[1]})
+    assert ensemble_again(alone)[0][1].startswith("staffa run seed-1/case.toml")
+    one, other = study.plan.points
+    pairs = (replace(one, texts=("1", "1")), replace(other, texts=("2", "2")))
+    union = replace(study.plan, parameters=study.plan.parameters * 2, points=pairs)
+    assert study_again(replace(study, plan=union)) == (
+        ("Its points are no grid: study.json has them.", ""),
+    )
+
+
 def test_what_is_no_study_is_said(tmp_path: Path) -> None:
     planned(tmp_path, "a.b=1,2")
     assert is_study(tmp_path) and not is_study(tmp_path.parent)
@@ -219,3 +297,12 @@ def test_the_error_of_three_seeds_is_that_by_hand(tmp_path: Path) -> None:
     length = study.first.steps[-1].measures.length_surface
     (first, _) = rows(study_means(study).csv())
     assert float(first["length_error_m"]) == pytest.approx(0.01 * length / sqrt(3))
+
+
+def test_dollars_in_names_and_values_are_no_formula(tmp_path: Path) -> None:
+    """Matplotlib would read "$a^$" as one, with an error."""
+    study = drawn_study(tmp_path, '"a.$b^$"=["$a^$ x", "b"]', "c.d=$e^$,$f^$", seeds=2)
+    drawn = draw_study(study)
+    assert [path.stem for path in drawn.pictures] == ["response-1", "response-2"]
+    over = abscissa(study, 0)
+    assert over.texts == ["$a^$ x", "b"] and [name for name, _ in over.curves] == ["$e^$", "$f^$"]

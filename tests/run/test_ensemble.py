@@ -13,6 +13,7 @@ import pytest
 
 from case.test_bad_input import check_sentence, files_in, sentence_of, staffa
 from report.test_report import BOX, SLAB, assert_shows_something, drawn_run, rewritten
+from staffa.backend.lock import Lock
 from staffa.case.reading.read import parse_case
 from staffa.case.schema.toml_text import to_toml
 from staffa.display_units import Magnitudes, Unit, choose_display_units
@@ -20,14 +21,15 @@ from staffa.errors import InputError, SolveError
 from staffa.geometry.block import face_axis
 from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
 from staffa.io.own_files import write_aside
-from staffa.io.run_directory import CASE, open_run
+from staffa.io.run_directory import CASE, STEPS, open_run
 from staffa.measure.averages import Average, average, mean_over_time
 from staffa.measure.generations import arrests
 from staffa.records.status import Status
 from staffa.report.drawing import draw_ensemble
 from staffa.results.ensemble_means import facts, sheets
 from staffa.results.tables import Table
-from staffa.runs.ensemble import member, run_ensemble, seeds_from, started_members
+from staffa.runs.ensemble import ensemble_members, member, seeds_from, started_members
+from staffa.runs.member_runs import run_members
 from staffa.setup.build import problem
 from support.pages import without_scripts
 
@@ -242,7 +244,10 @@ def test_what_is_an_ensemble_and_what_is_none(tmp_path) -> None:
     assert is_ensemble(tmp_path / "e") and list(read_ensemble(tmp_path / "e").runs) == [0, 1, 2]
     assert not is_ensemble(ensemble.runs[0].path) and not is_ensemble(tmp_path)
     assert not is_ensemble(tmp_path / "nowhere")
-    write_aside(ensemble.runs[2].path / CASE, 'title = "another"\n[toughness]\nseed = 2\n')
+    text = (ensemble.runs[2].path / CASE).read_text()
+    write_aside(ensemble.runs[2].path / CASE, f'authors = ["Ada"]\n{text}')
+    assert len(read_ensemble(tmp_path / "e").runs) == 3, "authors make no other case"
+    write_aside(ensemble.runs[2].path / CASE, f"{text}[damage]\nell = 0.5\n")
     said = sentence_of(lambda: read_ensemble(tmp_path / "e"))
     check_sentence(said, "seed-0 and seed-2", "move one of them")
 
@@ -330,7 +335,8 @@ def test_a_member_solved_in_another_way_is_of_the_ensemble_and_one_of_other_rock
 ) -> None:
     case = parse_case(SMALL)
     drawn_ensemble(tmp_path)
-    for seed, setting in enumerate(("solver.sweeps=9", "output.at=[0.2]", "title='other'")):
+    about = "license='CC-BY-4.0'"  # tells of the case, and decides nothing
+    for seed, setting in enumerate(("solver.sweeps=9", about, "damage.ell=0.11")):
         text = to_toml(parse_case(SMALL, [f"toughness.seed={seed}", setting]))
         (tmp_path / f"seed-{seed}" / CASE).write_text(text)
     aside = (tmp_path / "seed-2" / CASE).rename(tmp_path / "seed-2" / "aside")
@@ -338,6 +344,27 @@ def test_a_member_solved_in_another_way_is_of_the_ensemble_and_one_of_other_rock
     aside.rename(tmp_path / "seed-2" / CASE)
     with pytest.raises(InputError, match="holds a run of another case, seed-2"):
         started_members(case, range(3), tmp_path)
+
+
+def test_a_member_that_another_process_is_beginning_has_started(tmp_path: Path) -> None:
+    """Its folder has its case and no manifest yet; a job of another member does not look at it."""
+    case, place = parse_case(SMALL), tmp_path / "seed-1"
+    place.mkdir()
+    lock = Lock(place)
+    lock.take()
+    assert Lock(place).is_held() and not Lock(tmp_path).is_held()
+    for name in (STEPS, CASE):
+        (place / name).write_text("")
+        assert started_members(case, range(3), tmp_path) == {1: False}
+        assert [one.finished for one in ensemble_members(case, range(3), tmp_path, only=1)] == [
+            None
+        ] * 3
+    lock.release()
+    assert started_members(case, range(3), tmp_path, only=2) == {}
+    with pytest.raises(InputError, match="holds a run"):
+        started_members(case, range(3), tmp_path)
+    with pytest.raises(InputError, match="--member 4: this command has 3 members"):
+        ensemble_members(case, range(3), tmp_path, only=4)
 
 
 @pytest.mark.slow
@@ -437,12 +464,14 @@ def test_a_seed_whose_rock_cannot_be_stops_none_of_the_others(tmp_path: Path, mo
         ran.append(case.toughness.seed)
 
     monkeypatch.setattr("staffa.runs.member_runs.run", run_member)
-    failures = run_ensemble(case, range(5, 8), tmp_path)
+    found = run_members(ensemble_members(case, range(5, 8), tmp_path), comm=MPI.COMM_WORLD)
+    failures = {one.case.toughness.seed: said for one, said in found.items()}
     assert failures and ran and sorted([*failures, *ran]) == [5, 6, 7]
     assert all("in the middle of every cell" in said for said in failures.values())
     only = next(iter(failures))
     with pytest.raises(InputError, match="in the middle of every cell"):
-        run_ensemble(case, range(only, only + 1), tmp_path)
+        alone = ensemble_members(case, range(only, only + 1), tmp_path)
+        run_members(alone, comm=MPI.COMM_WORLD)
 
 
 @pytest.mark.slow

@@ -3,12 +3,15 @@
 import csv
 from pathlib import Path
 
+from staffa.backend.stack import MPI
+
 import pytest
 
 from staffa.io.ensemble_directory import read_ensemble
 from staffa.report.drawing import draw_ensemble
 from staffa.results.members_production import members_production
-from staffa.runs.ensemble import member, run_ensemble, seeds_from
+from staffa.runs.ensemble import ensemble_members, member, seeds_from
+from staffa.runs.member_runs import run_members
 from support.circulation_cases import STRONG, wall
 
 RANDOM = 'reservoir.permeability={mean="1e-16 m^2", variation=0.5, length="3 m", seed=5}'
@@ -26,7 +29,8 @@ def test_random_permeability_gets_another_seed_in_each_member() -> None:
 def test_members_of_one_flow_have_its_production_and_no_error(tmp_path: Path) -> None:
     """One way in closed form, the flow is the same in each rock."""
     case = wall(*STRONG, *SINGLE)
-    assert run_ensemble(case, seeds_from(case, count=2), tmp_path) == {}
+    members = ensemble_members(case, seeds_from(case, count=2), tmp_path)
+    assert run_members(members, comm=MPI.COMM_WORLD) == {}
     found = read_ensemble(tmp_path)
     drawn = draw_ensemble(found)
     assert "production-of-all" in {path.stem for path in drawn.pictures}

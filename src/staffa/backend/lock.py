@@ -107,6 +107,8 @@ class Lock:
         except OSError:
             return False
         try:
+            if not os.fstat(file).st_size:  # who holds it writes a name into it
+                return False
             return _refused(file, fcntl.LOCK_SH | fcntl.LOCK_NB) in (EACCES, EAGAIN)
         finally:
             os.close(file)

@@ -4,8 +4,9 @@ import ctypes
 import os
 import signal
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from tempfile import TemporaryFile
 from time import perf_counter, sleep
 from typing import IO
@@ -17,13 +18,15 @@ from staffa.backend.isolation import isolated_python
 from staffa.case.check.preview import preview
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
-from staffa.errors import AuditError, InputError, StoppedError
+from staffa.errors import AuditError, InputError, StaffaError, StoppedError
+from staffa.io.run_directory import open_run
 from staffa.io.run_progress import run_progress
 from staffa.report.growing_page import GrowingPage
 from staffa.runs.member_runs import Member
 
 LOOK = 0.1  # s between two looks at the processes
 TOLD = 1.0  # s between two readings of their progress
+PRCTL = getattr(ctypes.CDLL(None), "prctl", None)  # of Linux; loaded before any fork
 DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl
 CODE = "from staffa.cli import main; main()"
 
@@ -148,7 +151,7 @@ class SideBySide:
             stderr=errors,
             env={"OMP_NUM_THREADS": "1"} | os.environ,  # threads would compete with the others
             start_new_session=True,  # Ctrl-C comes to this process alone, which passes it on
-            preexec_fn=_end_with_parent,
+            preexec_fn=PRCTL and partial(_end_with_parent, PRCTL, os.getpid()),
         )
         task = self.progress.add_task(member.label, total=1.0, now="starting")
         running.append(Job(member=member, process=process, errors=errors, task=task))
@@ -215,10 +218,22 @@ def member_name(member: Member, count: int) -> str:
 
 
 def _is_complete(member: Member) -> bool:
-    done = run_progress(member.place)
-    return done is not None and done.part >= 1.0
+    try:
+        return open_run(member.place).finished
+    except StaffaError:
+        return False  # it has not started, or it cannot be read
 
 
-def _end_with_parent() -> None:
-    """Let the kernel ask this process to stop and save when its parent ends, however it does."""
-    ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGTERM)
+def _end_with_parent(prctl: Callable[[int, int], int], parent: int) -> None:
+    """Let the kernel ask this process to stop and save when its parent ends, however it does.
+
+    It is called between fork and exec, where another thread may have held a lock: it loads nothing.
+
+    Parameters
+    ----------
+    prctl : function of libc.
+    parent : number of the process that started this one.
+    """
+    prctl(DEATH_SIGNAL, signal.SIGTERM)
+    if os.getppid() != parent:  # it ended before the kernel knew
+        os._exit(128 + signal.SIGTERM)

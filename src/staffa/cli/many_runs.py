@@ -84,7 +84,7 @@ def study(
         ),
     ] = None,
     sampling_seed: Annotated[
-        int, typer.Option("--sampling-seed", help="seed of the Latin hypercube")
+        int, typer.Option("--sampling-seed", min=0, help="seed of the Latin hypercube")
     ] = 0,
     seeds: Annotated[int, typer.Option("--seeds", help="seeds of the rock at each point")] = 1,
     first: Annotated[
@@ -148,9 +148,7 @@ def _require_one_way(jobs: int, slurm: Path | None, member: int | None) -> None:
     given = {"--jobs": jobs > 1, "--slurm": slurm is not None, "--member": member is not None}
     both = [name for name, is_given in given.items() if is_given]
     if len(both) > 1:
-        raise InputError(
-            f"{both[0]} and {both[1]} are two ways to run the members; give one of them"
-        )
+        raise InputError(f"{both[0]} and {both[1]} do not go together; give one of them")
     if jobs > 1 and any(name in os.environ for name in RANK):
         raise InputError(
             f"--jobs {jobs} under mpiexec: the ranks run the members one after another; leave out "

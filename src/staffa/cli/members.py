@@ -24,7 +24,7 @@ from staffa.cli.results import (
 from staffa.cli.slurm_script import write_slurm_script
 from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
-from staffa.errors import InputError, SolveError
+from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
 from staffa.io.run_directory import Run, open_run
 from staffa.io.study_directory import Parameter, Point, has_started, read_study, write_plan
@@ -91,7 +91,11 @@ def run_members_and_follow(
 
     def planned() -> tuple[Member, ...]:
         case = read()
-        return ensemble_members(case, seeds_from(case, count=count, first=first), directory)
+        seeds = seeds_from(case, count=count, first=first)
+        members = ensemble_members(case, seeds, directory, only=way.member)
+        if way.script is not None:
+            _write_script(way, members, directory)
+        return members
 
     def leave() -> None:
         if not is_ensemble(directory):
@@ -139,9 +143,14 @@ def run_study_and_follow(
 
     def planned() -> tuple[Member, ...]:
         parameters, points = over()
-        plan, members = planned_study(read, parameters, points, directory, count=count, first=first)
-        _require_member(members, way)
-        write_plan(directory, plan)
+        plan, members = planned_study(
+            read, parameters, points, directory, count=count, first=first, only=way.member
+        )
+        if way.script is not None:
+            _write_script(way, members, directory)
+        said = write_plan(directory, plan)
+        if said and not way.quiet:
+            out.print(said, markup=False, soft_wrap=True)
         return members
 
     def leave() -> None:
@@ -168,7 +177,7 @@ def _run(
 
     Parameters
     ----------
-    planned : returns the members; called on rank 0.
+    planned : returns the members, and writes the script for them; called on rank 0.
     leave : writes and prints the results; called on rank 0.
     finished : returns the finished runs; called on rank 0.
     growing : returns the page of those that are computed; called on rank 0.
@@ -179,9 +188,7 @@ def _run(
     stopping = Stopping(way.wall_time)
     with ending_all_ranks(comm, directory), stopping.heeded(comm.size):
         members = on_root(comm, planned)
-        _require_member(members, way)
         if way.script is not None:
-            on_root(comm, partial(_write_script, way, members, directory))
             return
         shown = comm.rank == 0 and not way.quiet and way.member is None
         page = growing(directory, partial(out.print, markup=False)) if shown else None
@@ -206,14 +213,6 @@ def _run(
         if failures:
             raise SolveError(_told(failures, len(members)))
         on_root(comm, lambda: require_clean_audit(finished()))
-
-
-def _require_member(members: Sequence[Member], way: Way) -> None:
-    if way.member is not None and not 1 <= way.member <= len(members):
-        raise InputError(
-            f"--member {way.member}: this command has {len(members)} members; give a number from 1 "
-            f"to {len(members)}"
-        )
 
 
 def _write_script(way: Way, members: Sequence[Member], directory: Path) -> None:

@@ -43,7 +43,8 @@ SlurmScript = Annotated[
     Path | None,
     typer.Option(
         "--slurm",
-        help="write a script for a Slurm job array here, a job for each member; run nothing",
+        help="write a script for a Slurm job array here, a job for each member, and run none; "
+        "a study is planned: its study.json is written",
         show_default=False,
     ),
 ]

@@ -1,5 +1,6 @@
 """Script of a Slurm job array that runs the members of an ensemble or a study."""
 
+import os
 from collections.abc import Sequence
 from math import ceil
 from pathlib import Path
@@ -37,17 +38,31 @@ exec $launch {command} --member "$SLURM_ARRAY_TASK_ID"
 
 
 def require_new_script(script: Path) -> None:
-    """Refuse a script that is there already.
+    """Refuse a script that is there already, or that cannot be written there.
 
     Raises
     ------
     InputError
-        It is.
+        It is, or it cannot.
     """
+    _require_printable("--slurm", script)
     if script.exists() or script.is_symlink():
         raise InputError(f"--slurm {script} is there already; choose another name, or remove it")
     if not script.parent.is_dir():
         raise InputError(f"--slurm {script}: there is no folder {script.parent}; make it first")
+    if not os.access(script.parent, os.W_OK):
+        raise InputError(
+            f"--slurm {script}: you may not write to {script.parent}; choose another folder"
+        )
+
+
+def _require_printable(option: str, path: Path) -> None:
+    """Refuse a name that would end a comment of the script, as one with a line break does."""
+    if not str(path).isprintable():
+        raise InputError(
+            f"{option} {str(path)!r}: the script cannot have a name with characters that are not "
+            f"printable; choose another name"
+        )
 
 
 def write_slurm_script(
@@ -65,9 +80,12 @@ def write_slurm_script(
 
     Raises
     ------
+    InputError
+        The name of the directory has characters that are not printable.
     StaffaError
         It cannot be written.
     """
+    _require_printable("--out", directory)
     seconds = 3600 * HOURS - 60 * SPARE if wall_time is None else wall_time
     command = ["staffa", *words, "--wall-time", f"{seconds:.0f} s"]
     text = SCRIPT.format(

@@ -9,6 +9,7 @@ from typing import Any
 from staffa.arguments import path_of
 from staffa.errors import InputError
 from staffa.io.run_directory import MANIFEST, Run, open_run
+from staffa.records.case_about import ABOUT
 
 RESULTS = "ensemble.csv"
 PRODUCTION_MEANS = "production_means.csv"
@@ -95,6 +96,10 @@ def read_ensemble(path: str | Path) -> Ensemble:
 
 
 def _fixed(run: Run) -> dict[str, Any]:
-    """Return the part of a case that all members share."""
-    tables = tomllib.loads(SEED.sub("seed = 0", run.case))
-    return {name: table for name, table in tables.items() if name not in OWN}
+    return shared_part(run.case)
+
+
+def shared_part(text: str) -> dict[str, Any]:
+    """Return the part of a case that all members of an ensemble share, from its TOML."""
+    tables = tomllib.loads(SEED.sub("seed = 0", text))
+    return {name: table for name, table in tables.items() if name not in (*OWN, *ABOUT)}

@@ -4,13 +4,14 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 
 from staffa.arguments import path_of
 from staffa.backend.lock import LOCK, Lock
 from staffa.display_units import Unit
 from staffa.errors import InputError, StaffaError
-from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble
+from staffa.io.ensemble_directory import Ensemble, is_ensemble, read_ensemble, shared_part
 from staffa.io.own_files import make_folder, write_aside
 from staffa.io.run_directory import Run, parsed
 from staffa.records.json_form import json_form, made
@@ -18,6 +19,7 @@ from staffa.records.json_form import json_form, made
 PLAN, STUDY_RESULTS, STUDY_MEANS = "study.json", "study.csv", "study_means.csv"
 STUDY_FORMAT = 1
 STUDY_BESIDE = (PLAN, STUDY_RESULTS, STUDY_MEANS, "report.html", "pictures", LOCK)
+IDENTITY = "sha256:"  # before the digits
 POINT = re.compile(r"point-([1-9]\d*)")
 
 
@@ -49,13 +51,18 @@ class Point:
     number : its number, from 1; its folder is `point-NUMBER`.
     texts : value of each parameter as TOML, in their order.
     values : the same for people: a number in the unit of the parameter, or a text.
-    case : SHA-256 of its case, apart from the tables that may change in one run.
+    case : see `point_identity`.
     """
 
     number: int
     texts: tuple[str, ...]
     values: tuple[float | str, ...]
     case: str = ""
+
+    @property
+    def has_identity(self) -> bool:
+        """True if its case is noted in today's form."""
+        return self.case.startswith(IDENTITY)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,9 +110,11 @@ def _text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.6g}"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Study:
     """Runs of one case that differ in chosen parameters, and in their seeds.
+
+    It is equal to itself alone: one that is read again may have more steps.
 
     Attributes
     ----------
@@ -131,9 +140,29 @@ class Study:
                 yield point, self.ensembles[point.number]
 
     @property
+    def of_another_case(self) -> list[Point]:
+        """Points whose runs are not of the case that the plan has of them.
+
+        Runs of another version are not compared: it may write other defaults.
+        """
+        return [
+            point
+            for point, ensemble in self.started
+            if point.has_identity
+            and ensemble.first.manifest.version == self.plan.version
+            and point_identity(ensemble.first.case) != point.case
+        ]
+
+    @property
     def finished(self) -> list[Run]:
         """Finished runs of all points."""
         return [run for _, ensemble in self.started for run in ensemble.finished.values()]
+
+
+def point_identity(text: str) -> str:
+    """Return the SHA-256 of the part of a case that all runs of a point share, from its TOML."""
+    shared = json.dumps(shared_part(text), sort_keys=True, default=str)
+    return IDENTITY + sha256(shared.encode()).hexdigest()
 
 
 def point_path(path: Path, number: int) -> Path:
@@ -191,23 +220,54 @@ def read_plan(path: Path) -> StudyPlan:
         ) from None
 
 
-def write_plan(path: Path, plan: StudyPlan) -> None:
-    """Write the plan of a study into its directory, which is made; jobs of an array may do so too.
+def write_plan(path: Path, plan: StudyPlan) -> str | None:
+    """Write the plan of a study, which keeps every point that another command has added meanwhile.
+
+    The directory is made. Nothing is written if the plan there has all of these points: jobs of an
+    array only read it.
+
+    Returns
+    -------
+    str or None
+        A sentence if it was written without a lock.
 
     Raises
     ------
+    InputError
+        Another command has added other points.
     StaffaError
         The directory cannot be written to.
     """
+    if _has_all(path, plan):
+        return None
     try:
         make_folder(path)
-        with Lock(path).held():
-            if not (is_study(path) and read_plan(path) == plan):
-                write_aside(path / PLAN, json.dumps(json_form(plan), indent=2) + "\n")
+        with Lock(path).held() as alone:
+            if _has_all(path, plan):
+                return None
+            if is_study(path) and not _begins_with(plan, read_plan(path)):
+                raise InputError(
+                    f"another command has added points to {path} meanwhile; give this one again"
+                )
+            write_aside(path / PLAN, json.dumps(json_form(plan), indent=2) + "\n")
+        return None if alone else f"{path} has no lock: add points with one command at a time"
     except OSError as error:
         raise StaffaError(
             f"{path} cannot be written to: {error.strerror}; choose another folder with --out"
         ) from None
+
+
+def _has_all(path: Path, plan: StudyPlan) -> bool:
+    """Return True if there is a plan with the points of this one, and perhaps more."""
+    return is_study(path) and _begins_with(read_plan(path), plan)
+
+
+def _begins_with(plan: StudyPlan, other: StudyPlan) -> bool:
+    """Return True if a plan has the points of another one, with their numbers."""
+    seen = {(point.number, point.texts) for point in plan.points}
+    return plan.parameters == other.parameters and seen.issuperset(
+        (point.number, point.texts) for point in other.points
+    )
 
 
 def read_study(path: str | Path) -> Study:

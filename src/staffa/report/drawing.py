@@ -79,11 +79,10 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
     StaffaError
         The directory cannot be written to.
     """
+    write_results(ensemble)  # before what describes all files
+    tables = write_pooled(ensemble)
     figures, skipped = ensemble_figures(ensemble)
-    text = partial(ensemble_page, ensemble)
-    drawn = _written(ensemble.path, figures, skipped, text, write_pooled(ensemble))
-    write_results(ensemble)
-    return drawn
+    return _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble), tables)
 
 
 def draw_study(study: Study) -> Drawn:

@@ -1,6 +1,6 @@
 """Versions of the programs that made a run, and the command that repeats it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import prod
 from shlex import quote
 
@@ -44,6 +44,10 @@ def run_again(run: Run) -> Repeated:
 def ensemble_again(ensemble: Ensemble) -> Repeated:
     """Return how to repeat an ensemble."""
     first, count = min(ensemble.runs), len(ensemble.runs)
+    if count == 1:
+        return ((HERE, f"staffa run {quote(ensemble.first.path.name)}/{CASE} --out {AGAIN}"),)
+    if not _is_one_range(ensemble.runs):
+        return ((_not_one_range(ensemble.runs), ""),)
     case = f"{quote(ensemble.first.path.name)}/{CASE}"
     return ((HERE, f"staffa ensemble {case} --seeds {count} --first {first} --out {AGAIN}"),)
 
@@ -54,12 +58,24 @@ def study_again(study: Study) -> Repeated:
     columns = zip(*(point.texts for point in study.plan.points), strict=True)
     values = [list(dict.fromkeys(column)) for column in columns]
     if prod(map(len, values)) != len(study.plan.points):
-        return (("Its points were drawn: study.json has them.", ""),)
-    seeds = max((len(one.runs) for one in study.ensembles.values()), default=1)
+        return (("Its points are no grid: study.json has them.", ""),)
+    seeds = {seed for one in study.ensembles.values() for seed in one.runs}
+    if not _is_one_range(seeds):
+        return ((_not_one_range(seeds), ""),)
     case = study.first.path.relative_to(study.path) / CASE
     over = [f"--over {quote(f'{k}=[{", ".join(v)}]')}" for k, v in zip(keys, values, strict=True)]
-    command = f"staffa study {quote(str(case))} {' '.join(over)} --seeds {seeds} --out {AGAIN}"
+    chosen = f"--seeds {len(seeds)} --first {min(seeds)}"
+    command = f"staffa study {quote(str(case))} {' '.join(over)} {chosen} --out {AGAIN}"
     return ((HERE, command),)
+
+
+def _is_one_range(seeds: Collection[int]) -> bool:
+    return max(seeds) - min(seeds) + 1 == len(seeds)
+
+
+def _not_one_range(seeds: Collection[int]) -> str:
+    told = ", ".join(map(str, sorted(seeds)))
+    return f"Its seeds, {told}, are not one range: repeat each range with --seeds and --first."
 
 
 def pair_again(pair: Pair) -> Repeated:

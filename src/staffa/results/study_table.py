@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from staffa.display_units import NONE
 from staffa.io.run_directory import Run
@@ -61,8 +62,12 @@ class Group:
         return [average(values) for values in self.of_point(point)]
 
 
+@lru_cache(maxsize=1)
 def groups(study: Study) -> tuple[Group, ...]:
-    """Return the numbers of the finished runs, by kind; no kind that no run has."""
+    """Return the numbers of the finished runs, by kind; no kind that no run has.
+
+    Tables, pictures and the page of a study need them: they are computed once.
+    """
     found = (_group(study, title, of) for title, of in GROUPS.items())
     return tuple(group for group in found if group.columns)
 
@@ -210,6 +215,9 @@ def study_facts(study: Study) -> Iterator[Fact]:
         f"{started} of {points} points have started; {len(study.finished)} of {runs} runs finished"
     )
     yield Fact(name="points", text=text)
+    for point in study.of_another_case:
+        text = "its runs are of another case than the study's"
+        yield Fact(name=f"point {point.number}", text=text, alarm=True)
     for point, ensemble in study.started:
         for seed, run in ensemble.runs.items():
             for fact in summary(run):

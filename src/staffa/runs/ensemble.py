@@ -3,10 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from staffa.backend.stack import MPI
-
-from staffa.arguments import path_of
-from staffa.backend.parallel import on_root
+from staffa.backend.lock import Lock
 from staffa.case.reading.read import read_case
 from staffa.case.schema.case import Case
 from staffa.case.schema.material_keys import RockKeys
@@ -16,7 +13,8 @@ from staffa.case.schema.toml_text import to_toml
 from staffa.errors import InputError, StaffaError
 from staffa.io import run_directory
 from staffa.io.ensemble_directory import OWN, is_of_ensemble, member_path, members
-from staffa.runs.member_runs import Member, run_members
+from staffa.records.case_about import ABOUT
+from staffa.runs.member_runs import Member, require_number
 
 LARGEST_SEED = 2**32 - 1  # as in the case file: NumPy's largest
 
@@ -106,14 +104,19 @@ def _reseeded(value: Any, shift: int) -> Any:
     return value
 
 
-def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool]:
+def started_members(
+    case: Case, seeds: range, directory: Path, *, only: int | None = None
+) -> dict[int, bool]:
     """Return the seeds whose runs are in the directory, and True for each that is finished.
+
+    A run that another process is just beginning has started.
 
     Parameters
     ----------
     case : the case of the ensemble.
     seeds : seeds of its members.
     directory : directory of the ensemble.
+    only : the one seed whose folder is looked at; None for all.
 
     Raises
     ------
@@ -123,11 +126,16 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
     run_directory.require_free(directory, ours=is_of_ensemble)
     started = {}
     for seed, place in members(directory).items():
+        if only not in (None, seed):
+            continue
         if place.is_symlink():
             raise InputError(
                 f"{place} is a symbolic link, which is not followed; remove it, or put there what "
                 f"it leads to"
             )
+        if not (place / run_directory.MANIFEST).is_file() and Lock(place).is_held():
+            started[seed] = False
+            continue
         if not (place / run_directory.CASE).is_file():
             if seed in seeds:
                 run_directory.require_free(place)
@@ -145,8 +153,8 @@ def started_members(case: Case, seeds: range, directory: Path) -> dict[int, bool
 def _is_of(case: Case, place: Path) -> bool:
     """Return True if a run is of this case.
 
-    Changes that `staffa resume` may make in one member do not count, nor keys that were left out
-    and have today's default.
+    Changes that `staffa resume` may make in one member do not count, nor what tells of the case
+    only, nor keys that were left out and have today's default.
     """
     try:
         if run_directory.read_case_text(place) == to_toml(case):
@@ -154,20 +162,22 @@ def _is_of(case: Case, place: Path) -> bool:
         found = read_case(place / run_directory.CASE)
     except StaffaError:
         return False
-    own = {name: getattr(case, name) for name in OWN}
+    own = {name: getattr(case, name) for name in (*OWN, *ABOUT)}
     return to_toml(found.model_copy(update=own)) == to_toml(case)
 
 
 def _is_finished(place: Path) -> bool:
     if not (place / run_directory.MANIFEST).is_file():
         raise InputError(
-            f"{place} holds a run that was cut before it began; remove it, and it is run again, or "
-            f"choose seeds without it with --first"
+            f"{place} holds a run that was cut before it began; if no process writes to it, remove "
+            f"it, and it is run again, or choose seeds without it with --first"
         )
     return run_directory.open_run(place).finished
 
 
-def ensemble_members(case: Case, seeds: range, directory: Path) -> tuple[Member, ...]:
+def ensemble_members(
+    case: Case, seeds: range, directory: Path, *, only: int | None = None
+) -> tuple[Member, ...]:
     """Return the members of an ensemble, one a seed.
 
     Parameters
@@ -175,13 +185,16 @@ def ensemble_members(case: Case, seeds: range, directory: Path) -> tuple[Member,
     case : the case of the ensemble.
     seeds : seeds of its members.
     directory : directory of the ensemble.
+    only : number of the one member whose folder is looked at, from 1; None for all.
 
     Raises
     ------
     InputError
-        The directory cannot be used, see `started_members`.
+        The directory cannot be used, see `started_members`, or there is no such member.
     """
-    started = started_members(case, seeds, directory)
+    require_number(only, len(seeds))
+    seed = None if only is None else seeds[only - 1]
+    started = started_members(case, seeds, directory, only=seed)
     return tuple(
         Member(
             number=number,
@@ -193,30 +206,3 @@ def ensemble_members(case: Case, seeds: range, directory: Path) -> tuple[Member,
         )
         for number, seed in enumerate(seeds, start=1)
     )
-
-
-def run_ensemble(
-    case: Case, seeds: range, directory: str | Path, *, comm: MPI.Comm = MPI.COMM_WORLD
-) -> dict[int, str]:
-    """Run the case with each seed, and return the errors of the members that failed. Collective.
-
-    A member that fails does not stop the others. A member that is finished is left unchanged; one
-    that is not finished is resumed.
-
-    Parameters
-    ----------
-    case : the case of the ensemble.
-    seeds : seeds of its members.
-    directory : directory of the ensemble.
-    comm : communicator of all ranks.
-
-    Raises
-    ------
-    InputError
-        The directory cannot be used, see `started_members`, or no member can be run; none has been.
-    """
-    directory = path_of(directory, "directory")
-    failures = run_members(
-        on_root(comm, lambda: ensemble_members(case, seeds, directory)), comm=comm
-    )
-    return {seeds[one.number - 1]: said for one, said in failures.items()}

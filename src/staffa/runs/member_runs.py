@@ -37,6 +37,25 @@ class Member:
     said: str = ""
 
 
+def require_number(number: int | None, count: int) -> None:
+    """Refuse the number of a member that a command does not have.
+
+    Parameters
+    ----------
+    number : the number, from 1; None for all members.
+    count : number of members.
+
+    Raises
+    ------
+    InputError
+        There is no such member.
+    """
+    if number is not None and not 1 <= number <= count:
+        raise InputError(
+            f"--member {number}: this command has {count} members; give a number from 1 to {count}"
+        )
+
+
 def run_members(
     members: Sequence[Member],
     *,

@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import prod
+from math import isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from staffa.units import NUMBER, WRITTEN, unit_name
 
 # "a:b UNIT" and "a:b:n UNIT".
 RANGE = re.compile(rf"{NUMBER}\s*:{NUMBER}\s*(?::\s*(\d+))?(?![\d.])([^:]*)")
+DIGITS, SAMPLE_DIGITS = 12, 6  # of the values of a range, and of a Latin hypercube
 LARGEST_STUDY = 1000  # members: as many as an array of Slurm has by default
 EXAMPLE = '--over material.Gc="40:90:6 J/m^2", or --over material.Gc="40, 60, 90 J/m^2"'
 SEED = "toughness.seed"
@@ -62,8 +63,8 @@ def study_points(
     Raises
     ------
     InputError
-        An option has no key, no values, values in several units, or one twice; or there are too
-        many points.
+        An option has no key, no values, values in several units, or one twice; two points are
+        equal; or there are too many.
     """
     if not over:
         raise InputError(f"a study needs keys to vary; write them like {EXAMPLE}")
@@ -82,6 +83,12 @@ def study_points(
     columns = [
         _readable(one, texts) for one, texts in zip(varied, zip(*rows, strict=True), strict=True)
     ]
+    if len(set(zip(*(values for _, values in columns), strict=True))) < len(rows):
+        raise InputError(
+            f"--over {' --over '.join(over)}: two points are equal, since values have "
+            f"{DIGITS if samples is None else SAMPLE_DIGITS} digits; give wider ranges or fewer "
+            f"points, and each value once"
+        )
     points = tuple(
         Point(number=n, texts=tuple(texts), values=tuple(values[n - 1] for _, values in columns))
         for n, texts in enumerate(rows, start=1)
@@ -93,7 +100,7 @@ def study_points(
 def _require_few(number: int) -> None:
     if number > LARGEST_STUDY:
         raise InputError(
-            f"that are {number:,} points, and a study has at most {LARGEST_STUDY:,}; give fewer "
+            f"these are {number:,} points, and a study has at most {LARGEST_STUDY:,}; give fewer "
             f"values, or draw some of the points with --samples"
         )
 
@@ -143,15 +150,23 @@ def _range(given: str, key: str, found: re.Match[str] | None) -> Varied:
             f'--over {given}: --samples draws from ranges; write it like --over {key}="40:100 '
             f'J/m^2", without a number of values'
         )
-    low, high = float(found[1]), float(found[2])
+    low, high = _ends(given, found)
     if not low < high:
         raise InputError(f"--over {given}: the range must go up; write its smaller end first")
     return Varied(given=given, key=key, low=low, high=high, unit=found[4].strip())
 
 
+def _ends(given: str, found: re.Match[str]) -> tuple[float, float]:
+    """Return the ends of a range, whose distance is a number too."""
+    low, high = float(found[1]), float(found[2])
+    if not isfinite(high - low):
+        raise InputError(f"--over {given}: its numbers are too large; give smaller ones")
+    return low, high
+
+
 def _even(given: str, found: re.Match[str]) -> Iterator[str]:
     """Yield the values of "a:b:n UNIT" as TOML."""
-    low, high, count = float(found[1]), float(found[2]), int(found[3] or 0)
+    (low, high), count = _ends(given, found), int(found[3] or 0)
     if count < 2 or low == high:
         raise InputError(
             f"--over {given}: from a to b in n values, n at least 2 and b another number than a; "
@@ -159,7 +174,7 @@ def _even(given: str, found: re.Match[str]) -> Iterator[str]:
         )
     _require_few(count)
     for value in np.linspace(low, high, count):
-        yield _with_unit(f"{value:.12g}", found[4].strip())
+        yield _with_unit(f"{value:.{DIGITS}g}", found[4].strip())
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -183,7 +198,10 @@ def _hypercube(varied: Sequence[Varied], samples: int, seed: int) -> list[tuple[
     drawn = qmc.LatinHypercube(d=len(varied), rng=seed).random(samples)
     low, high = np.array([(one.low, one.high) for one in varied]).T
     return [
-        tuple(_with_unit(f"{v:.6g}", one.unit) for v, one in zip(row, varied, strict=True))
+        tuple(
+            _with_unit(f"{v:.{SAMPLE_DIGITS}g}", one.unit)
+            for v, one in zip(row, varied, strict=True)
+        )
         for row in low + drawn * (high - low)
     ]
 

@@ -269,10 +269,6 @@ class SolverKeys(CaseTable):
     )
 
 
-# Keys of a case that stand above its tables: they tell of it and decide nothing.
-ABOUT = ("title", "authors", "license")
-
-
 class Case(CaseTable):
     """A whole case file."""
 

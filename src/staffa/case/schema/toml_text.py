@@ -8,11 +8,12 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from staffa.case.schema.case import ABOUT, Case, Disc, Named, Segment
+from staffa.case.schema.case import Case, Disc, Named, Segment
 from staffa.case.schema.force_keys import ForceKeys
 from staffa.case.schema.heat_keys import HeatKeys
 from staffa.case.schema.material_keys import RegionKeys
 from staffa.case.schema.reservoir_keys import ReservoirKeys
+from staffa.records.case_about import ABOUT
 from staffa.units import Quantity
 
 WIDTH = 96

@@ -7,10 +7,11 @@ from hashlib import sha256
 from os.path import abspath
 from pathlib import Path
 
-from staffa.case.schema.case import ABOUT, Case
+from staffa.case.schema.case import Case
 from staffa.case.schema.property_keys import FieldFile
 from staffa.case.values.given_files import given_files
 from staffa.case.values.subdomains import subdomains_of
+from staffa.records.case_about import ABOUT
 
 # Tables of a case that decide what is done next, and not what has been.
 CHANGEABLE = ("time", "output", "solver")
