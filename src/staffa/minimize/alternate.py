@@ -205,7 +205,10 @@ def _correct(problem: Alternation, values: np.ndarray) -> None:
             forces.scale(-1.0)
             way.set(0.0)
             elastic.solve_forces(forces, way)
-            problem.u.axpy(1.0, way)
+            if problem.convex is None:
+                problem.u.axpy(1.0, way)
+            elif (slope := -forces.dot(way)) < 0:
+                convex.step_along(problem.convex, problem.u, way, forces, slope)
             problem.keep_u(problem.u)
     finally:
         forces.destroy()

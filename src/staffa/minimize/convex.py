@@ -145,8 +145,8 @@ def minimize(
             done = energy.quadratic or ((small or stalls) and (met or number > 0))
             if predicts or energy.quadratic:
                 u.axpy(1.0, way)
-            elif slope < 0:  # the last one too: in a crack little slope may go far
-                _step(energy, u, way, forces, slope)
+            elif slope < 0:  # the last one too
+                step_along(energy, u, way, forces, slope)
             elif not done:
                 raise SolveError(
                     f"the displacement solve failed: the linear solver's direction leads uphill, "
@@ -180,10 +180,22 @@ def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> floa
         answered.destroy()
 
 
-def _step(
+def step_along(
     energy: ConvexEnergy, u: PETSc.Vec, way: PETSc.Vec, forces: PETSc.Vec, slope: float
 ) -> None:
-    """Move along a direction in which a convex energy falls, to about where its slope is zero."""
+    """Move along a direction in which a convex energy falls, to about where its slope is zero.
+
+    Collective. In a crack a direction of little slope may go far: the whole of it may lead to 1e19
+    of the energy.
+
+    Parameters
+    ----------
+    energy : the energy.
+    u : the point, overwritten.
+    way : the direction.
+    forces : work vector, overwritten.
+    slope : slope of the energy along `way`, negative.
+    """
     start = u.copy()
     low, high, length = (0.0, slope), None, 1.0
     try:
