@@ -625,8 +625,12 @@ TEXTS = [
         "my.toml holds more than 25,000 values",
         "as a separate file",
     ),
-    ('"a\\nb\\u001b[31m" = 1', "no key 'a\\u000ab\\u001b[31m'", "it has cracks, damage, domain"),
-    ("x" * 5000 + " = 1", "no key 'xxx", "it has cracks, damage, domain"),
+    (
+        '"a\\nb\\u001b[31m" = 1',
+        "no key 'a\\u000ab\\u001b[31m'",
+        "it has authors, cracks, damage, domain",
+    ),
+    ("x" * 5000 + " = 1", "no key 'xxx", "it has authors, cracks, damage, domain"),
 ]
 
 RANDOM = "mean=1.0, variation=0.3, length"

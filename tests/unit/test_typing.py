@@ -12,11 +12,13 @@ import staffa
 # Each public name with a part of its type, as mypy shows it.
 TYPES = {
     "Case": "def (*, ",
+    "Pictures": "def (*, ",
     "StepQuantity": "def (*, ",
     "build": "System",
     "crack_effect": "CrackEffect",
     "march": "Iterator[",
     "parse_case": "Case",
+    "pictures_of": "Pictures",
     "problem": "Problem",
     "read_case": "Case",
     "open_run": "Run",
@@ -46,7 +48,7 @@ def test_the_package_says_that_it_has_types() -> None:
 
 def test_a_name_that_is_not_there_is_refused_with_those_that_are() -> None:
     with pytest.raises(
-        AttributeError, match="staffa has no 'crack'; it has Case, StepQuantity, build, "
+        AttributeError, match="staffa has no 'crack'; it has Case, Pictures, StepQuantity, build, "
     ):
         staffa.crack  # noqa: B018
 
