@@ -28,9 +28,6 @@ MOST = 100
 # Largest gap that round-off, or the linear solver's tolerance, may leave: 4e-13 was seen, with many
 # closed cracks.
 ROUND_OFF = 1e-9
-WAY_OUT = (
-    'try solver.displacement = "direct", shorter time steps or a larger damage.residual_stiffness'
-)
 # A length is accepted if the slope there is this fraction of the first; largest number of lengths.
 SLOPE, LENGTHS = 0.1, 30
 
@@ -150,18 +147,23 @@ def minimize(
             elif not done:
                 raise SolveError(
                     f"the displacement solve failed: the linear solver's direction leads uphill, "
-                    f"by {gap:.1e} of the energy; {WAY_OUT}"
+                    f"by {gap:.1e} of the energy; {_way_out(elastic)}"
                 )
             if done:
                 energy.move_to(u)
                 return
         raise SolveError(
             f"the displacement solve failed: after {MOST} of Newton's steps the next would "
-            f"still change the energy by {gap:.1e} of it; {WAY_OUT}"
+            f"still change the energy by {gap:.1e} of it; {_way_out(elastic)}"
         )
     finally:
         way.destroy()
         forces.destroy()
+
+
+def _way_out(elastic: ElasticSolver) -> str:
+    exact = "" if elastic.linear.direct else 'solver.displacement = "direct", '
+    return f"try {exact}shorter time steps or a larger damage.residual_stiffness"
 
 
 def _downhill(elastic: ElasticSolver, forces: PETSc.Vec, way: PETSc.Vec) -> float:
