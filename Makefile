@@ -20,7 +20,7 @@ SHARED_OUT = -n $(RANKS) --dist worksteal
 
 help:
 	@echo "make demo    crack a cooled slab on $(RANKS) rank(s), into runs/demo (RANKS=n to change)"
-	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; takes some ten minutes and more"
+	@echo "make demo3d  columns in a cooled block, likewise, into runs/demo3d; half an hour on one core, by staffa check"
 	@echo "make reservoir  the reservoir simulator open-DARTS, into .reservoir; 1.1 GB, some minutes"
 	@echo "make check   format, lint, measures of the code and types; no tests, which are in make test"
 	@echo "make quick   the fast tests alone"

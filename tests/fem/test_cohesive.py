@@ -65,6 +65,14 @@ def cornelissen(opening: np.ndarray) -> np.ndarray:
     return np.interp(opening, openings, stress)
 
 
+def test_the_curve_of_concrete_is_within_5_percent_of_the_published_one() -> None:
+    """Cornelissen, Hordijk, Reinhardt (Heron 31, 1986): c1 = 3, c2 = 6.93, to 0 at 5.1361."""
+    opening = np.linspace(0.05, 4.5, 90)
+    r, c1, c2 = opening / 5.1361, 3.0, 6.93
+    published = (1 + (c1 * r) ** 3) * np.exp(-c2 * r) - r * (1 + c1**3) * np.exp(-c2)
+    assert np.abs(cornelissen(opening) - published).max() < 0.05
+
+
 @dataclass(frozen=True)
 class Pulled:
     """Steps of a pulled bar: stress over strength, opening times strength/Gc, surface over Gc."""

@@ -8,6 +8,7 @@ import typer
 
 from staffa.cli.options import (
     CaseFile,
+    FirstSeed,
     Jobs,
     MemberNumber,
     Outside,
@@ -30,9 +31,7 @@ def ensemble(
     seeds: Annotated[
         int, typer.Option("--seeds", help="how many members, 2 or more", show_default=False)
     ],
-    first: Annotated[
-        int | None, typer.Option("--first", help="the first seed; default the case's own")
-    ] = None,
+    first: FirstSeed = None,
     directory: Annotated[
         Path | None,
         typer.Option("--out", help="its directory; default runs/<case file's name>-ensemble"),
@@ -87,9 +86,7 @@ def study(
         int, typer.Option("--sampling-seed", min=0, help="seed of the Latin hypercube")
     ] = 0,
     seeds: Annotated[int, typer.Option("--seeds", help="seeds of the rock at each point")] = 1,
-    first: Annotated[
-        int | None, typer.Option("--first", help="the first seed; default the case's own")
-    ] = None,
+    first: FirstSeed = None,
     directory: Annotated[
         Path | None,
         typer.Option("--out", help="its directory; default runs/<case file's name>-study"),

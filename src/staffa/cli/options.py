@@ -28,6 +28,9 @@ WallTime = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print errors only, draw no pictures")]
+FirstSeed = Annotated[
+    int | None, typer.Option("--first", help="the first seed; default the case's own")
+]
 Jobs = Annotated[
     int, typer.Option("--jobs", help="members that run side by side, each in a separate process")
 ]
