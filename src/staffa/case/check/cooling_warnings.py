@@ -52,7 +52,7 @@ def cooling_warnings(case: Case, derived: Numbers) -> Iterator[str]:
                 f"these, raise its toughness with toughness.bands, by a factor of "
                 f"{at_least(case, share**2, '', digits=2).strip()} or more"
             )
-        if derived.ell0 is not None and _cracks_at_face(case, share) and not _is_cohesive(case):
+        if derived.ell0 is not None and _cracks_at_face(case, share):
             yield from _of_nucleation(case, derived, derived.ell0 * toughness_at_face(case))
         yield from of_plane_strain(case, derived, largest, squeezed)
     yield from _of_opposite_boundary(case, derived, insulated=False)
@@ -66,7 +66,7 @@ def _exchanges_heat(case: Case) -> bool:
 def cooling_notes(case: Case, derived: Numbers) -> Iterator[str]:
     """Yield notes on cooling: choices that may be intended."""
     share = start_of_damage(derived, peak_drop(case, derived), face_squeeze(case, derived))
-    if derived.ell0 is not None and _cracks_at_face(case, share) and not _is_cohesive(case):
+    if derived.ell0 is not None and _cracks_at_face(case, share):
         ell0 = derived.ell0 * toughness_at_face(case)
         if derived.dT_c is not None:
             yield from _of_overlap(case, derived, ell0)
@@ -97,16 +97,14 @@ def toughness_at_face(case: Case) -> float:
 
 
 def _cracks_at_face(case: Case, share: float) -> bool:
-    """Return whether cooling starts cracks on the face itself.
+    """Return whether cooling starts cracks on the face itself, as far apart as ell decides.
 
-    Bands may make the face tougher than the rock below it, for which `share` holds.
+    Bands may make the face tougher than the rock below it, for which `share` holds. With a cohesive
+    law ell does not decide.
     """
-    return share >= sqrt(toughness_at_face(case) / least_factor(case))
-
-
-def _is_cohesive(case: Case) -> bool:
-    """Return True if the spacing of the first cracks does not depend on ell."""
-    return case.damage.law == COHESIVE
+    return case.damage.law != COHESIVE and share >= sqrt(
+        toughness_at_face(case) / least_factor(case)
+    )
 
 
 def instant(case: Case, derived: Numbers, time: float, *, up: bool) -> str:
