@@ -224,3 +224,10 @@ def test_check_tells_a_pressed_bar_by_the_law_of_the_case() -> None:
         case = parse_case(GRANITE, [*pressed, f'damage.ell="{ell}"'])
         (said,) = [one for one in preview(case).warnings if "a pressed bar" in one]
         assert "a pressed bar at 11 MPa" in said and "damage.ell" not in said, said
+
+
+def test_check_tells_no_spacing_by_ell_of_a_cohesive_law() -> None:
+    told = preview(parse_case(GRANITE))
+    assert "sqrt(ell ell0)" not in [name for name, *_ in told.facts]
+    assert not [note for note in told.notes if "ell0" in note or "whole face" in note]
+    assert dict((name, value) for name, value, _ in told.facts)["l_ch"] == "40 mm"
