@@ -107,6 +107,14 @@ def test_a_page_shows_all_and_does_not_scroll_sideways(
     assert labels and all(re.search(r"\(.+\)$|cracks|^τ", label) for label in labels), labels
 
 
+# Each label that playing shows stands for .4 s only, so the page itself writes them down.
+RECORD_PLAYED = """() => {
+  const when = document.getElementById("when");
+  window.played = [];
+  new MutationObserver(() => played.push(when.textContent)).observe(when, { childList: true });
+}"""
+
+
 def test_the_slider_moves_by_keyboard_and_changes_the_pictures(
     pages: dict[str, Path], opened: Open
 ) -> None:
@@ -123,8 +131,13 @@ def test_the_slider_moves_by_keyboard_and_changes_the_pictures(
         page.keyboard.press("Home")
         assert page.locator("#when").text_content().endswith("step 0")
         assert shown.evaluate("image => image.naturalWidth") > 100
+        page.evaluate(RECORD_PLAYED)
         page.locator("#play").press("Enter")
-        page.locator("#when", has_text="step 8").wait_for()
+        page.wait_for_function("() => window.played.at(-1)?.endsWith('step 24')")
+        assert [label.rsplit(maxsplit=1)[-1] for label in page.evaluate("played")] == [
+            "4", "8", "12", "16", "20", "24",
+        ]  # fmt: skip
+        assert page.locator("#play").text_content() == "Play"
 
 
 def middle(chart: Any) -> tuple[float, float]:
@@ -141,26 +154,38 @@ def test_a_curve_tells_its_value_and_unit_where_one_points(
     chart = page.locator("[data-chart='chart-energies-1']")
     page.mouse.move(*middle(chart))
     hover = chart.locator(".hoverlayer .hovertext, .hoverlayer .legend")
-    hover.first.wait_for(timeout=5000)
+    hover.first.wait_for()
     said = " ".join(chart.locator(".hoverlayer text").all_text_contents())
     assert re.search(r"total : [\d.]+ J/m", said) and re.search(r"[\d.]+ (s|ms)", said), said
+
+
+def drag(page: Any, start: tuple[float, float], by: float) -> None:
+    """Drag by some pixels to the right, one frame a move: a slow machine sees each move."""
+    x, y = start
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for part in range(1, 11):
+        page.mouse.move(x + by * part / 10, y)
+        page.evaluate("() => new Promise(requestAnimationFrame)")
+    page.mouse.up()
 
 
 def test_a_curve_is_zoomed_by_a_box_and_goes_back(pages: dict[str, Path], opened: Open) -> None:
     page = opened(pages["run"])
     chart = page.locator("[data-chart='chart-energies-1']")
     x, y = middle(chart)
-    span = "chart => { const [a, b] = chart._fullLayout.xaxis.range; return b - a; }"
-    whole = chart.evaluate(span)
-    page.mouse.move(x - 60, y)
-    page.mouse.down()
-    page.mouse.move(x + 60, y, steps=5)
-    page.mouse.up()
-    page.wait_for_timeout(500)
-    assert chart.evaluate(span) < 0.5 * whole
+    width = """chart => {
+      const [a, b] = document.querySelector(chart)._fullLayout.xaxis.range; return b - a; }"""
+    chosen = "[data-chart='chart-energies-1']"
+    whole = page.evaluate(width, chosen)
+    drag(page, (x - 60, y), by=120)
+    page.wait_for_function(
+        f"([chart, whole]) => ({width})(chart) < .5 * whole", arg=[chosen, whole]
+    )
     page.mouse.dblclick(x, y)
-    page.wait_for_timeout(800)
-    assert chart.evaluate(span) == pytest.approx(whole)
+    page.wait_for_function(
+        f"([chart, whole]) => Math.abs(({width})(chart) / whole - 1) < 1e-6", arg=[chosen, whole]
+    )
 
 
 def test_the_cracks_of_a_solid_can_be_turned(pages: dict[str, Path], opened: Open) -> None:
@@ -169,14 +194,12 @@ def test_the_cracks_of_a_solid_can_be_turned(pages: dict[str, Path], opened: Ope
     scene.scroll_into_view_if_needed()
     eye = "chart => chart._fullLayout.scene._scene.getCamera().eye"
     before, box = scene.evaluate(eye), scene.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 150, y, steps=5)
-    page.mouse.up()
-    page.wait_for_timeout(500)
-    after = scene.evaluate(eye)
-    assert abs(after["x"] - before["x"]) > 0.1
+    drag(page, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), by=150)
+    page.wait_for_function(
+        f"before => Math.abs(({eye})(document.querySelector('[data-chart=chart-network-1]')).x"
+        " - before) > .1",
+        arg=before["x"],
+    )
     titles = scene.evaluate(
         "c => ['x', 'y', 'z'].map(n => c._fullLayout.scene[n + 'axis'].title.text)"
     )
@@ -281,7 +304,7 @@ def growing(folder: Path, steps: int) -> Run:
 def test_a_page_that_grows_is_read_again_unless_it_is_to_stay(
     tmp_path: Path, opened: Open, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(growing_page, "SECONDS", 1)
+    monkeypatch.setattr(growing_page, "SECONDS", 3)
     whole = drawn_run(tmp_path / "run")
     run = rewritten(whole, list(whole.steps[:6]))
     page_of_run = growing_run(run.path, lambda said: None)
@@ -292,14 +315,14 @@ def test_a_page_that_grows_is_read_again_unless_it_is_to_stay(
     rewritten(whole, list(whole.steps[:9]))
     page_of_run.due = 0.0
     page_of_run.grow()
-    page.get_by_text("9 of 25 steps").wait_for(timeout=10_000)
+    page.get_by_text("9 of 25 steps").wait_for()
     page.get_by_role("button", name="Keep it as it is").click()
     rewritten(whole, list(whole.steps))
     draw(whole)
-    page.wait_for_timeout(2500)
+    page.wait_for_timeout(7000)
     assert page.get_by_text("9 of 25 steps").is_visible()
     page.get_by_role("button", name="Read it again").click()
-    page.get_by_text("25 of 25 steps").wait_for(timeout=10_000)
+    page.get_by_text("25 of 25 steps").wait_for()
     assert page.locator("#grows").count() == 0, "it is over"
 
 
