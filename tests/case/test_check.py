@@ -683,6 +683,8 @@ def test_a_body_that_stays_as_it_is_will_not_crack():
     known = heated("bottom = { T = 10.0 }")
     assert fact(known, "will it crack") == "no"
     assert [w[:19] for w in known.warnings] == ["nothing will crack:"]
+    refined = heated("bottom = { T = 10.0 }", "domain.cells=triangle", "domain.refine=true")
+    assert fact(refined, "cells, end").startswith("at most ")
 
 
 @pytest.mark.parametrize(

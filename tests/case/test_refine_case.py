@@ -6,7 +6,10 @@ import pytest
 
 from case.test_bad_input import GOOD, check_sentence, files_in, read, sentence_of, staffa
 from case.test_reservoir_case import GOOD as RESERVOIR
+from staffa.case.check.cost import duration
+from staffa.case.check.preview import preview
 from staffa.case.reading.read import parse_case, read_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.case.schema.toml_text import to_toml
 from support.bodies import needs_gmsh
 from support.meshes import plate, written
@@ -117,3 +120,15 @@ def test_the_command_says_it_once_and_leaves_no_trace(tmp_path: Path) -> None:
         assert done.stderr.count("\n") == 1, done.stderr
         check_sentence(done.stderr.rstrip("\n"), "staffa: ", "domain.refine")
         assert files_in(tmp_path) == before
+
+
+def test_check_names_a_mesh_that_follows_the_cracks_where_it_pays() -> None:
+    long, keys = ready_case("ceramic-strip"), ["domain.refine=true", 'domain.cells="triangle"']
+    cells, why = {name: facts for name, *facts in preview(long).facts}["if refined"]
+    refined = ready_case("ceramic-strip", keys)
+    end = {name: value for name, value, _ in preview(refined).facts}["cells, end"]
+    assert cells.startswith(f"{end} cells at the end, ")
+    assert all(key.replace("=", " = ") in why for key in keys)
+    assert duration(refined, 1) < 0.5 * duration(long, 1)
+    for other in (refined, ready_case("slab"), ready_case("cylinder"), ready_case("doublet")):
+        assert "if refined" not in [name for name, *_ in preview(other).facts]

@@ -5,14 +5,19 @@ from staffa.case.check.cost import WITHIN, Steps, duration, memory, steps, unkno
 from staffa.case.check.mesh_warnings import cell_edge
 from staffa.case.check.refined_cells import CELLS_WITHIN, MeshGrowth, MeshSize, mesh_growth
 from staffa.case.rules import adaptive
+from staffa.case.rules.refine_rules import refinement_is_possible
 from staffa.case.scales.case_scales import Numbers
 from staffa.case.scales.pace import prescribed_knots
 from staffa.case.scales.prescribed import visited_times
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, as_duration
+from staffa.case.schema.toml_text import inline
+from staffa.errors import InputError
 from staffa.geometry.block import section_raster
 
 Fact = tuple[str, str, str]
+# A mesh that follows the cracks is named if a run is so many times shorter with it.
+PAYS = 2.0
 SHOWN = 6  # times of a table that are listed
 
 
@@ -32,6 +37,7 @@ def cost_facts(case: Case, derived: Numbers) -> list[Fact]:
         *_planes(case),
         ("memory", f"about {memory(case) / 1e9:.2g} GB", f"{case.solver.displacement} solver"),
         ("time", *_time(case, planned)),
+        *_with_refinement(case, planned),
         *reservoir_cost(case, planned),
     ]
 
@@ -100,6 +106,27 @@ def _time(case: Case, planned: Steps) -> tuple[str, str]:
     beyond = [*(["each step that cracks make shorter"] if planned.open else []), *asked]
     more = f"; more for {' and '.join(beyond)}" if beyond else ""
     return f"about {as_duration(seconds)}", f"on one core: between {low} and {high}{more}"
+
+
+def _with_refinement(case: Case, planned: Steps) -> list[Fact]:
+    """Return the cost on a mesh that follows the cracks, where a run is much shorter with it."""
+    keys = case.domain
+    if keys.refining is not None:
+        return []
+    change: dict[str, object] = {"refine": True}
+    if keys.is_block and not keys.has_simplices:
+        change["cells"] = {2: "triangle", 3: "tetrahedron"}[case.dim]
+    other = case.model_copy(update={"domain": keys.model_copy(update=change)})
+    try:
+        refinement_is_possible(other)
+    except InputError:
+        return []
+    growth, seconds = mesh_growth(other), duration(other, planned.number)
+    if not growth.known or PAYS * seconds > duration(case, planned.number):
+        return []
+    cells = f"about {growth.end.cells:,} cells at the end, {as_duration(seconds)}"
+    keys_given = " and ".join(f"domain.{key} = {inline(value)}" for key, value in change.items())
+    return [("if refined", cells, f"with {keys_given}, which follows the cracks")]
 
 
 def _planes(case: Case) -> list[Fact]:

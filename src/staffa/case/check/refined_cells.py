@@ -68,7 +68,8 @@ def mesh_growth(case: Case) -> MeshGrowth:
         finer = (body.edges.mean / body.h) ** case.dim
         most = MeshSize(cells=round(finer * most.cells), vertices=round(finer * most.vertices))
     start, derived = _at_start(case), derived_numbers(case)
-    if derived.face is None or not derived.cooled or not derived.dT_c or other_causes(case):
+    known = derived.face is not None and derived.cooled and derived.dT_c and derived.ell0
+    if not known or other_causes(case):
         return MeshGrowth(start=start, end=most, most=most, known=False)
     fine = _fine_share(case, derived, keys.refining)
     end = MeshSize(
