@@ -184,6 +184,19 @@ def test_a_warning_comes_alone(settings, warning):
     assert len(found) == 1, f"'{warning}' comes with {found}"
 
 
+@pytest.mark.parametrize(
+    ("warnings", "notes", "verdict"),
+    [
+        ((), (), "nothing is off"),
+        ((), ("one", "two"), "no warning, 2 notes"),
+        (("one",), (), "1 warning"),
+        (("one", "two"), ("three",), "2 warnings, 1 note"),
+    ],
+)
+def test_the_last_line_counts_what_stood_before(warnings, notes, verdict):
+    assert Preview(facts=(), warnings=warnings, notes=notes).verdict == verdict
+
+
 def test_more_memory_than_the_machine_has_is_a_warning(monkeypatch):
     monkeypatch.setattr(mesh_warnings.os, "sysconf", lambda name: 10_000)  # 100 MB
     (warning,) = said().warnings

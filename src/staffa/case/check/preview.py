@@ -51,6 +51,18 @@ class Preview:
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
+    @property
+    def verdict(self) -> str:
+        """Return the last line of a check, which counts its warnings and notes."""
+        counted = [
+            f"{len(said)} {word}{'s' if len(said) > 1 else ''}"
+            for word, said in (("warning", self.warnings), ("note", self.notes))
+            if said
+        ]
+        if not self.warnings:
+            counted = ["no warning", *counted] if counted else ["nothing is off"]
+        return ", ".join(counted)
+
 
 def preview(case: Case) -> Preview:
     """Return the preview of a case; raise InputError if nothing loads the body."""
