@@ -529,6 +529,23 @@ def test_a_pulled_bar_is_said_to_fail_at_its_strain():
     assert not [name for name, _, _ in known.facts if "dT" in name]
 
 
+@pytest.mark.parametrize(
+    ("law", "named"),
+    [("AT1", "; 2.5, is that"), ("cohesive", "; damage.strength, 2.5, is that")],
+)
+def test_what_a_split_adds_to_the_strength_is_told(law: str, named: str) -> None:
+    """By 1/sqrt(1 - nu^2) at nu = 0.2, of rock that is pulled in plane stress."""
+    settings = [f"damage.law={law}", "material.nu=0.2"]
+    settings += ["damage.strength=2.5"] if law == "cohesive" else []
+    split, plain = (said(*settings, f"damage.split={s}") for s in ("no-tension", "none"))
+    assert fact(split, "sigma_c") == "2.552" and fact(plain, "sigma_c") == "2.5"
+    told, not_told = (
+        next(why for name, _, why in known.facts if name == "sigma_c") for known in (split, plain)
+    )
+    assert f"{named} without a split: no-tension keeps the energy" in told
+    assert "split" not in not_told
+
+
 def test_plane_strain_is_said_to_damage_all_that_is_cold_enough() -> None:
     """sigma_c/(E expansion), as a bar held along the third direction."""
     strong, weak = (
