@@ -1,4 +1,4 @@
-"""Outside links: `make linkcheck` asks for them; here their form is read, which needs no network."""
+"""Outside links: `make linkcheck` asks for them; their form is read here, without a network."""
 
 import re
 from collections import defaultdict
