@@ -265,7 +265,7 @@ def test_faces_that_a_shape_names_are_compared_too() -> None:
     other = parse_case(to_toml(case), ['heat.hole.T="60 °C"'])
 
     def differing(own_load: object) -> list[str]:
-        run = SimpleNamespace(manifest=SimpleNamespace(own_load=own_load))
+        run = SimpleNamespace(manifest=SimpleNamespace(own_load=own_load, own=None))
         sides = [SimpleNamespace(case=c, run=run) for c in (case, other)]
         found = case_differences(SimpleNamespace(sides=sides, names=("a", "b")))
         return [row[0] for row in found.rows]

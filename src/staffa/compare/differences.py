@@ -71,7 +71,7 @@ def _rows(
     return tuple(row for row in told if row[1] != row[2])
 
 
-def _given(pair: Pair, name: str) -> tuple[str, str, str]:
+def _given(pair: Pair, name: str) -> tuple[str, ...]:
     """Return the row of what a script gave at least one of the runs.
 
     Parameters

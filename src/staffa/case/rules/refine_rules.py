@@ -54,7 +54,8 @@ def _not_halved(case: Case) -> str:
             f"a coarser mesh"
         )
     if keys.longest < 2 * h * (1 - 1e-9):
-        begin = "domain.refine.coarsest" if keys.refining.coarsest else "a sixteenth of the body"
+        given = keys.refining is not None and keys.refining.coarsest is not None
+        begin = "domain.refine.coarsest" if given else "a sixteenth of the body"
         return (
             f"{begin}, {amount(case, keys.longest, 'm')}, with which cells begin, is not twice as "
             f"long as {shown}, so no edge is halved; take domain.h <= "
