@@ -486,6 +486,8 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
         for row in found.rows:
             assert "".join(f"<td>{cell}</td>" for cell in row) in text
     assert "Version, ranks, mesh and derived numbers do not differ." in text
+    runs = [side.run.path for side in pair.sides]
+    assert f"staffa compare {runs[0]} {runs[1]} --out {tmp_path / 'deep' / 'out'}" in text
     assert not list((tmp_path / "deep").rglob("*.staffa-part"))
 
 
