@@ -70,6 +70,7 @@ test-mpi: $(READY)
 # Notebooks are executed; a warning is an error.
 docs: $(READY)
 	$(FOR_TESTS) $(PYTHON_HERE) -m sphinx --builder html --fail-on-warning --keep-going --quiet docs build/docs
+	@cat build/docs/notebook-times.txt
 	@echo "open build/docs/index.html in a browser"
 
 # Asks the servers of all outside links, so it is no part of any test.

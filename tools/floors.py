@@ -98,6 +98,8 @@ LIGHT = [
     "staffa.case.values.subdomains",
     "staffa.properties.random_field",
     "staffa.properties.mesh_field",
+    "staffa.properties.mesh_parts",
+    "staffa.properties.vtk_mesh",
     "staffa.case.reading.read",
     "staffa.case.reading.study_points",
     "staffa.case.rules",

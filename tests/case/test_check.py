@@ -184,6 +184,19 @@ def test_a_warning_comes_alone(settings, warning):
     assert len(found) == 1, f"'{warning}' comes with {found}"
 
 
+@pytest.mark.parametrize(
+    ("warnings", "notes", "verdict"),
+    [
+        ((), (), "nothing is off"),
+        ((), ("one", "two"), "no warning, 2 notes"),
+        (("one",), (), "1 warning"),
+        (("one", "two"), ("three",), "2 warnings, 1 note"),
+    ],
+)
+def test_the_last_line_counts_what_stood_before(warnings, notes, verdict):
+    assert Preview(facts=(), warnings=warnings, notes=notes).verdict == verdict
+
+
 def test_more_memory_than_the_machine_has_is_a_warning(monkeypatch):
     monkeypatch.setattr(mesh_warnings.os, "sysconf", lambda name: 10_000)  # 100 MB
     (warning,) = said().warnings
@@ -514,6 +527,23 @@ def test_a_pulled_bar_is_said_to_fail_at_its_strain():
     known = preview(ready_cases.ready_case("bar"))
     assert fact(known, "will it crack") == "at a strain of 0.194"
     assert not [name for name, _, _ in known.facts if "dT" in name]
+
+
+@pytest.mark.parametrize(
+    ("law", "named"),
+    [("AT1", "; 2.5, is that"), ("cohesive", "; damage.strength, 2.5, is that")],
+)
+def test_what_a_split_adds_to_the_strength_is_told(law: str, named: str) -> None:
+    """By 1/sqrt(1 - nu^2) at nu = 0.2, of rock that is pulled in plane stress."""
+    settings = [f"damage.law={law}", "material.nu=0.2"]
+    settings += ["damage.strength=2.5"] if law == "cohesive" else []
+    split, plain = (said(*settings, f"damage.split={s}") for s in ("no-tension", "none"))
+    assert fact(split, "sigma_c") == "2.552" and fact(plain, "sigma_c") == "2.5"
+    told, not_told = (
+        next(why for name, _, why in known.facts if name == "sigma_c") for known in (split, plain)
+    )
+    assert f"{named} without a split: no-tension keeps the energy" in told
+    assert "split" not in not_told
 
 
 def test_plane_strain_is_said_to_damage_all_that_is_cold_enough() -> None:

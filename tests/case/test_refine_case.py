@@ -53,7 +53,12 @@ RULES = [
     ((SOLID, "domain.refine=true"), "hexahedron cells cannot be split", 'cells = "tetrahedron"'),
     ((SOLID, "domain.cells=hexahedron", "domain.refine=true"), "hexahedron", '"unstructured"'),
     ((TRIANGLES, "domain.refine=true", "domain.h=0.2"), "a sixteenth of the body", OFF),
-    ((TRIANGLES, 'domain.refine={coarsest="1.9 h"}'), "refine.coarsest is not twice", OFF),
+    ((TRIANGLES, 'domain.refine={coarsest="1.9 h"}'), "refine.coarsest, 0.19, with which", OFF),
+    (
+        (TRIANGLES, 'domain.refine={coarsest="2 h"}', "domain.h=0.21"),
+        "those that begin with 2 h would be 0.167 long when halved",
+        "take domain.h = 0.167",
+    ),
     ((DISC,), 'the coarse cells of a "disc"', "a body with flat faces"),
     ((BORED,), 'the coarse cells of a "plate with hole"', OFF),
 ]
@@ -82,7 +87,8 @@ def test_a_mesh_from_a_file_needs_h(tmp_path: Path) -> None:
     check_sentence(said, "domain.refine = true", "refined down to domain.h; give domain.h", OFF)
     assert read_case(tmp_path / "my.toml", ["domain.h=0.04"]).domain.halvings == 2
     said = sentence_of(lambda: read_case(tmp_path / "my.toml", ["domain.h=0.15"]))
-    check_sentence(said, "domain.refine = true", "is not twice as long as domain.h = 0.15", OFF)
+    mean, way_out = "the mean edge of the mesh, 0.187", "take domain.h <= 0.09"
+    check_sentence(said, "domain.refine = true", mean, "domain.h = 0.15", way_out, OFF)
 
 
 def test_the_cells_of_a_reservoir_stay_as_they_are() -> None:
@@ -100,6 +106,7 @@ def test_the_cells_of_a_reservoir_stay_as_they_are() -> None:
         ('domain.refine={coarsest="2 h"}', 1),
         ('domain.refine={coarsest="4 h"}', 1),
         ('domain.refine={coarsest="5 h"}', 1),
+        ('domain.refine={coarsest="2 h"};domain.h=0.167', 1),
     ],
 )
 def test_edges_are_halved_as_often_as_the_body_allows(setting: str, halvings: int) -> None:

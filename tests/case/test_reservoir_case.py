@@ -10,6 +10,7 @@ from scipy.special import erfc
 from case.test_bad_input import check_sentence, sentence_of
 from staffa.case.check.preview import Preview, preview
 from staffa.case.reading.read import parse_case, read_case
+from staffa.case.reading.ready_cases import ready_case
 from staffa.case.rules import require_loaded
 from staffa.case.scales.breakthrough import DRAWDOWNS, breakthrough
 from staffa.case.scales.case_scales import derived_numbers
@@ -583,3 +584,21 @@ def test_bad_files_of_a_simulator_are_refused_in_one_sentence(
 ) -> None:
     said = sentence_of(lambda: given_by_files(tmp_path, setting))
     check_sentence(said.replace(str(tmp_path), ""), names, way_out)
+
+
+def test_a_pressure_that_broken_rock_does_not_bear_is_told_before_the_run() -> None:
+    """12 mu q L/w^3 of both halves, against sqrt(.01 eta) sigma_c. With ell = 1.5 m and h = 0.5 m
+    runs of 60 days ended with the body in two at 0.5, 0.6, 0.7 and 0.8 mm, and not at 1 mm."""
+    water = 'reservoir.water={rho="1000 kg/m^3",c="4200 J/(kg K)",mu="0.3 mPa s"}'
+    single = ["reservoir.feedback=false", 'reservoir.simulator="single"', water]
+    single += ["damage.ell=1.5 m", "domain.h=0.5 m", "reservoir.h=1 m"]
+
+    def warned(opening: float) -> list[str]:
+        fracture = f'[{{side="bottom",opening="{opening} mm",height="0.1 m"}}]'
+        case = ready_case("fracture-wall", [*single, f"reservoir.fractures={fracture}"])
+        return [w for w in preview(case).warnings if "the body in two" in w]
+
+    (told,) = warned(0.8)
+    check_sentence(told, "up to 2.11 kPa", "above about 1 kPa", "take opening >= 1.03 mm")
+    assert warned(0.5) and not warned(1.1)
+    assert not [w for w in preview(ready_case("fracture-wall")).warnings if "body in two" in w]

@@ -56,8 +56,23 @@ def test_codemeta_says_what_the_project_and_its_citation_say() -> None:
     names = [author["name"] for author in CODEMETA["author"]]
     assert names == [author["name"] for author in PROJECT["authors"]]
     assert names == [author["name"] for author in CITATION["authors"]]
-    papers = {paper["title"] for paper in CITATION["references"]}
-    assert {paper["name"] for paper in CODEMETA["referencePublication"]} <= papers
+    papers = {
+        paper["title"]: [(a["given-names"], a["family-names"]) for a in paper["authors"]]
+        for paper in CITATION["references"]
+    }
+    for paper in CODEMETA["referencePublication"]:
+        people = [(author["givenName"], author["familyName"]) for author in paper["author"]]
+        assert papers[paper["name"]] == people
+
+
+def test_the_environment_of_conda_has_the_dependencies_of_the_project() -> None:
+    """Nothing else is known of it: it has not been made."""
+    environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
+    listed = {line for line in environment["dependencies"] if isinstance(line, str)}
+    other_names = {"matplotlib": "matplotlib-base"}
+    for line in PROJECT["dependencies"]:
+        name, bound = line.split(">=")
+        assert f"{other_names.get(name, name)}>={bound}" in listed
 
 
 def targets() -> set[str]:

@@ -1,6 +1,7 @@
 """docs/tutorials: each page is a notebook, is in the index, says its time, and ends with links."""
 
 import ast
+import importlib.util
 import re
 from pathlib import Path
 
@@ -63,3 +64,23 @@ def test_the_cells_of_a_tutorial_are_python(page: Path) -> None:
     for cell in found:
         if not cell.startswith("%%"):
             ast.parse(MAGIC.sub("", cell))
+
+
+def test_the_times_of_the_notebooks_are_told_with_those_that_take_too_long() -> None:
+    path = ROOT / "docs" / "extensions" / "notebook_times.py"
+    spec = importlib.util.spec_from_file_location("notebook_times", path)
+    assert spec is not None and spec.loader is not None
+    extension = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(extension)
+    told = extension.table({"tutorials/a": 7.76, "tutorials/b": 61.0}).splitlines()
+    assert told[1:] == ["   7.8  tutorials/a", "  61.0  tutorials/b  more than a minute"]
+
+
+def test_the_measured_time_of_each_notebook_is_on_the_page_of_performance() -> None:
+    text = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    titles = {
+        re.findall(r"^# (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)[0]
+        for page in NOTEBOOKS
+    }
+    rows = text.split("| tutorial | seconds |")[1].split("\n\n")[0].splitlines()[2:]
+    assert {row.split(" | ")[0].removeprefix("| ") for row in rows} == titles

@@ -521,7 +521,7 @@ ABOUT_MESHES = {
     "a folder": (("domain.mesh=.",), "cannot be read", "it is no ordinary file"),
     "no mesh": (("domain.mesh=script.msh",), '"script.msh" is no .msh file', "save the mesh"),
     "no unit": (('damage.ell="3 mm"', 'time.t=["1 s"]'), "domain.unit is missing", 'unit = "1 mm"'),
-    "h": (("domain.h=0.1",), "domain.h = 0.1: of a mesh", "at most the mean edge, 0.09"),
+    "h": (("domain.h=0.11",), "domain.h = 0.11: of a mesh", "at most the mean edge, 0.09"),
     "size": (("domain.size=[1.0,1.0]",), "domain.size and domain.mesh both", "leave one out"),
     "face": (
         ("supports.left=rollers",),

@@ -73,6 +73,17 @@ def test_edges_that_a_mesh_does_not_have_are_refused(tmp_path: Path, h: str) -> 
 
 
 @needs_gmsh
+def test_an_h_that_a_mesher_was_asked_for_is_that_of_its_mesh(tmp_path: Path) -> None:
+    """Its mean edge is some per cent shorter, and an h above that was refused."""
+    here = folder(tmp_path, "0.05", fault=None)
+    mean = parse_case(ASKED, folder=here).outline.h
+    assert 0.95 * 0.05 < mean < 0.05
+    assert parse_case(ASKED, ("domain.h=0.05",), folder=here).outline.h == mean
+    with pytest.raises(InputError, match="at most the mean edge"):
+        parse_case(ASKED, ("domain.h=0.06",), folder=here)
+
+
+@needs_gmsh
 def test_with_refinement_such_edges_are_made_by_splitting(tmp_path: Path) -> None:
     """0.05 is halved twice to 0.012, and no part of the mesh is then told to be too coarse."""
     here = folder(tmp_path, "0.05", fault=None)

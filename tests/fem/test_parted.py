@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from staffa.case.check import water_pressure
 from staffa.case.reading.read import parse_case
 from staffa.errors import PartedError
-from staffa.evolution.loose_parts import loose_part, number_parts
+from staffa.evolution.loose_parts import SHARE, loose_part, number_parts
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import build
@@ -175,3 +176,7 @@ def test_wide_cracks_are_no_load_that_nothing_carries() -> None:
     with system.energy.without_residual_stiffness():
         assert whole > 1.01 * system.energy.stored(), "cracks must be wide"
     system.destroy()
+
+
+def test_a_check_counts_what_residual_stiffness_may_carry_as_a_run_does() -> None:
+    assert water_pressure.CARRIED == SHARE

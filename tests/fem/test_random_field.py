@@ -147,6 +147,19 @@ def test_a_linear_field_of_a_file_is_met_exactly_and_beyond_its_mesh_is_no_numbe
     assert found(np.zeros((3, 0))).shape == (0,)
 
 
+def test_values_of_a_field_are_those_of_pyvista_to_the_bit(tmp_path):
+    """So do runs with fields in files stay what they were before PyVista was left out."""
+    mesh = pyvista.ImageData(dimensions=(4, 5, 6)).to_tetrahedra(12)
+    mesh.point_data["E"] = np.random.default_rng(0).uniform(size=mesh.n_points)
+    mesh.save(tmp_path / "E.vtu")
+    places = np.random.default_rng(1).uniform(-0.5, 5.5, size=(500, 3))
+    found = pyvista.PolyData(places).sample(mesh)
+    inside = found["vtkValidPointMask"].astype(bool)
+    values = read_field(tmp_path / "E.vtu", "E")(places.T)
+    assert 100 < inside.sum() < 400
+    assert np.array_equal(values, np.where(inside, found["E"], np.nan), equal_nan=True)
+
+
 def test_a_field_of_cells_is_that_of_the_cell_around(tmp_path):
     found = read_field(written(tmp_path, per_cell=True), "E")
     assert list(found(np.array([[0.7, 0.3], [0.2, 0.8], [0.0, 0.0]]))) == [1.0, 2.0]

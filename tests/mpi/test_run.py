@@ -150,8 +150,5 @@ def test_run_says_what_check_warns_of(tmp_path: Path) -> None:
         assert done.stdout.count(warned) == 1, done.stdout
         assert (where / "run.log").read_text().count(warned) == 1
     checked = launch(1, "check", CASES / "bar.toml", *SHORT).stdout
-    assert (
-        "warning: supports.right.x: the table ends" in checked and "nothing is off" not in checked
-    )
-    noted = launch(1, "check", CASES / "layered.toml").stdout
-    assert "note: supports of left, right" in noted and "nothing is off" in noted
+    assert "warning: supports.right.x: the table ends" in checked
+    assert checked.splitlines()[-1].startswith("1 warning")

@@ -37,6 +37,7 @@ from staffa.io.own_files import GENERATOR, write_aside
 from staffa.io.run_directory import CASE, MANIFEST, STEPS, Run, fields_name, open_run
 from staffa.io.vtkhdf import VtkMesh
 from staffa.plot.frames import Frame, read_frames
+from staffa.records.manifest import Own
 from staffa.records.status import Status
 from staffa.records.step import Energies, Step
 from staffa.report.drawing import draw_pair
@@ -264,13 +265,40 @@ def test_faces_that_a_shape_names_are_compared_too() -> None:
     other = parse_case(to_toml(case), ['heat.hole.T="60 °C"'])
 
     def differing(own_load: object) -> list[str]:
-        run = SimpleNamespace(manifest=SimpleNamespace(own_load=own_load))
+        run = SimpleNamespace(manifest=SimpleNamespace(own_load=own_load, own=None))
         sides = [SimpleNamespace(case=c, run=run) for c in (case, other)]
         found = case_differences(SimpleNamespace(sides=sides, names=("a", "b")))
         return [row[0] for row in found.rows]
 
     assert differing(None) == ["heat.hole"]
     assert differing("a load") == [], "the case's cooling does not act under a load of a script"
+
+
+def test_laws_of_scripts_are_told_by_their_identities(tmp_path) -> None:
+    mine = Own(identity="Mine(p=2)", values=(0.0, 1.0))
+    yours = replace(mine, identity="Yours()")
+    near, apart = (replace(mine, values=(0.0, 1.0 + d)) for d in (1e-13, 1e-3))
+
+    def told(one: dict[str, Own], other: dict[str, Own], mesh: str = "m") -> tuple:
+        for name, own in (("a", one), ("b", other)):
+            shutil.rmtree(tmp_path / name, ignore_errors=True)
+            run_at(tmp_path / name, own=own, mesh=mesh if name == "b" else "m")
+        return case_differences(read_pair(tmp_path / "a", tmp_path / "b")).rows
+
+    said = "Mine(p=2), of a script"
+    assert told({"damage": mine}, {"damage": yours}) == (
+        ("damage.law", said, "Yours(), of a script"),
+    )
+    assert told({"damage": mine, "split": yours}, {}) == (
+        ("damage.law", said, '"AT1"'),
+        ("damage.split", "Yours(), of a script", '"none"'),
+    )
+    assert told({"damage": mine}, {"damage": near}) == ()
+    assert told({"damage": mine}, {"damage": apart}) == (
+        ("damage.law", said, f"{said}, but with other values"),
+    )
+    assert told({"temperature": mine}, {"temperature": apart}, mesh="finer") == ()
+    assert told({"temperature": mine}, {})[0] == ("temperature", said, "of the case")
 
 
 def test_the_same_number_in_another_unit_is_no_difference(pair) -> None:
@@ -458,6 +486,8 @@ def test_the_page_holds_the_tables_and_pictures_that_show_something(pair, tmp_pa
         for row in found.rows:
             assert "".join(f"<td>{cell}</td>" for cell in row) in text
     assert "Version, ranks, mesh and derived numbers do not differ." in text
+    runs = [side.run.path for side in pair.sides]
+    assert f"staffa compare {runs[0]} {runs[1]} --out {tmp_path / 'deep' / 'out'}" in text
     assert not list((tmp_path / "deep").rglob("*.staffa-part"))
 
 

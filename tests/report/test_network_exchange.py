@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from staffa.io.run_directory import Run
 from staffa.measure.network import Network, polylines
 from staffa.measure.planar_polygons import planar_polygons
 from staffa.results.network_exchange import write_outline, write_polygons, write_traces
+from support.paths import DOCS
 
 # A fork of three branches, and a crack apart from it: points, segments, openings (m).
 POINTS = [(0.5, 0.0), (0.5, 0.3), (0.3, 0.6), (0.7, 0.6), (1.2, 0.0), (1.2, 0.2), (1.2, 0.4)]
@@ -192,6 +194,29 @@ def test_the_files_of_polygons_have_the_same_polygons(tmp_path: Path) -> None:
     assert [len(polygon) // 3 for polygon in polygons] == [int(row["corners"]) for row in rows]
     for polygon, cell in zip(polygons, shapes.cell, strict=True):
         assert np.reshape(polygon, (-1, 3)) == pytest.approx(np.asarray(cell.points), abs=1e-6)
+
+
+def test_the_file_for_dfnworks_has_the_polygons_about_the_middle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its documentation: "nPolygons: 13", then "5 {x1, y1, z1} {x2, y2, z2} ..." a line."""
+    size, folder = (2.0, 1.0, 1.0), tmp_path / "runs" / "my" / "network"
+    folder.mkdir(parents=True)
+    run = drawn_run(tmp_path / "run", size)
+    *_, corners = write_polygons(folder, run, drawn_step(4, size, None), sheet(10, 90.0))
+    page = (DOCS / "how-to" / "networks.md").read_text(encoding="utf-8")
+    (script,) = re.findall(r"```python\n(import csv.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(script, {})
+    head, *lines = (folder / "polygons.dat").read_text().splitlines()
+    known = [line for line in corners.read_text().splitlines() if not line.startswith("#")][1:]
+    assert head == f"nPolygons: {len(known)}"
+    for line, row in zip(lines, known, strict=True):
+        count, rest = line.split(" ", 1)
+        places = [list(map(float, one.split(","))) for one in re.findall(r"{(.*?)}", rest)]
+        assert len(places) == int(count)
+        expected = np.reshape(list(map(float, row.split(","))), (-1, 3)) - np.array(size) / 2
+        assert np.array(places) == pytest.approx(expected)
 
 
 def test_no_crack_gives_files_without_a_polygon(tmp_path: Path) -> None:

@@ -262,6 +262,7 @@ def test_a_point_whose_runs_are_of_another_case_is_told_of(tmp_path: Path) -> No
 def test_the_command_that_repeats_is_true_of_seeds_with_gaps(tmp_path: Path) -> None:
     study = drawn_study(tmp_path / "s", "a.b=1,2", seeds=2)
     ((_, command),) = study_again(study)
+    assert command.startswith("mpiexec -n 2 staffa study "), "as many ranks as the runs had"
     assert "--over 'a.b=[1, 2]' --seeds 2 --first 0 --out" in command
     ensemble = study.ensembles[1]
     ((_, command),) = ensemble_again(ensemble)
@@ -270,7 +271,7 @@ def test_the_command_that_repeats_is_true_of_seeds_with_gaps(tmp_path: Path) -> 
     for said in (ensemble_again(gap), study_again(replace(study, ensembles={1: gap}))):
         assert said[0][0].startswith("Its seeds, 0, 2, are not one range") and not said[0][1]
     alone = replace(ensemble, runs={1: ensemble.runs[1]})
-    assert ensemble_again(alone)[0][1].startswith("staffa run seed-1/case.toml")
+    assert ensemble_again(alone)[0][1].startswith("mpiexec -n 2 staffa run seed-1/case.toml --out")
     one, other = study.plan.points
     pairs = (replace(one, texts=("1", "1")), replace(other, texts=("2", "2")))
     union = replace(study.plan, parameters=study.plan.parameters * 2, points=pairs)

@@ -224,6 +224,8 @@ def test_an_ensemble_runs_its_members_side_by_side(real: Path, tmp_path: Path) -
 @pytest.mark.slow
 def test_the_demonstration_is_the_ready_case_slab(tmp_path: Path) -> None:
     """Stopped at once; its files are those of a run that goes on."""
-    done = staffa(tmp_path, "demo", "--wall-time", "1 s")
+    done = staffa(tmp_path, "demo", "--set", "toughness.seed=2", "--wall-time", "1 s")
     assert done.returncode == 3 and "`staffa resume runs/demo` goes on" in done.stderr, done.stderr
-    assert read_case(tmp_path / "runs" / "demo" / "case.toml") == ready_case("slab")
+    assert read_case(tmp_path / "runs" / "demo" / "case.toml") == ready_case(
+        "slab", ["toughness.seed=2"]
+    )

@@ -84,8 +84,7 @@ def check(case_file: CaseFile, settings: Settings = None, outside: Outside = Fal
         out.print(f"[yellow]warning:[/yellow] {escape(sentence)}")
     for sentence in said.notes:
         out.print(f"[cyan]note:[/cyan] {escape(sentence)}")
-    if not said.warnings:
-        out.print("[green]nothing is off[/green]")
+    out.print(f"[{'yellow' if said.warnings else 'green'}]{said.verdict}[/]")
 
 
 @app.command("run", epilog=EXIT_CODES)
@@ -118,6 +117,7 @@ def run_command(
 @app.command(epilog=EXIT_CODES)
 def demo(
     directory: Annotated[Path, typer.Option("--out", help="run directory")] = Path("runs/demo"),
+    settings: Settings = None,
     wall_time: WallTime = None,
     quiet: Quiet = False,
 ) -> None:
@@ -128,7 +128,12 @@ def demo(
     limit = wall_time_seconds(wall_time)
     from staffa.cli.live import run_and_follow  # loads the finite-element stack
 
-    run_and_follow(lambda: ready_cases.ready_case("slab"), directory, quiet=quiet, wall_time=limit)
+    run_and_follow(
+        lambda: ready_cases.ready_case("slab", settings or []),
+        directory,
+        quiet=quiet,
+        wall_time=limit,
+    )
 
 
 @app.command("resume", epilog=EXIT_CODES)

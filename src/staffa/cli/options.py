@@ -7,7 +7,7 @@ import typer
 
 CaseFile = Annotated[Path, typer.Argument(help="a case file (TOML)", show_default=False)]
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", help="section.key=value, put over the file")
+    list[str] | None, typer.Option("--set", help="section.key=value, put over the case")
 ]
 Outside = Annotated[
     bool, typer.Option("--outside", help="the case may name files outside its folder")

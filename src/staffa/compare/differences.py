@@ -22,15 +22,22 @@ LABELS = {
     **{"cells": "cells at the start", "unknowns": "unknowns at the start"},
     **{"toughness_factor": "effective Gc over Gc", "tip_reach": "tip reach"},
 }
+# Keys of a case in whose place a script may give an object, by the name of its argument.
+GIVEN = {"damage": "damage.law", "split": "damage.split", "temperature": "temperature"}
 Facts = Iterable[tuple[str, Any]]
 
 
 def case_differences(pair: Pair) -> Table:
     """Return the keys whose values differ, defaults resolved; 5 mm and 0.005 m do not.
 
-    Files that the cases name are told by the first digits of their SHA-256.
+    Files that the cases name are told by the first digits of their SHA-256. What a script gave in
+    place of keys stands in their place, by its identity.
     """
-    rows = _rows(pair, _keys, inline)
+    owns = [side.run.manifest.own or {} for side in pair.sides]
+    given = {key for name, key in GIVEN.items() if any(name in own for own in owns)}
+    rows = tuple(_given(pair, name) for name in GIVEN if GIVEN[name] in given)
+    rows = tuple(row for row in rows if row[1] != row[2])
+    rows += tuple(row for row in _rows(pair, _keys, inline) if row[0] not in given)
     rows += _rows(pair, lambda side: _files(side.case), _fact)
     return _table(pair, "case", rows, "The cases do not differ.")
 
@@ -64,6 +71,37 @@ def _rows(
     return tuple(row for row in told if row[1] != row[2])
 
 
+def _given(pair: Pair, name: str) -> tuple[str, ...]:
+    """Return the row of what a script gave at least one of the runs.
+
+    Parameters
+    ----------
+    pair : the two runs.
+    name : name of the argument, of GIVEN.
+    """
+    manifests = [side.run.manifest for side in pair.sides]
+    found = [(manifest.own or {}).get(name) for manifest in manifests]
+    one, other = (
+        _of_the_case(side.case, name) if own is None else f"{own.identity}, of a script"
+        for own, side in zip(found, pair.sides, strict=True)
+    )
+    a, b = found
+    # Values of a load are those at the vertices of a mesh.
+    known = name != "temperature" or manifests[0].mesh == manifests[1].mesh
+    if a is not None and b is not None and known and a.identity == b.identity and not a.alike(b):
+        other += ", but with other values"
+    return GIVEN[name], one, other
+
+
+def _of_the_case(case: Case, name: str) -> str:
+    """Return the law or split of the case; its temperature has separate rows."""
+    return (
+        "of the case"
+        if name == "temperature"
+        else inline(getattr(case.damage, GIVEN[name].partition(".")[2]))
+    )
+
+
 def _keys(side: Side) -> Iterator[tuple[str, Any]]:
     """Yield the keys of a case that act: a load of a script takes the place of its cooling."""
     replaced = ("temperature", "heat") if side.run.manifest.own_load else ()
@@ -87,7 +125,6 @@ def _files(case: Case) -> Iterator[tuple[str, Any]]:
 def _facts(manifest: Manifest) -> Iterator[tuple[str, Any]]:
     yield from ((LABELS.get(name, name), getattr(manifest, name)) for name in FACTS)
     yield "planned times", len(manifest.times)
-    yield from ((f"{name} of a script", own.identity) for name, own in (manifest.own or {}).items())
     yield from manifest.scales.items()
     yield from ((f"{name}, version", version) for name, version in manifest.versions.items())
     yield from ((f"PETSc {name}", value) for name, value in manifest.petsc_options.items())

@@ -1,20 +1,20 @@
 """Fields in files, each on its mesh: read once, and evaluated at any points."""
 
 import hashlib
-import logging
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from staffa.backend.guarded_reading import read_apart
 from staffa.backend.one_file import require_alone
 from staffa.errors import InputError, choices
+from staffa.properties.mesh_parts import MeshParts
 from staffa.properties.point_table import table_mesh
+
+if TYPE_CHECKING:
+    from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
 MANY = 30  # more cells than can meet in a body that is smaller than each of them
 # Files that name no others, in which numbers might be that a run does not keep.
@@ -47,18 +47,15 @@ class MeshField:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Interpolate at points x, shape (3, n), linear within each cell; NaN outside."""
-        import pyvista  # takes seconds to load, and few cases need it
+        from staffa.properties.vtk_mesh import values_at  # few cases need it
 
         if x.shape[1] == 0:
             return np.zeros(0)
-        mesh = self._mesh()
-        (mesh.cell_data if self.per_cell else mesh.point_data)["value"] = self.values
-        places = np.ascontiguousarray(x.T, dtype=float)
-        found = pyvista.PolyData(places).sample(mesh)
-        inside = np.asarray(found["vtkValidPointMask"], dtype=bool)
-        values = np.where(inside, np.asarray(found["value"], dtype=float), np.nan)
-        if self.slack and not inside.all():
-            values[~inside] = self._beside(mesh, places[~inside])
+        mesh, places = self._mesh(), np.ascontiguousarray(x.T, dtype=float)
+        values = values_at(mesh, self.values, places, per_cell=self.per_cell)
+        outside = np.isnan(values)
+        if self.slack and outside.any():
+            values[outside] = self._beside(mesh, places[outside])
         return values
 
     def reaching(self, slack: float) -> "MeshField":
@@ -75,38 +72,38 @@ class MeshField:
 
         None if the points lie in many cells, or beside all.
         """
+        from staffa.properties.vtk_mesh import cell_points, cells_at
+
         mesh = self._mesh()
-        found = np.unique(mesh.find_containing_cell(np.ascontiguousarray(x.T, dtype=float)))
+        found = np.unique(cells_at(mesh, np.ascontiguousarray(x.T, dtype=float)))
         if len(found) > MANY or found.min() < 0:
             return None
-        extents = [np.ptp(np.asarray(mesh.get_cell(int(k)).points), axis=0) for k in found]
+        extents = [np.ptp(cell_points(mesh, int(k)), axis=0) for k in found]
         return np.asarray(np.min(extents, axis=0))
 
-    def _mesh(self) -> Any:
-        import pyvista
+    def _mesh(self) -> "vtkUnstructuredGrid":
+        from staffa.properties.vtk_mesh import made_mesh
 
-        return pyvista.UnstructuredGrid(self.cells, self.types, self.points)
+        return made_mesh(self.points, self.cells, self.types)
 
-    def _beside(self, mesh: Any, places: np.ndarray) -> np.ndarray:
+    def _beside(self, mesh: "vtkUnstructuredGrid", places: np.ndarray) -> np.ndarray:
         """Return values at the nearest places of the mesh, NaN beyond slack; places: (n, 3)."""
-        cells, nearest = mesh.find_closest_cell(places, return_closest_point=True)
+        from staffa.properties.vtk_mesh import nearest_places
+
+        cells, nearest = nearest_places(mesh, places)
         values = np.full(len(places), np.nan)
         near = np.linalg.norm(nearest - places, axis=1) <= self.slack
         for k in np.flatnonzero(near & (cells >= 0)):
             values[k] = self._in_cell(mesh, int(cells[k]), nearest[k])
         return values
 
-    def _in_cell(self, mesh: Any, number: int, place: np.ndarray) -> float:
+    def _in_cell(self, mesh: "vtkUnstructuredGrid", number: int, place: np.ndarray) -> float:
         """Return the value in a cell at a place of it."""
-        from vtkmodules.vtkCommonCore import reference
+        from staffa.properties.vtk_mesh import weights_in_cell
 
         if self.per_cell:
             return float(self.values[number])
-        cell = mesh.GetCell(number)
-        ids = [cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]
-        weights = [0.0] * len(ids)
-        part, far = reference(0), reference(0.0)
-        cell.EvaluatePosition(place.tolist(), [0.0] * 3, part, [0.0] * 3, far, weights)
+        ids, weights = weights_in_cell(mesh, number, place)
         return float(np.dot(weights, self.values[ids]))
 
 
@@ -172,14 +169,14 @@ def field_in(path: Path, name: str, counted: dict[str, Any]) -> MeshField:
     if path.suffix.lower() == ".vtkhdf":
         require_alone(path, str(path))
     mesh, counting = _mesh(path), Counting(**counted)
-    found = dict(mesh.cell_data.items()) | dict(mesh.point_data.items())
+    found = mesh.in_cells | mesh.at_points
     if name not in found:
         held = choices(name, found) if found else "it has none"
         raise InputError(f"the file has no field '{name}'; {held}")
-    values = _numbers(np.asarray(found[name]), name, counting.component)
+    values = _numbers(found[name], name, counting.component)
     if not np.all(np.isfinite(values)):
         raise InputError(f"'{name}' is not finite everywhere; correct the file")
-    per_cell = name not in dict(mesh.point_data.items())
+    per_cell = name not in mesh.at_points
     return _field(mesh, values.astype(float), counting, per_cell=per_cell, path=path)
 
 
@@ -195,13 +192,13 @@ def _numbers(values: np.ndarray, name: str, component: int | None) -> np.ndarray
 
 
 def _field(
-    mesh: Any, values: np.ndarray, counting: Counting, *, per_cell: bool, path: Path
+    mesh: MeshParts, values: np.ndarray, counting: Counting, *, per_cell: bool, path: Path
 ) -> MeshField:
     scaled = values if counting.one == 1 and counting.zero == 0 else _counted(values, counting)
     arrays: dict[str, Any] = {
         "points": counting.length * np.asarray(mesh.points, dtype=float),
-        "cells": np.asarray(mesh.cells),
-        "types": np.asarray(mesh.celltypes),
+        "cells": mesh.cells,
+        "types": mesh.types,
         "values": scaled,
     }
     digest = hashlib.sha256(b"".join(a.tobytes() for a in arrays.values())).hexdigest()
@@ -212,29 +209,13 @@ def _counted(values: np.ndarray, counting: Counting) -> np.ndarray:
     return counting.zero + (counting.one - counting.zero) * values
 
 
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Within it, VTK and PyVista print and log nothing of what is said in a sentence after it."""
-    import pyvista
-
-    before = logging.root.manager.disable
-    logging.disable(logging.CRITICAL)
-    try:
-        with pyvista.vtk_verbosity("off"), warnings.catch_warnings(action="ignore"):
-            yield
-    finally:
-        logging.disable(before)
-
-
-def _mesh(path: Path) -> Any:
-    import pyvista
-
+def _mesh(path: Path) -> MeshParts:
     if path.suffix.lower() == ".csv":
         return table_mesh(path)
-    mesh = None
-    with _silence(), suppress(Exception):
-        mesh = pyvista.read(path).cast_to_unstructured_grid()
-    if mesh is None or mesh.n_cells == 0:
+    from staffa.properties.vtk_mesh import mesh_in
+
+    mesh = mesh_in(path)
+    if mesh is None:
         raise InputError(
             f"{path} holds no mesh that can be read; write it with ParaView or meshio, as .vtu"
         )

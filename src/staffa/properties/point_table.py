@@ -2,12 +2,12 @@
 
 import csv
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy
 
 from staffa.errors import InputError
+from staffa.properties.mesh_parts import MeshParts
 
 # Names of the coordinates; the later ones are ParaView's.
 COORDINATES = (("x", "Points:0", "Points_0"), ("y", "Points:1", "Points_1"))
@@ -20,8 +20,8 @@ SLIVER = 1e-9  # part of the box around the points below which a cell has no vol
 TRIANGLE, TETRAHEDRON = 5, 10  # as VTK counts cells
 
 
-def table_mesh(path: Path) -> Any:
-    """Return the points of a table as a mesh of PyVista, with its other columns as fields.
+def table_mesh(path: Path) -> MeshParts:
+    """Return the points of a table as a mesh, with its other columns as fields.
 
     The points are joined by Delaunay's triangulation, so that values are linear between them.
 
@@ -30,16 +30,17 @@ def table_mesh(path: Path) -> Any:
     InputError
         It is no such table, or its points lie on a line.
     """
-    import pyvista
-
     columns = _columns(path)
     points = _points(path, columns)
     cells = _joined(path, points)
-    kind = TRIANGLE if cells.shape[1] == 3 else TETRAHEDRON
-    mesh = pyvista.UnstructuredGrid({kind: cells}, points)
-    for name, values in columns.items():
-        mesh.point_data[name] = values
-    return mesh
+    corners = cells.shape[1]
+    return MeshParts(
+        points=points,
+        cells=np.insert(cells, 0, corners, axis=1).astype(np.int64).ravel(),
+        types=np.full(len(cells), TRIANGLE if corners == 3 else TETRAHEDRON, dtype=np.uint8),
+        at_points=columns,
+        in_cells={},
+    )
 
 
 def _columns(path: Path) -> dict[str, np.ndarray]:

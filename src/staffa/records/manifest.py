@@ -8,6 +8,8 @@ from staffa.display_units import Magnitudes, Shown, Unit, choose_display_units
 from staffa.records.reservoir_facts import ReservoirFacts
 from staffa.records.step import Measures
 
+SAME = 1e-9  # part of the largest value by which two values of the same object may differ
+
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
@@ -42,6 +44,18 @@ class Own:
     identity: str
     values: tuple[float, ...] = ()
     at: tuple[float, ...] = ()
+
+    def alike(self, other: "Own") -> bool:
+        """Return True if the values are those of another one, but for round-off.
+
+        Parameters
+        ----------
+        other : an object that was tried at the same places and times.
+        """
+        pairs = list(zip(self.values, other.values, strict=False))
+        bound = SAME * max((abs(value) for pair in pairs for value in pair), default=0.0)
+        same = len(self.values) == len(other.values)
+        return same and all(abs(a - b) <= bound for a, b in pairs)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -107,7 +107,7 @@ def draw_pair(pair: Pair, folder: Path) -> Drawn:
         The folder cannot be written to.
     """
     figures, skipped = pair_figures(pair)
-    return _written(folder, figures, skipped, partial(pair_page, pair))
+    return _written(folder, figures, skipped, partial(pair_page, pair, folder))
 
 
 def _written(

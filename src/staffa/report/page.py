@@ -147,12 +147,13 @@ def ensemble_page(
     )
 
 
-def pair_page(pair: Pair, pictures: Sequence[Picture], skipped: Sequence[str]) -> str:
+def pair_page(pair: Pair, folder: Path, pictures: Sequence[Picture], skipped: Sequence[str]) -> str:
     """Return the page of two runs: whether they agree, what differs, results, pictures, cases.
 
     Parameters
     ----------
     pair : the two runs.
+    folder : folder of the page.
     pictures : pictures with their curves.
     skipped : a sentence on each that could not be drawn.
     """
@@ -171,7 +172,7 @@ def pair_page(pair: Pair, pictures: Sequence[Picture], skipped: Sequence[str]) -
         skipped=skipped,
         cases=[(f"Case of {side.name}", side.run.case) for side in pair.sides],
         origins=[f"{side.name}: {origin(side.run)}" for side in pair.sides],
-        repeated=pair_again(pair),
+        repeated=pair_again(pair, folder),
         made_by=versions_table({side.name: side.run for side in pair.sides}),
     )
 

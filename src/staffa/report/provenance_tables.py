@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from math import prod
+from pathlib import Path
 from shlex import quote
 
 from staffa.compare.pair import Pair
@@ -33,23 +34,28 @@ def versions_table(runs: Mapping[str, Run]) -> Table:
 
 def run_again(run: Run) -> Repeated:
     """Return how to repeat a run."""
+    return _again(run, f"run {CASE}")
+
+
+def _again(run: Run, command: str) -> Repeated:
+    """Return how to repeat a command of staffa, as on the ranks of a run."""
     if run.manifest.own:
         given = ", ".join(run.manifest.own)
         return ((f"A script gave what no case file has ({given}): start this script again.", ""),)
     ranks = run.manifest.ranks
     launcher = f"mpiexec -n {ranks} " if ranks > 1 else ""
-    return ((HERE, f"{launcher}staffa run {CASE} --out {AGAIN}"),)
+    return ((HERE, f"{launcher}staffa {command} --out {AGAIN}"),)
 
 
 def ensemble_again(ensemble: Ensemble) -> Repeated:
     """Return how to repeat an ensemble."""
     first, count = min(ensemble.runs), len(ensemble.runs)
     if count == 1:
-        return ((HERE, f"staffa run {quote(ensemble.first.path.name)}/{CASE} --out {AGAIN}"),)
+        return _again(ensemble.first, f"run {quote(ensemble.first.path.name)}/{CASE}")
     if not _is_one_range(ensemble.runs):
         return ((_not_one_range(ensemble.runs), ""),)
     case = f"{quote(ensemble.first.path.name)}/{CASE}"
-    return ((HERE, f"staffa ensemble {case} --seeds {count} --first {first} --out {AGAIN}"),)
+    return _again(ensemble.first, f"ensemble {case} --seeds {count} --first {first}")
 
 
 def study_again(study: Study) -> Repeated:
@@ -65,8 +71,7 @@ def study_again(study: Study) -> Repeated:
     case = study.first.path.relative_to(study.path) / CASE
     over = [f"--over {quote(f'{k}=[{", ".join(v)}]')}" for k, v in zip(keys, values, strict=True)]
     chosen = f"--seeds {len(seeds)} --first {min(seeds)}"
-    command = f"staffa study {quote(str(case))} {' '.join(over)} {chosen} --out {AGAIN}"
-    return ((HERE, command),)
+    return _again(study.first, f"study {quote(str(case))} {' '.join(over)} {chosen}")
 
 
 def _is_one_range(seeds: Collection[int]) -> bool:
@@ -78,10 +83,17 @@ def _not_one_range(seeds: Collection[int]) -> str:
     return f"Its seeds, {told}, are not one range: repeat each range with --seeds and --first."
 
 
-def pair_again(pair: Pair) -> Repeated:
-    """Return how to compare two runs again."""
-    one, other = (quote(str(side.run.path)) for side in pair.sides)
-    return (("In the folder from which they were compared:", f"staffa compare {one} {other}"),)
+def pair_again(pair: Pair, folder: Path) -> Repeated:
+    """Return how to compare two runs again.
+
+    Parameters
+    ----------
+    pair : the two runs.
+    folder : folder of their page, as it was named.
+    """
+    named = [quote(str(path)) for path in (*(side.run.path for side in pair.sides), folder)]
+    command = "staffa compare {} {} --out {}".format(*named)
+    return (("In the folder from which they were compared:", command),)
 
 
 def _programs(run: Run) -> dict[str, str]:

@@ -28,8 +28,6 @@ from staffa.setup.object_identity import object_identity, said_identity
 
 # How the arguments are called in sentences.
 WORDS = {"damage": "law", "split": "split", "temperature": "load"}
-# Two that give values nearer than this part of the largest one are the same.
-SAME = 1e-9
 # Functions of place by which a load is known, and the turns that each makes along x, y and z.
 WAVES, TURNS = 6, np.array([1.0, 2**0.5, 3**0.5]) / 2
 
@@ -265,15 +263,8 @@ def require_same(given: Given, own: dict[str, Own] | None, setup: Problem, run: 
                 f"{run} was run with the {WORDS[name]} {then.identity}, not {now.identity}; go on "
                 f"with the same one"
             )
-        if not _alike(now.values, then.values):
+        if not now.alike(then):
             raise InputError(
                 f"{run} was run with another {WORDS[name]} of the same name, {now.identity}, which "
                 f"gave other values; go on with the same one"
             )
-
-
-def _alike(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    if len(one) != len(other):
-        return False
-    a, b = np.array(one), np.array(other)
-    return bool(np.all(np.abs(a - b) <= SAME * max([1e-300, *np.abs(a), *np.abs(b)])))

@@ -29,11 +29,12 @@ from staffa.case.values.subdomains import (
     temperature_changes,
 )
 from staffa.geometry.block import broken_layer_thickness
-from staffa.physics.damage import COHESIVE, effective_gc_factor
+from staffa.physics.damage import COHESIVE, effective_gc_factor, strength
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
 
 Fact = tuple[str, str, str]
+TOLD = 1e-3  # part by which a split must add to the strength to be told
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +51,18 @@ class Preview:
     facts: tuple[Fact, ...]
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> str:
+        """Return the last line of a check, which counts its warnings and notes."""
+        counted = [
+            f"{len(said)} {word}{'s' if len(said) > 1 else ''}"
+            for word, said in (("warning", self.warnings), ("note", self.notes))
+            if said
+        ]
+        if not self.warnings:
+            counted = ["no warning", *counted] if counted else ["nothing is off"]
+        return ", ".join(counted)
 
 
 def preview(case: Case) -> Preview:
@@ -145,17 +158,31 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
     if case.damage.law == COHESIVE:
         irwin = case_irwin_length(case)
         told = f"strength of a bar at any ell, with {softening(case)} softening"
-        facts.append(("sigma_c", sigma, told))
+        facts.append(("sigma_c", sigma, told + _of_split(case, derived)))
         told = f"Irwin's length E Gc/sigma_c^2, {irwin / float(case.damage.ell):.3g} ell"
         facts.append(("l_ch", amount(case, irwin, "m"), told))
     else:
-        facts.append(("sigma_c", sigma, f"strength of a bar with {derived.law.name} and this ell"))
+        told = f"strength of a bar with {derived.law.name} and this ell"
+        facts.append(("sigma_c", sigma, told + _of_split(case, derived)))
     if not case.temperature.acts:
         strain = derived.sigma_c / derived.rock.E
         sooner = ["the given cracks may grow sooner"] if case.cracks else []
         told = "; ".join(["sigma_c/E", *sooner, *forced(case)])
         facts.append(("will it crack", f"at a strain of {strain:.3g}", told))
     return facts
+
+
+def _of_split(case: Case, derived: Numbers) -> str:
+    """Return what the energy split adds to the strength; empty if nothing."""
+    rock, ell = derived.rock, float(case.damage.ell)
+    plain = strength(derived.law, E=rock.E, Gc=rock.Gc, ell=ell)
+    if derived.sigma_c < (1 + TOLD) * plain:
+        return ""
+    key = "damage.strength, " if case.damage.law == COHESIVE else ""
+    return (
+        f"; {key}{amount(case, plain, 'Pa', digits=4)}, is that without a split: "
+        f"{case.damage.split} keeps the energy of the lateral contraction from the damage"
+    )
 
 
 def split_facts(case: Case, derived: Numbers) -> list[Fact]:

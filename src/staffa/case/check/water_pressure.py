@@ -20,6 +20,9 @@ from staffa.reservoir.permeability import WIDEST
 
 # Part of the strength that presses no crack shut which cooling opens.
 SLIGHT = 0.02
+# Part of the elastic energy up to which residual stiffness may carry a load; that of
+# `evolution.loose_parts`.
+CARRIED = 1e-2
 
 
 def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
@@ -38,7 +41,8 @@ def pressure_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     resisted = float(slope(law.w, 0.0)) * rock.Gc / (4 * law.c_w * ell)
     if share <= 0:
         return
-    yield from _of_flow(case, resisted / share)
+    told = list(_of_flow(case, resisted / share))
+    yield from told or _of_broken_rock(case, derived)
     yield from _of_cooled_pores(case, derived, resisted / share)
 
 
@@ -84,6 +88,34 @@ def _of_flow(case: Case, allowed: float) -> Iterator[str]:
         f"damages all of this rock; take opening >= {wider}, damage.ell <= "
         f"{at_most(case, float(case.damage.ell) / over, 'm')}, or a rate <= "
         f"{at_most(case, rate, 'kg/s')}"
+    )
+
+
+def _of_broken_rock(case: Case, derived: Numbers) -> Iterator[str]:
+    """Warn of a pressure that rock broken all through, at a cooled wall, does not bear.
+
+    Residual stiffness eta E alone supports it. Under a pressure p it stores p^2/(2 eta E), and the
+    rock beside it up to sigma_c^2/(2 E); a run ends where the former is more than CARRIED of all.
+    So p may be sqrt(CARRIED eta) sigma_c. With feedback the fracture opens, and p falls.
+    """
+    wells, sides = doublet(case), fractured_sides(case)
+    if case.dim != 2 or wells is None or len(sides) != 1 or reservoir_keys(case).feedback:
+        return
+    if derived.dT_c is None or derived.dT <= derived.dT_c:
+        return
+    ((side, fracture),) = sides.items()
+    left, rise = case.damage.residual_stiffness, _rise(case, wells, float(fracture.opening))
+    borne = (CARRIED * left) ** 0.5 * derived.sigma_c
+    if rise <= borne:
+        return
+    wider = at_least(case, float(fracture.opening) * (rise / borne) ** (1 / 3), "m")
+    rate = wells.rate * thickness(case) * borne / rise
+    yield (
+        f"reservoir.fractures, side = {inline(side)}: the water rises in pressure by up to "
+        f"{amount(case, rise, 'Pa')} from the producer to the injector, and above about "
+        f"{amount(case, borne, 'Pa')} rock at the wall that is broken all through does not bear "
+        f"it, so that the run may end with the body in two: damage.residual_stiffness = {left:g} "
+        f"alone supports it; take opening >= {wider}, or a rate <= {at_most(case, rate, 'kg/s')}"
     )
 
 

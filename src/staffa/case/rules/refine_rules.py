@@ -2,9 +2,11 @@
 
 from staffa.case.schema.case import Case
 from staffa.case.schema.domain_keys import BLOCKS
+from staffa.case.schema.quantity_text import amount, at_least, at_most
 from staffa.case.schema.shape_keys import Layers
 from staffa.case.schema.toml_text import inline
 from staffa.errors import InputError
+from staffa.geometry.block import divisions
 
 OFF = "or leave domain.refine out"
 
@@ -37,9 +39,32 @@ def refinement_is_possible(case: Case) -> None:
             f"of the rock; leave domain.refine out"
         )
     if not keys.halvings:
-        begin = "domain.refine.coarsest" if keys.refining.coarsest else "a sixteenth of the body"
-        raise InputError(
-            f"domain.refine = {inline(keys.refine)}: {begin} is not twice as long as domain.h = "
-            f"{inline(keys.h)}, or cells of h do not come of halving it; take a coarser start or a "
-            f"smaller domain.h, {OFF}"
+        raise InputError(f"domain.refine = {inline(keys.refine)}: {_not_halved(case)}, {OFF}")
+
+
+def _not_halved(case: Case) -> str:
+    """Return why no edge can be halved down to h, and what to take."""
+    keys, body = case.domain, case.outline
+    h, shown = float(keys.h or 0.0), f"domain.h = {inline(keys.h)}"
+    if body.edges is not None:
+        mean = body.edges.mean
+        return (
+            f"the mean edge of the mesh, {amount(case, mean, 'm')}, is not twice as long as "
+            f"{shown}, so no edge is halved; take domain.h <= {at_most(case, mean / 2, 'm')}, or "
+            f"a coarser mesh"
         )
+    if keys.longest < 2 * h * (1 - 1e-9):
+        given = keys.refining is not None and keys.refining.coarsest is not None
+        begin = "domain.refine.coarsest" if given else "a sixteenth of the body"
+        return (
+            f"{begin}, {amount(case, keys.longest, 'm')}, with which cells begin, is not twice as "
+            f"long as {shown}, so no edge is halved; take domain.h <= "
+            f'{at_most(case, keys.longest / 2, "m")}, or a coarser start, like coarsest = "4 h"'
+        )
+    counts = divisions(body.size, 2 * h)
+    ends = [length / count / 2 for length, count in zip(body.size, counts, strict=True)]
+    return (
+        f"a block has whole numbers of cells, and those that begin with 2 h would be "
+        f"{amount(case, min(ends), 'm')} long when halved, more than a sixth less than {shown}; "
+        f"take domain.h = {at_least(case, min(ends), 'm')}"
+    )

@@ -49,7 +49,8 @@ class DamageKeys(CaseTable):
     )
     strength: Strength | None = Field(
         default=None,
-        description="cohesive only, and needed there: stress that a bar of the rock bears",
+        description="cohesive only, and needed there: stress that a bar of the rock bears, "
+        "without an energy split",
         examples=["10 MPa"],
     )
     softening: Annotated[str, one_of(SOFTENING)] | None = Field(

@@ -160,10 +160,15 @@ class DomainKeys(CaseTable):
         if self.mesh is not None:
             edges = self._outline.edges if self._outline else None
             return halvings(edges.mean, float(h)) if edges else 0
-        longest = min(self._extent) / COARSEST
-        if keys.coarsest is not None:
-            longest = multiple(keys.coarsest) * float(h)
-        return halvings(longest, float(h), self._extent if self.is_block else ())
+        return halvings(self.longest, float(h), self._extent if self.is_block else ())
+
+    @property
+    def longest(self) -> float:
+        """Return the longest edge (m) with which cells of a block or a shape may begin."""
+        keys = self.refining
+        if keys is None or keys.coarsest is None:
+            return min(self._extent) / COARSEST
+        return multiple(keys.coarsest) * float(self.h or 0.0)
 
     @property
     def is_block(self) -> bool:
