@@ -20,13 +20,8 @@ from staffa.model.strain import principal_strains
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import LAWS, slope
 from staffa.physics.material import lame
-from staffa.physics.split import (
-    SPLITS,
-    driven_share,
-    is_linear_in_g,
-    is_quadratic_in_strain,
-    of_principal,
-)
+from staffa.physics.split import SPLITS, driven_share, is_linear_in_g, is_quadratic_in_strain
+from staffa.physics.strained import of_principal
 from staffa.records.step import Stop
 from support.bodies import body, rock
 

@@ -15,7 +15,8 @@ from staffa.case.values.subdomains import averages, is_uneven, subdomains_of
 from staffa.errors import InputError
 from staffa.loads.forces import Forces
 from staffa.physics.damage import strength
-from staffa.physics.split import NO_SPLIT, driven_density, of_principal
+from staffa.physics.split import NO_SPLIT, driven_density
+from staffa.physics.strained import of_principal
 
 
 def initial_normal_stresses(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
