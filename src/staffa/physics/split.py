@@ -13,6 +13,7 @@ import numpy as np
 
 from staffa.physics.material import SOLID, lame
 from staffa.physics.strained import Strained, across, negative, of_principal, positive
+from staffa.physics.strength_surface import StrengthSurface
 
 
 class EnergySplit(Protocol):
@@ -169,6 +170,7 @@ SPLITS: dict[str, EnergySplit] = {
     "spectral": Spectral(),
     "no-tension": NoTension(),
     "contact": Contact(),
+    StrengthSurface.name: StrengthSurface(),
 }
 
 
