@@ -229,12 +229,12 @@ def test_other_states_have_the_strengths_asked_for(state: str, name: str) -> Non
     assert largest_stress(problem, name) == pytest.approx(1.0, rel=0.02)
 
 
-def pulled_through(ell: float, h: float, factors, **more) -> Problem:
-    """Return a bar of length 1 whose middle is a little weaker, pulled apart."""
+def pulled_through(ell: float, h: float, factors, length: float = 1.0, **more) -> Problem:
+    """Return a bar whose middle is a little weaker, pulled apart."""
     law, split = cohesive(irwin=IRWIN, ell=ell), StrengthSurface(1.0, 10.0, residual=1e-6)
     sides = (
         SideSupport(side="left", components={0: no_displacement}),
-        SideSupport(side="right", components={0: lambda x, t: STRENGTH / STIFF * t}),
+        SideSupport(side="right", components={0: lambda x, t: STRENGTH / STIFF * length * t}),
         SideSupport(side="bottom", components={1: no_displacement}),
     )
     material = rock(
@@ -243,11 +243,11 @@ def pulled_through(ell: float, h: float, factors, **more) -> Problem:
         ell=ell,
         law=law,
         split=split,
-        toughness=lambda x: np.where(np.abs(x[0] - 0.5) < ell / 2, 0.99, 1.0),
+        toughness=lambda x: np.where(np.abs(x[0] - length / 2) < ell / 2, 0.99, 1.0),
     )
     stop = Stop(change=1e-5, residual=1e-3)
     return body(
-        (1.0, 2 * h),
+        (length, 2 * h),
         h,
         cells="quadrilateral",
         sides=sides,
@@ -271,15 +271,20 @@ def test_an_open_crack_has_cost_gc(ell: float) -> None:
     assert last.energies.surface / (2 * h * GC) == pytest.approx(expected, rel=0.01)
 
 
-def test_backtracking_goes_on_with_lower_energies_only() -> None:
-    """A bar that snaps breaks where a broken one has less energy, sooner than at its strength."""
-    factors = np.arange(0.7, 1.25, 0.05)
-    problem = pulled_through(0.1, 0.025, factors)
+def test_backtracking_breaks_a_long_bar_where_its_energy_is_that_of_a_crack() -> None:
+    """A bar three times as long as Irwin's length, at 0.83 of its strength, within two steps."""
+    factors, length, h = np.arange(0.75, 1.03, 0.05), 3 * IRWIN, 0.025
+    problem = pulled_through(0.1, h, factors, length)
     without = run(problem)
-    steps = run(replace(problem, backtracking=Backtracking()))
+    steps = kept(run(replace(problem, backtracking=Backtracking())))
     assert not any(step.audit.violations for step in [*without, *steps])
-    for one, other in zip(kept(steps), without, strict=True):
-        assert one.energies.total <= other.energies.total * (1 + 1e-6)
+    first, late = (
+        min(step.time for step in found if step.energies.surface > h * GC)
+        for found in (steps, without)
+    )
+    gc = effective_gc(problem.material, dim=2, h=h, cells="quadrilateral")
+    assert late > 0.99
+    assert first == pytest.approx(np.sqrt(2 * gc * STIFF / length) / STRENGTH, abs=0.1)
 
 
 @pytest.mark.parametrize("biaxial", [1.0, 0.85])

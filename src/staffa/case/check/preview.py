@@ -184,6 +184,8 @@ def _other_strengths(case: Case, derived: Numbers) -> list[Fact]:
 def split_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Return the energy split, by default or not, and the loads that may press rock."""
     split, reasons = str(case.damage.split), pressing(case)
+    if split == StrengthSurface.name:
+        return [("energy split", split, "its strengths are given, see above")]
     chosen = "by default, as" if is_by_default(case) else "asked for;"
     if not reasons:
         though = "asked for, though" if split != "none" else chosen
