@@ -51,9 +51,9 @@ def test_undamaged(name: str) -> None:
         assert density(name, principal, 1.0) == pytest.approx(psi(principal), rel=1e-12)
 
 
-@pytest.mark.parametrize("name", SPLITS)
+@pytest.mark.parametrize("name", OPEN_CRACKS)
 def test_damage_takes_no_more_than_all_of_the_energy(name: str) -> None:
-    """At least g psi is left of each strain."""
+    """At least g psi is left of each strain; strength-surface adds compliance instead."""
     for principal in ORDERED:
         assert density(name, principal, 0.2) >= 0.2 * psi(principal) * (1 - 1e-12), principal
 
