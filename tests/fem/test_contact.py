@@ -15,7 +15,8 @@ from staffa.evolution.system import build
 from staffa.io.run_directory import open_run
 from staffa.model.contact import normals_of
 from staffa.model.fields import vertices
-from staffa.physics.split import SPLITS, Contact, Faces, NoTension, isotropic_strain
+from staffa.physics.split import SPLITS, Contact, NoTension
+from staffa.physics.strained import Faces, isotropic_strain
 from staffa.records.step import Step
 from staffa.setup.build import problem
 from support.paths import DATA

@@ -21,7 +21,8 @@ from staffa.backend.parallel import gather, on_root, sum_over_ranks
 from staffa.errors import StaffaError
 from staffa.model.domain import middles
 from staffa.model.initial_cracks import FlatCrack
-from staffa.physics.split import Contact, Faces, Strained, negative, shear_modulus
+from staffa.physics.split import Contact, shear_modulus
+from staffa.physics.strained import Faces, Strained, negative
 
 # Least mean damage of a cell that a crack crosses.
 BROKEN = 0.95

@@ -26,12 +26,8 @@ from staffa.model.strain import elastic_strain
 from staffa.model.temperature_properties import Spent
 from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
-from staffa.physics.split import (
-    Contact,
-    Strained,
-    is_linear_in_g,
-    is_quadratic_in_strain,
-)
+from staffa.physics.split import Contact, is_linear_in_g, is_quadratic_in_strain
+from staffa.physics.strained import Strained
 from staffa.records.step import Energies
 
 

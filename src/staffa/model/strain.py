@@ -12,7 +12,7 @@ from dolfinx import fem
 from staffa.model.axis import hoop_strain
 from staffa.physics.elasticity import PAIRS
 from staffa.physics.material import AXIAL, PLANE_STRAIN, PLANE_STRESS, SOLID, lame
-from staffa.physics.split import Strained, in_order, isotropic_strain
+from staffa.physics.strained import Strained, in_order, isotropic_strain
 
 # Principal strains have no derivative where two are equal. In 2-D their difference is at least this
 # fraction of the strain; in 3-D the angle that separates them is at least its square root, so that

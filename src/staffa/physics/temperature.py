@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from staffa.physics.split import positive
+from staffa.physics.strained import positive
 
 # Gauss points in a panel: exact for polynomials of degree 13.
 POINTS = 7

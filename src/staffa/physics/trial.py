@@ -12,7 +12,8 @@ from scipy.integrate import quad
 from staffa.arguments import py_text, told
 from staffa.errors import InputError
 from staffa.physics.damage import KNOWN, DamageLaw
-from staffa.physics.split import SPLITS, EnergySplit, of_principal
+from staffa.physics.split import SPLITS, EnergySplit
+from staffa.physics.strained import of_principal
 
 # Round-off of a law's or a split's arithmetic, over its largest value.
 ROUND_OFF = 1e-9

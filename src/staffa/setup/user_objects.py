@@ -21,7 +21,8 @@ from staffa.loads.closed_form import CoupledLoad, Load, pressure_of
 from staffa.model.domain import Domain
 from staffa.physics.damage import DamageLaw
 from staffa.physics.material import PLANE_STRESS
-from staffa.physics.split import EnergySplit, of_principal
+from staffa.physics.split import EnergySplit
+from staffa.physics.strained import of_principal
 from staffa.physics.trial import has_members, law_values, split_values, try_law, try_split
 from staffa.records.manifest import Own
 from staffa.setup.object_identity import object_identity, said_identity

@@ -11,6 +11,7 @@ from staffa.case.check.cracking import (
     rare_factor,
 )
 from staffa.case.check.mesh_warnings import WIDTH, cell_edge, widest_ell
+from staffa.case.check.strength_advice import key_of_strength
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.scales.squeeze import Squeeze
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
@@ -180,10 +181,10 @@ def _cure(case: Case, needed: float, largest: float, dT_c: float, squeezed: Sque
     raised = f"raise the drop of the face to {at_least(case, needed, 'K', digits=4)} or more"
     net, starts = (squeezed.net, squeezed.starts) if squeezed else (largest, dT_c)
     if net > 0:
-        ell = float(case.damage.ell) * (starts / net) ** 2
-        if ell > widest_ell(case):
+        wide = float(case.damage.ell) * (starts / net) ** 2 > widest_ell(case)
+        if wide and case.damage.law != COHESIVE:
             return raised
-        return f"{raised}, or take damage.ell >= {at_least(case, ell, 'm')} (a lower strength)"
+        return f"{raised}, or take {key_of_strength(case, net / starts)}"
     if squeezed and squeezed.thermal > starts:
         most = at_most(case, squeezed.thermal - starts, "Pa")
         return f"{raised}, or squeeze it by {most}{_beyond(squeezed)} only"
@@ -283,13 +284,13 @@ def of_plane_strain(
     if drop <= enough:
         return
     net = a_kelvin * drop + across
-    weaker = at_most(case, float(case.damage.ell) * (derived.sigma_c / net) ** 2, "m")
+    stronger = key_of_strength(case, net / derived.sigma_c)
     yield (
         f"in plane strain no crack of the plane relieves the stress across it, which alone, once "
         f"cracks have opened, damages all rock that is colder by {amount(case, enough, 'K')} or "
         f"more (of {amount(case, drop, 'K')}); take "
         f'material.plane = "stress", {_squeezed_across(case, given, net - derived.sigma_c)}, if '
-        f"the rock is squeezed so, damage.ell <= {weaker} (a higher strength), or a 3-D body"
+        f"the rock is squeezed so, {stronger}, or a 3-D body"
     )
 
 

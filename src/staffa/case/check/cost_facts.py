@@ -16,7 +16,7 @@ from staffa.errors import InputError
 from staffa.geometry.block import section_raster
 
 Fact = tuple[str, str, str]
-# A mesh that follows the cracks is named if a run is so many times shorter with it.
+# A mesh that follows the cracks is named if a run with it is as many times shorter.
 PAYS = 2.0
 SHOWN = 6  # times of a table that are listed
 

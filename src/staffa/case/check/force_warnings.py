@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 
 from staffa.case.check.water_pressure import presses_slightly
-from staffa.case.rules.initial_stress import equivalent
+from staffa.case.rules.initial_stress import equivalent, higher_strength
 from staffa.case.scales.case_scales import Numbers, least_factor
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, key
@@ -130,7 +130,7 @@ def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
             f"forces.prestress: its shear makes it a tension of {pulls} along a slanting "
             f"direction, and the rock breaks at {bears}: unless free sides relieve it, it cracks "
             f"the rock before cooling begins, and the run is refused; take a smaller shear, more "
-            f"pressure, or a smaller damage.ell (a higher strength)"
+            f"pressure, or a {higher_strength(case)} (a higher strength)"
         )
 
 

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from math import sqrt
 
+import numpy as np
+
 from staffa.case.check.circulation_facts import circulation_facts
 from staffa.case.check.cooling_warnings import WAVELENGTH
 from staffa.case.check.cost_facts import cost_facts
@@ -13,12 +15,13 @@ from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.temperature_change import formula_facts
 from staffa.case.check.warnings import notes, warnings
 from staffa.case.rules import require_loaded, unit
+from staffa.case.rules.initial_stress import equivalent
 from staffa.case.scales.case_scales import Numbers, derived_numbers, least_factor
 from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least
 from staffa.case.values.damage_law import case_irwin_length, damage_law, softening
-from staffa.case.values.default_split import is_by_default
+from staffa.case.values.default_split import is_anisotropic, is_by_default
 from staffa.case.values.diffusion_time import conductivities
 from staffa.case.values.pressing_loads import pressing
 from staffa.case.values.subdomains import (
@@ -32,9 +35,11 @@ from staffa.geometry.block import broken_layer_thickness
 from staffa.physics.damage import COHESIVE, effective_gc_factor, strength
 from staffa.physics.material import PLANE_STRESS
 from staffa.physics.scales import diffusion_length, tau_of_time
+from staffa.physics.strength_surface import StrengthSurface
 
 Fact = tuple[str, str, str]
 TOLD = 1e-3  # part by which a split must add to the strength to be told
+NONE = 1e-4  # a stress that drives damage as this part of it in a bar drives none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,6 +166,7 @@ def _strength_facts(case: Case, derived: Numbers) -> list[Fact]:
         facts.append(("sigma_c", sigma, told + _of_split(case, derived)))
         told = f"Irwin's length E Gc/sigma_c^2, {irwin / float(case.damage.ell):.3g} ell"
         facts.append(("l_ch", amount(case, irwin, "m"), told))
+        facts += _other_strengths(case, derived)
     else:
         told = f"strength of a bar with {derived.law.name} and this ell"
         facts.append(("sigma_c", sigma, told + _of_split(case, derived)))
@@ -185,9 +191,28 @@ def _of_split(case: Case, derived: Numbers) -> str:
     )
 
 
+def _other_strengths(case: Case, derived: Numbers) -> list[Fact]:
+    """Return the strengths under two equal tensions and under pressure, of isotropic rock."""
+    if is_anisotropic(case):
+        return []
+    asked = "as asked for" if case.damage.split == StrengthSurface.name else "by the energy split"
+    states = {
+        "two tensions": ((1.0, 1.0, 0.0), f"strength along each of two directions, {asked}"),
+        "compression": ((-1.0, 0.0, 0.0), f"pressure that a bar bears, {asked}"),
+    }
+    facts = []
+    for name, (stress, told) in states.items():
+        bar = float(equivalent(case, np.array(stress)[:, None])[0])  # of a unit stress
+        value = amount(case, derived.sigma_c / bar, "Pa") if bar > NONE else "any"
+        facts.append((name, value, told))
+    return facts
+
+
 def split_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Return the energy split, by default or not, and the loads that may press rock."""
     split, reasons = str(case.damage.split), pressing(case)
+    if split == StrengthSurface.name:
+        return [("energy split", split, "its strengths are given, see above")]
     chosen = "by default, as" if is_by_default(case) else "asked for;"
     if not reasons:
         though = "asked for, though" if split != "none" else chosen

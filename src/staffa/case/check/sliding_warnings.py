@@ -8,14 +8,15 @@ from staffa.case.rules import is_moved
 from staffa.case.schema.case import Case
 from staffa.case.values.applied_forces import forces
 from staffa.case.values.default_split import takes_principal_strains
+from staffa.physics.strength_surface import StrengthSurface
 
 # Splits that keep the shear stiffness of a closed crack, or most of it.
-STUCK = ("no-tension", "spectral")
+STUCK = ("no-tension", "spectral", StrengthSurface.name)
 
 
 def sliding_warnings(case: Case) -> Iterator[str]:
     """Warn where a closed crack may be sheared, and its split does not let it slide."""
-    if case.damage.split not in STUCK:
+    if case.damage.split not in STUCK or case.damage.compressive is not None:
         return
     pressed = case.cracks and (case.forces is not None or is_moved(case))
     if not pressed and not is_sheared(case):

@@ -30,7 +30,7 @@ from staffa.case.rules.cooling_rules import (
     formula_of_temperature_gives_numbers,
     measures_are_inside,
 )
-from staffa.case.rules.damage_rules import cohesive_is_possible
+from staffa.case.rules.damage_rules import cohesive_is_possible, strengths_agree
 from staffa.case.rules.feedback_rules import feedback_is_possible
 from staffa.case.rules.file_rules import files_count_as_the_case, files_cover_the_body
 from staffa.case.rules.force_rules import (
@@ -144,6 +144,7 @@ RULES = (
     properties_have_values,
     elasticity_is_definite,
     cohesive_is_possible,
+    strengths_agree,
     mesh_carries_cracks,
     mesh_can_be_numbered,
     bands_are_inside,

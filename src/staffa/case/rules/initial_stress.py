@@ -14,8 +14,9 @@ from staffa.case.values.default_split import energy_split, is_anisotropic, press
 from staffa.case.values.subdomains import averages, is_uneven, subdomains_of
 from staffa.errors import InputError
 from staffa.loads.forces import Forces
-from staffa.physics.damage import strength
-from staffa.physics.split import NO_SPLIT, driven_density, of_principal
+from staffa.physics.damage import COHESIVE, strength
+from staffa.physics.split import NO_SPLIT, driven_density
+from staffa.physics.strained import of_principal
 
 
 def initial_normal_stresses(case: Case, x: np.ndarray, t: float = 0.0) -> np.ndarray | None:
@@ -149,12 +150,10 @@ def _broken(case: Case, stress: np.ndarray, share: float) -> str:
     given = getattr(case.forces.prestress, 2 * name, None)
     if carried < 0:
         pressed = f"{amount(case, -carried, 'Pa')} of pressure along {name}"
-        split = case.damage.split
-        way_out = "leave damage.split out" if split else "take a smaller damage.ell"
         return (
             f"[forces] ({presses(case)}): before cooling begins the rock would carry {pressed}, "
             f"and with this damage.split it breaks at {amount(case, -carried / share, 'Pa')}; "
-            f"{way_out}"
+            f"{_stronger(case)}"
         )
     where = f"forces.prestress.{2 * name}" if given else f"[forces] ({presses(case)})"
     value = f" = {inline(given)}" if given and not hasattr(given, "gradient") else ""
@@ -164,3 +163,18 @@ def _broken(case: Case, stress: np.ndarray, share: float) -> str:
         f"of tension along {name}, and it breaks at {amount(case, carried / share, 'Pa')}; "
         f"stresses count positive in tension, so that squeezed rock has {squeezed}"
     )
+
+
+def _stronger(case: Case) -> str:
+    """Return what makes rock bear more pressure, as the end of a sentence."""
+    keys = case.damage
+    if keys.compressive is not None:
+        return f"take a larger damage.compressive than {inline(keys.compressive)}, or leave it out"
+    if keys.split:
+        return "leave damage.split out"
+    return f"take a {higher_strength(case)}"
+
+
+def higher_strength(case: Case) -> str:
+    """Return the change of a key that raises all strengths of a case."""
+    return "larger damage.strength" if case.damage.law == COHESIVE else "smaller damage.ell"

@@ -49,23 +49,31 @@ class DamageKeys(CaseTable):
     )
     strength: Strength | None = Field(
         default=None,
-        description="cohesive only, and needed there: stress that a bar of the rock bears, "
-        "without an energy split",
+        description="cohesive only, needed there: tension that a bar bears without a split",
         examples=["10 MPa"],
+    )
+    biaxial: Strength | None = Field(
+        default=None,
+        description="cohesive only: two equal tensions that the rock bears; default: strength",
+        examples=["9 MPa"],
+    )
+    compressive: Strength | None = Field(
+        default=None,
+        description="cohesive only: pressure that a bar of the rock bears; default: any",
+        examples=["120 MPa"],
     )
     softening: Annotated[str, one_of(SOFTENING)] | None = Field(
         default=None,
-        description="cohesive only: stress across a crack against its opening; linear (default), "
-        "or cornelissen, as of concrete",
+        description="cohesive only: stress over opening; default linear; cornelissen: concrete",
         examples=["linear"],
     )
     split: Annotated[str, one_of(SPLITS)] | None = Field(
         default=None,
         description="how much of its stiffness a crack keeps when it is pressed shut: "
-        f"{', '.join(SPLITS)}. Default: none where only "
-        "cooling acts; no-tension (of anisotropic rock volumetric-deviatoric) where something may "
-        "press the rock: [forces], moved sides, heating, a formula of the temperature, rock that "
-        "expands unevenly",
+        f"{', '.join(SPLITS)}. Default: none where only cooling acts; no-tension (of anisotropic "
+        "rock volumetric-deviatoric) where something may press the rock: [forces], moved sides, "
+        "heating, a formula of the temperature, rock that expands unevenly; strength-surface with "
+        "damage.biaxial or damage.compressive",
         examples=["no-tension"],
     )
     gamma: Annotated[Number, Field(ge=0)] | None = Field(

@@ -5,6 +5,7 @@ from staffa.case.schema.material_keys import is_isotropic
 from staffa.case.values.pressing_loads import acting_forces, pressing
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.physics.split import SPLITS, Contact, EnergySplit, StarConvex
+from staffa.physics.strength_surface import StrengthSurface
 
 GAMMA = 5.0
 
@@ -35,8 +36,18 @@ def safest_split(case: Case) -> str:
 
 
 def default_split(case: Case) -> str:
-    """Return the default split: none where only cooling acts, which pulls; else see `pressing`."""
+    """Return the default split: none where only cooling acts, which pulls; else see `pressing`.
+
+    Strengths besides that of a pulled bar ask for the split that has them.
+    """
+    if given_strengths(case):
+        return StrengthSurface.name
     return safest_split(case) if pressing(case) else "none"
+
+
+def given_strengths(case: Case) -> list[str]:
+    """Return the names of the given strengths besides that of a pulled bar."""
+    return [n for n in ("biaxial", "compressive") if getattr(case.damage, n) is not None]
 
 
 def is_by_default(case: Case) -> bool:
@@ -60,4 +71,14 @@ def energy_split(case: Case) -> EnergySplit:
         return StarConvex(gamma=gamma, name=name)
     if name == "contact":
         return Contact(friction=case.damage.friction or 0.0)
+    if name == StrengthSurface.name:
+        return _strength_surface(case)
     return SPLITS[name]
+
+
+def _strength_surface(case: Case) -> StrengthSurface:
+    """Return the energy of the strengths of a case, whose law is cohesive."""
+    keys = case.damage
+    assert keys.strength is not None
+    given = {n: float(getattr(keys, n) / keys.strength) for n in given_strengths(case)}
+    return StrengthSurface(**given, residual=float(keys.residual_stiffness))
