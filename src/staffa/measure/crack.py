@@ -14,7 +14,7 @@ from staffa.measure.coarse import Local, coarse, local_length
 from staffa.measure.column_planes import Planes
 from staffa.measure.free_distance import room
 from staffa.measure.opening import REACH
-from staffa.measure.starting_faces import CooledFace, Starts, started
+from staffa.measure.starting_faces import OtherFace, Starts, started
 from staffa.measure.statistics import cracks_on_line, layer_depth, tips
 from staffa.model.domain import Domain
 from staffa.model.energy import Energy
@@ -48,7 +48,7 @@ class Gauge:
     h: float
     toughness_factor: float
     local: Local | None = None
-    others: tuple[CooledFace, ...] = ()
+    others: tuple[OtherFace, ...] = ()
 
     @property
     def reach(self) -> float:
@@ -88,7 +88,7 @@ def measures(
     gauge : settings of the measures.
     below : depth planes of a 3-D body (see `planes`); None without any.
     """
-    found = cracks(domain, state, gauge) if gauge.face else Cracks()
+    found = cracks(domain, state, gauge) if gauge.face else MeasuredCracks()
     lines = gauge.depths if domain.dim == 2 else ()
     cells, too_long = gauge.local, None
     if cells is None:
@@ -191,7 +191,7 @@ def crossing(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Cracks:
+class MeasuredCracks:
     """The cracks of a state.
 
     Attributes
@@ -206,7 +206,7 @@ class Cracks:
     starts: Starts | None = None
 
 
-def cracks(domain: Domain, state: State, gauge: Gauge) -> Cracks:
+def cracks(domain: Domain, state: State, gauge: Gauge) -> MeasuredCracks:
     """Return the tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective.
 
     Parameters
@@ -250,7 +250,7 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> Cracks:
         return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence), others
 
     found, others = on_root(domain.comm, find)
-    apart = Cracks(tips=found, others=others, starts=kept[0] if kept else None)
+    apart = MeasuredCracks(tips=found, others=others, starts=kept[0] if kept else None)
     if not found:
         return apart
     return replace(apart, tips=_with_room(domain, gauge, found))

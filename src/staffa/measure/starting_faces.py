@@ -20,7 +20,7 @@ NOWHERE, OWN = -1, 0  # labels of cracks of no cooled face, and of that from whi
 
 
 @dataclass(frozen=True, kw_only=True)
-class CooledFace:
+class OtherFace:
     """A cooled face besides that from which depths are measured.
 
     Attributes
@@ -33,7 +33,7 @@ class CooledFace:
     surface: cKDTree | None
 
 
-def cooled_faces(domain: Domain, names: Sequence[str]) -> tuple[CooledFace, ...]:
+def cooled_faces(domain: Domain, names: Sequence[str]) -> tuple[OtherFace, ...]:
     """Return the cooled faces of these names that the mesh has. Collective.
 
     Parameters
@@ -46,7 +46,7 @@ def cooled_faces(domain: Domain, names: Sequence[str]) -> tuple[CooledFace, ...]
         nodes = dmesh.entities_to_geometry(domain.mesh, domain.dim - 1, domain.facets(name))
         parts = gather(domain.comm, domain.mesh.geometry.x[np.unique(nodes)])
         points = np.concatenate(parts) if parts is not None else np.zeros((0, 3))
-        found.append(CooledFace(name=name, surface=cKDTree(points) if len(points) else None))
+        found.append(OtherFace(name=name, surface=cKDTree(points) if len(points) else None))
     return tuple(found)
 
 
@@ -155,7 +155,7 @@ def started(
     points: np.ndarray,
     edges: np.ndarray,
     depth: np.ndarray,
-    others: Sequence[CooledFace],
+    others: Sequence[OtherFace],
     *,
     reach: float,
 ) -> Starts:
