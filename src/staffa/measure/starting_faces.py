@@ -42,6 +42,7 @@ def cooled_faces(domain: Domain, names: Sequence[str]) -> tuple[OtherFace, ...]:
     names : names of boundaries.
     """
     found = []
+    domain.mesh.topology.create_connectivity(domain.dim - 1, domain.dim)
     for name in names:
         nodes = dmesh.entities_to_geometry(domain.mesh, domain.dim - 1, domain.facets(name))
         parts = gather(domain.comm, domain.mesh.geometry.x[np.unique(nodes)])
