@@ -526,6 +526,25 @@ def test_a_step_that_was_not_reached_is_marked_and_in_no_result(tmp_path):
         assert all(other["layout"]["shapes"][-1]["x0"] == line["x0"] for other in others)
 
 
+def test_the_length_to_be_quoted_is_that_of_the_network(tmp_path):
+    run = drawn_run(tmp_path / "run", n=9)
+
+    def told() -> str:
+        return next(fact.text for fact in summary(run) if fact.name == "crack length")
+
+    sizes = told().removesuffix("; quote that of the network, which `staffa report` writes")
+    assert "by energy" in sizes and sizes.endswith("by geometry")
+    table = run.path / "network.csv"
+    table.write_text("step,time,tau,cracks,length,volume\n0,0,0,0,0.0,0\n8,1,1,4,3.21,0\n")
+    assert told() == f"3.21 of the network at step 8, to be quoted; {sizes}"
+    with table.open("a", encoding="utf-8") as file:
+        file.write("30,2,2,4,5.0,0\n")
+    assert told().startswith("3.21 of the network at step 8"), "the run has no step 30 any more"
+    for text in ("step\n", "", "step,length\n8,none\n"):
+        table.write_text(text)
+        assert told().startswith(sizes), "a table that cannot be read is none"
+
+
 def test_what_a_run_fell_back_to_is_said(tmp_path):
     run = drawn_run(tmp_path / "run")
     assert not [fact for fact in summary(run) if fact.name == "fall-backs"]
