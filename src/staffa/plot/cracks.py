@@ -30,6 +30,7 @@ WARMER = {0.2: "#f4b183", 0.4: "#e8844f", 0.6: "#d6542a", 0.8: "#a82911"}
 NEAR = 1e-6  # of the body: so far from a plane points of its mesh may lie, by round-off
 FACE = 3.0  # points: width of the line that marks the cooled face
 TALLEST = 1.4  # height of the picture over its width, before panels go side by side
+ACROSS, BESIDE = 110, 6  # letters that fit across a legend, and that a line beside one takes
 BAR = 0.9  # inches for the legend and the labels below
 
 
@@ -221,8 +222,10 @@ def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: 
         Line2D([], [], color=color, linewidth=1.4, label=isotherm(manifest, level, dT))
         for level, color in isotherms(frames, dT).items()
     ]
+    letters = sum(len(str(handle.get_label())) + BESIDE for handle in handles)
     figure.legend(
-        handles=handles, loc="outside upper left", ncols=len(handles), handlelength=1.3,
+        handles=handles, loc="outside upper left", handlelength=1.3,
+        ncols=ceil(len(handles) / ceil(letters / ACROSS)),
         columnspacing=1.3, borderaxespad=0.1,
     )  # fmt: skip
     if frames[0].step.tau is not None:

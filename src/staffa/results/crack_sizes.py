@@ -29,6 +29,8 @@ def crack_sizes(run: Run, measures: Measures) -> str:
     if known is None:
         return f"{sizes}; quote that of the network, which `staffa report` writes"
     step, size = known
+    if not size:
+        return f"no crack is traced in the network at step {step}; {sizes}"
     return f"{size:.4g}{unit.behind} of the network at step {step}, to be quoted; {sizes}"
 
 

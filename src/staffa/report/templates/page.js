@@ -72,11 +72,17 @@
       showlegend: true,
     };
   };
+  // From farther away where the page is narrow, so that no number at an axis is cut.
+  const farther = scene => {
+    const far = innerWidth < 600 ? 1.25 : 1;
+    const {x, y, z} = scene.camera.eye;
+    return {...scene, camera: {...scene.camera, eye: {x: far * x, y: far * y, z: far * z}}};
+  };
   // On white, as pictures are: the colors of cracks go down to nearly black.
   const solid = given => ({
     ...plain(), font: {color: BLACK, family: "system-ui, sans-serif", size: 13},
     paper_bgcolor: "#fff", margin: {l: 0, r: 0, t: 40, b: 0}, showlegend: false,
-    title: {...given.title, x: 0.01, xanchor: "left", font: {size: 14}}, scene: given.scene,
+    title: {...given.title, x: 0.01, xanchor: "left", font: {size: 14}}, scene: farther(given.scene),
   });
   const config = {
     showSendToCloud: false, plotlyServerURL: "", // Plotly's own page, to which nothing is to go
