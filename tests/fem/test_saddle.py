@@ -20,7 +20,7 @@ from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
 from staffa.records.status import Status
 from staffa.records.step import Curvature, Energies, Outcome, Step
-from staffa.results.summary import _curvature
+from staffa.results.audit_facts import _curvature
 from support.bodies import run
 
 # Uniform rock cooled from one face, without a seed: alternate minimization lands on the state that

@@ -148,7 +148,10 @@ def test_a_summary_speaks_in_the_units_of_its_case(tmp_path: Path) -> None:
     assert found["damage"] == "AT1, ell = 40 mm, severity 54"
     assert found["time"] == "t = 1.736e-05 h, tau = 0.5"
     assert found["cracks"] == "16, the deepest 500 mm"
-    assert found["crack length"] == "4440 mm by energy, 4218 mm by geometry"
+    assert found["crack length"] == (
+        "4440 mm by energy, 4218 mm by geometry; quote that of the network, which `staffa report` "
+        "writes"
+    )
     assert found["generation 1"].startswith("8 cracks stopped at depth 140 mm, t = ")
     found = told(squeezed(tmp_path / "squeezed"))
     assert found["energies"] == (
@@ -157,7 +160,10 @@ def test_a_summary_speaks_in_the_units_of_its_case(tmp_path: Path) -> None:
     assert told(heated(tmp_path / "heated"))["body"].startswith("2500 x 1000 mm, depths from face")
     assert told(pulled(tmp_path / "pulled"))["body"] == "2500 x 1000 mm, 4000 cells of 25 mm"
     block = told(in_units(tmp_path / "block", BOX))
-    assert block["crack area"] == "4.44e+06 mm² by energy, 4.218e+06 mm² by geometry"
+    assert block["crack area"] == (
+        "4.44e+06 mm² by energy, 4.218e+06 mm² by geometry; quote that of the network, which "
+        "`staffa report` writes"
+    )
     assert block["energies"].endswith(" kJ")
 
 

@@ -256,11 +256,58 @@ def test_texts_and_curves_are_seen_in_the_light_and_in_the_dark(
         assert contrast(color(name), back) >= READABLE, name
     assert contrast(color("ink"), color("tint")) >= READABLE
     assert contrast(color("edge"), back) >= SEEN
-    lines = page.evaluate(
+
+
+DRAWN = """[...document.querySelectorAll('[data-chart]')].flatMap(chart => [
+    ...chart.data.flatMap(({opacity, line, marker}) => [line, marker].map(
+        part => [part?.color, opacity ?? 1])),
+    ...chart.layout.shapes.map(shape => [shape.line.color, 1]),
+]).filter(([color]) => color)"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("kind", ["run", "ensemble", "pair"])
+def test_each_line_and_the_edge_of_each_band_is_seen(
+    kind: str, scheme: str, pages: dict[str, Path], opened: Open
+) -> None:
+    """Also those that are thin and let the page through in the pictures."""
+    page = opened(pages[kind], color_scheme=scheme)
+    back = "#16181b" if scheme == "dark" else "#ffffff"
+    lines = page.evaluate(DRAWN)
+    assert lines and {opacity for _, opacity in lines} == {1}
+    assert min(contrast(line, back) for line, _ in lines) >= SEEN
+    texts = page.evaluate(
         "[...document.querySelectorAll('[data-chart]')]"
-        ".flatMap(chart => chart.data.map(trace => trace.line.color))"
+        ".flatMap(chart => chart.layout.annotations.map(note => note.font.color))"
     )
-    assert lines and all(contrast(line, back) >= SEEN for line in lines)
+    assert all(contrast(text, back) >= READABLE for text in texts)
+
+
+HINTS = """[...document.querySelectorAll('.wide')].filter(one => one.checkVisibility()).map(one => [
+    one.scrollWidth > one.clientWidth + 1, !one.nextElementSibling.hidden,
+    one.classList.contains('before'), one.classList.contains('after')])"""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_wider_than_a_phone_says_so_and_fades_where_more_is(
+    kind: str, pages: dict[str, Path], opened: Open
+) -> None:
+    page = opened(pages[kind], PHONE)
+    page.wait_for_function(f"() => ({HINTS}).every(([wide, told]) => wide === told)")
+    found = page.evaluate(HINTS)
+    assert any(wide for wide, *_ in found), "nothing is wide: the test sees nothing"
+    assert all((wide, told, False, wide) == tuple(one) for one in found for wide, told, *_ in [one])
+    page.evaluate("document.querySelectorAll('.wide').forEach(one => one.scrollTo(1e6, 0))")
+    page.wait_for_function(
+        f"() => ({HINTS}).every(([wide, , before, after]) => before === wide && !after)"
+    )
+    wide = page.locator(".wide.before").first
+    mask = wide.evaluate("one => getComputedStyle(one).maskImage")
+    assert mask.startswith("linear-gradient(to right, rgba(0, 0, 0, 0)"), mask
+    hint = page.locator(".hint:visible").first
+    assert "wider than the" in hint.text_content()
+    desktop = opened(pages[kind])
+    desktop.wait_for_function(f"() => ({HINTS}).every(([wide, told]) => wide === told)")
 
 
 def test_without_scripts_a_page_shows_pictures_and_tables(

@@ -262,7 +262,9 @@ def test_numbers_of_the_whole_run_are_in_its_units(tmp_path: Path) -> None:
     assert text["lost water"] == "40 kg" and text["recovered"] == "1.614"
     lines = {fact.name: fact.text for fact in summary(run)}
     assert lines["reservoir"] == "tried 1.0, 540 cells, wells 'in', 'out'"
-    assert lines["production"].startswith("186 °C, 5.214 kW, 1.614 GJ since the start; thermal")
+    assert lines["production"].startswith(
+        "186 °C at the end, 5.214 kW over the last step, 1.614 GJ since the start; thermal"
+    )
 
 
 def test_a_breakthrough_within_the_first_step_is_noted(tmp_path: Path) -> None:

@@ -19,17 +19,18 @@ from staffa.errors import InputError, StaffaError
 from staffa.geometry.block import SIDES
 from staffa.io.own_files import write_aside
 from staffa.io.run_directory import MANIFEST, STEPS, Journal, Run, create, fields_name, open_run
+from staffa.io.run_progress import RunProgress, run_progress
 from staffa.io.vtkhdf import VtkMesh, write_vtkhdf
 from staffa.measure.generations import tracks
 from staffa.measure.network import Network
-from staffa.plot.cracks import FACE, cracks_figure, triangulation
+from staffa.plot.cracks import COLD, FACE, cracks_figure, triangulation
 from staffa.plot.curves import energies_figure, lengths_figure
 from staffa.plot.ensemble_curves import counts_figure
 from staffa.plot.frames import Frame, chosen, read_frames
 from staffa.plot.network_openings import network_figure
 from staffa.plot.style import DPI
 from staffa.plot.support_forces import reactions_figure
-from staffa.records.manifest import Manifest
+from staffa.records.manifest import Manifest, Own
 from staffa.records.status import Status
 from staffa.records.step import (
     Audit,
@@ -43,6 +44,8 @@ from staffa.records.step import (
     Step,
     Tip,
 )
+from staffa.report.charts import charts
+from staffa.report.chosen_figures import curve_figures
 from staffa.report.drawing import draw
 from staffa.results.columns import cells_table, columns, pooled_table
 from staffa.results.slab_table import table
@@ -201,6 +204,49 @@ def test_a_title_stands_above_the_line_of_a_cooled_top(tmp_path):
         axes = cracks_figure(manifest, frames[:1]).axes[0]
         pads[face] = axes.titleOffsetTrans.transform((0.0, 0.0))[1]
     assert pads["top"] - pads["bottom"] >= FACE * DPI / 72
+
+
+def blue_lines(manifest: Manifest, frames: list[Frame]) -> list[list[tuple[float, float]]]:
+    """Ends of the lines that mark cooled faces in a picture, and the names in its legend."""
+    figure = cracks_figure(manifest, frames[:1])
+    return [
+        [tuple(map(float, end)) for end in line.get_xydata()]  # type: ignore[misc]
+        for line in figure.axes[0].lines
+        if line.get_color() == COLD
+    ]
+
+
+def test_each_cooled_face_is_marked_and_nothing_else(tmp_path):
+    run = drawn_run(tmp_path / "run")
+    frames, _ = read_frames(run)
+    bottom = [(0.0, 0.0), (2.5, 0.0)]
+    assert blue_lines(run.manifest, frames) == [bottom]
+    several = replace(run.manifest, cooled=("left", "right"))
+    left, right = [(0.0, 0.0), (0.0, 1.0)], [(2.5, 0.0), (2.5, 1.0)]
+    assert sorted(blue_lines(several, frames)) == sorted([bottom, left, right])
+    (legend,) = cracks_figure(several, frames[:1]).legends
+    assert "cooled faces" in [text.get_text() for text in legend.get_texts()]
+    heated = replace(run.manifest, scales={}, cooled=("left",))
+    assert blue_lines(heated, frames) == [left]
+    (legend,) = cracks_figure(heated, frames[:1]).legends
+    assert [text.get_text() for text in legend.get_texts()][1:3] == ["face 'bottom'", "cooled face"]
+    own = {"temperature": Own(identity="a load")}
+    assert blue_lines(replace(several, own=own), frames) == [], "a script's load names no face"
+    (legend,) = cracks_figure(replace(several, own=own), frames[:1]).legends
+    assert not [text for text in legend.get_texts() if "face" in text.get_text()]
+
+
+def test_a_face_is_marked_only_where_the_body_is(tmp_path):
+    """Without its cells in the middle of the bottom, the body has two parts of that face."""
+    run = drawn_run(tmp_path / "run")
+    (frame, *_), _ = read_frames(run)
+    middles = frame.grid.points[frame.grid.cells].mean(axis=1)
+    left = (np.abs(middles[:, 0] - 1.25) > 0.5) | (middles[:, 1] > 0.5)
+    grid = replace(frame.grid, cells=frame.grid.cells[left])
+    assert blue_lines(run.manifest, [replace(frame, grid=grid)]) == [
+        [(0.0, 0.0), (pytest.approx(0.75), 0.0)],
+        [(pytest.approx(1.75), 0.0), (2.5, 0.0)],
+    ]
 
 
 def test_forces_of_six_faces_have_six_colors_and_no_exponent_under_the_legend():
@@ -443,10 +489,60 @@ def test_a_step_that_did_not_converge_and_a_violation_raise_the_alarm(tmp_path):
     run = rewritten(run, [*run.steps[:7], bad])
     alarms = [fact.text for fact in summary(run) if fact.alarm]
     assert alarms == [
-        "not converged at step 7, 8 of 25 steps: did not converge in 5000 sweeps",
+        "not converged at step 7, 7 of 25 steps reached: did not converge in 5000 sweeps",
         "step 7: irreversibility is violated by 1e-3",
     ]
     assert draw(run).page.read_text(encoding="utf-8").count('class="alarm"') == 2
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_step_that_was_not_reached_is_marked_and_in_no_result(tmp_path):
+    """Its numbers are those of a state that is no solution, or of the step before."""
+    run = drawn_run(tmp_path / "run", n=9)
+    bad = replace(run.steps[8], status=Status.FAILED, reason="a solver failed", audit=None)
+    run = rewritten(run, [*run.steps[:8], bad])
+    assert bad.fields and [step.index for step in run.steps] == list(range(8))
+    assert run.unreached == bad and not run.finished
+    told = {fact.name: fact for fact in summary(run)}
+    assert told["status"].text == "failed at step 8, 8 of 25 steps reached: a solver failed"
+    assert told["not reached"].text.startswith("step 8, t = ")
+    assert told["not reached"].text.endswith(f"table or picture; {bad.fields} has its last state")
+    assert told["time"].text.startswith(f"t = {run.steps[7].time:g}")
+    draw(run)
+    for name in ("tips.csv", "network.csv"):
+        lines = (run.path / name).read_text(encoding="utf-8").splitlines()
+        assert {int(line.split(",")[0 if name == "network.csv" else 1]) for line in lines[1:]} < {
+            *range(8)
+        }, name
+    assert list(run.to_frame()["step"]) == list(range(8))
+    assert run_progress(run.path) == RunProgress(8, 25, 8 / 25)
+    curves, _ = curve_figures(run)
+    for name, figure in curves.items():
+        first, *others = charts(figure())
+        (line,) = first["layout"]["shapes"]
+        assert line["x0"] == line["x1"] > max(first["data"][0]["x"]), name
+        assert first["layout"]["xaxis"]["range"][1] > line["x0"], "the mark is in sight"
+        assert [note["text"] for note in first["layout"]["annotations"]] == ["step 8 not reached"]
+        assert all(other["layout"]["shapes"][-1]["x0"] == line["x0"] for other in others)
+
+
+def test_the_length_to_be_quoted_is_that_of_the_network(tmp_path):
+    run = drawn_run(tmp_path / "run", n=9)
+
+    def told() -> str:
+        return next(fact.text for fact in summary(run) if fact.name == "crack length")
+
+    sizes = told().removesuffix("; quote that of the network, which `staffa report` writes")
+    assert "by energy" in sizes and sizes.endswith("by geometry")
+    table = run.path / "network.csv"
+    table.write_text("step,time,tau,cracks,length,volume\n0,0,0,0,0.0,0\n8,1,1,4,3.21,0\n")
+    assert told() == f"3.21 of the network at step 8, to be quoted; {sizes}"
+    with table.open("a", encoding="utf-8") as file:
+        file.write("30,2,2,4,5.0,0\n")
+    assert told().startswith("3.21 of the network at step 8"), "the run has no step 30 any more"
+    for text in ("step\n", "", "step,length\n8,none\n"):
+        table.write_text(text)
+        assert told().startswith(sizes), "a table that cannot be read is none"
 
 
 def test_what_a_run_fell_back_to_is_said(tmp_path):

@@ -154,8 +154,10 @@ def test_a_step_that_fails_costs_none_before_it(tmp_path: Path) -> None:
     times = "time.tau=[0.1,0.2,0.3,0.4]"  # at the ends of which a load is tried beforehand
     with pytest.raises(SolveError, match="step 2"):
         run(small(rare, times, "output.at=[]"), tmp_path / "run", temperature=Broken())
-    before = open_run(tmp_path / "run").steps
-    assert [step.status for step in before] == ["converged", "converged", "failed"]
+    found = open_run(tmp_path / "run")
+    before, left = found.steps, found.unreached
+    assert [step.index for step in before] == [0, 1]
+    assert left and (left.index, left.status) == (2, "failed")
     taken = take(tmp_path / "run")
     assert [step.energies for step in taken.steps] == [step.energies for step in before[:2]]
 

@@ -225,7 +225,11 @@ def test_a_member_that_is_not_finished_is_listed_and_counts_in_no_mean(tmp_path)
     assert told["seed 1"].alarm and "out of sweeps" in told["seed 1"].text
     assert len(draw_ensemble(ensemble).pictures) == 2
     rows = (tmp_path / "ensemble.csv").read_text(encoding="utf-8").splitlines()
-    assert rows[2].startswith('1,"not converged at step 7, 8 of 25 steps: out of sweeps",,,')
+    assert rows[2].startswith(
+        '1,"not converged at step 7, 7 of 25 steps reached: out of sweeps",,,'
+    )
+    for sheet in sheets(ensemble):
+        assert "in no mean: seed 1 (not converged at step 7, " in sheet.notes[-1]
 
 
 def test_with_one_finished_member_there_are_numbers_and_no_picture(tmp_path) -> None:

@@ -115,10 +115,14 @@ def test_every_step_that_was_written_is_read_back_as_it_was(run: Path) -> None:
 def test_a_run_is_finished_when_its_last_step_is_there_and_converged(run: Path) -> None:
     manifest = drawn_manifest(SLAB)
     for index in range(5, len(manifest.times)):
-        assert not open_run(run).finished
+        found = open_run(run)
+        assert not found.finished and len(found.steps) == index and found.unreached is None
         last = drawn_step(index, SLAB, None)
         Journal(run).append(replace(last, status=Status.NOT_CONVERGED) if index == 24 else last)
-    assert not open_run(run).finished, "its last step did not converge"
+    found = open_run(run)
+    assert not found.finished and len(found.steps) == 24, "its last step did not converge"
+    assert found.unreached == replace(last, status=Status.NOT_CONVERGED)
+    assert found.audited == (*found.steps, found.unreached) == found.computed
     lines = (run / STEPS).read_text().splitlines()
     (run / STEPS).write_text("\n".join([*lines[:-1], json.dumps(last.to_record())]) + "\n")
     assert open_run(run).finished

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from staffa.io.run_directory import open_run
+from staffa.io.run_directory import SERIES, open_run
 from staffa.io.vtkhdf import read_vtkhdf
 from support.commands import forked
 from support.paths import BIN, READY
@@ -115,7 +115,10 @@ def test_a_step_that_does_not_converge_is_saved_and_said(tmp_path: Path) -> None
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1 and "try shorter time steps" in done.stderr
     run = open_run(directory)
-    assert run.steps[-1].status == "not converged" and (directory / run.steps[-1].fields).exists()
+    assert run.steps == () and run.unreached.status == "not converged"
+    assert (directory / run.unreached.fields).exists()
+    assert "step-" not in (directory / "fields" / SERIES).read_text(), "it is in no animation"
+    assert "step 0 to tau 0.0500 (t 0.000225) not reached: " in (directory / "run.log").read_text()
 
 
 @pytest.mark.slow

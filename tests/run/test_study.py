@@ -36,6 +36,7 @@ def real(tmp_path_factory) -> Path:
     assert "temperature.severity 12, in s/point-2/seed-3" in done.stdout
     assert "2 of 2 points have started; 4 of 4 runs finished" in done.stdout
     assert "s/report.html" in done.stdout and "s/pictures/response-1.png" in done.stdout
+    assert "`staffa report s --members` also draws" in done.stdout
     return folder
 
 
@@ -48,6 +49,26 @@ def test_a_member_is_an_ordinary_run(real: Path) -> None:
     one, other = open_run(real / "alone"), open_run(real / "s" / "point-2" / "seed-4")
     assert one.case == other.case
     assert_same(other, one)
+    assert result_files(other.path) == result_files(one.path)
+
+
+def result_files(folder: Path) -> dict[str, bytes]:
+    """Tables and networks of a run by their names; there must be some."""
+    found = [*folder.glob("*.csv"), *(folder / "network").iterdir()]
+    assert {"network.csv", "tips.csv"} <= {path.name for path in found}
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+
+
+@pytest.mark.slow
+def test_one_command_draws_all_members(real: Path) -> None:
+    done = staffa(real, "report", "s", "--members")
+    assert done.returncode == 0, done.stderr
+    for place in ("s", "s/point-1/seed-3", "s/point-2/seed-4"):
+        assert f"{place}/report.html" in done.stdout.splitlines()
+        assert (real / place / "report.html").is_file()
+    assert (real / "s" / "point-2" / "seed-4" / "pictures" / "lengths.png").is_file()
+    alone = staffa(real, "report", "s/point-1/seed-3", "--members")
+    assert alone.returncode == 2 and "is one run; leave out --members" in alone.stderr
 
 
 @pytest.mark.slow

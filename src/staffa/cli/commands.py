@@ -190,6 +190,9 @@ def report(
             show_default=False,
         ),
     ] = None,
+    members: Annotated[
+        bool, typer.Option("--members", help="also those of each run of an ensemble or a study")
+    ] = False,
 ) -> None:
     """Draw the pictures and the page of a run, an ensemble or a study again."""
     from staffa.cli.results import (  # loads Matplotlib
@@ -201,18 +204,24 @@ def report(
     from staffa.io.run_directory import open_run
     from staffa.io.study_directory import is_study, read_study
 
-    many = is_study(directory) or is_ensemble(directory)
-    if not many:
-        print_pictures(open_run(directory), movie=movie)
-    elif movie:
+    study = read_study(directory) if is_study(directory) else None
+    ensemble = read_ensemble(directory) if study is None and is_ensemble(directory) else None
+    several = study or ensemble
+    if several is None and members:
+        raise InputError(f"--members: {directory} is one run; leave out --members")
+    if several is not None and movie and not members:
         raise InputError(
-            f"--movie shows the cracks of one run, and {directory} has several: give the "
-            f"directory of one of its members"
+            f"--movie shows the cracks of one run, and {directory} has several: add --members, or "
+            f"give the directory of one of them"
         )
-    elif is_study(directory):
-        print_study_pictures(read_study(directory))
-    else:
-        print_ensemble_pictures(read_ensemble(directory))
+    if several is None:
+        print_pictures(open_run(directory), movie=movie)
+    for run in several.runs.values() if several and members else ():
+        print_pictures(run, movie=movie)
+    if study is not None:
+        print_study_pictures(study)
+    elif ensemble is not None:
+        print_ensemble_pictures(ensemble)
 
 
 @app.command()

@@ -13,7 +13,7 @@ from staffa.backend.parallel import after_error, on_root, require_together
 from staffa.case.check.preview import preview
 from staffa.case.schema.case import Case
 from staffa.cli.results import (
-    describe_results,
+    leave_tables,
     print_pictures,
     print_summary,
     require_clean_audit,
@@ -24,8 +24,6 @@ from staffa.errors import AloneError, StaffaError, printable
 from staffa.io.research_object import describe_stopped
 from staffa.io.run_directory import Run, open_run
 from staffa.report.growing_page import GrowingPage, growing_run
-from staffa.results.crack_network import networks
-from staffa.results.csv_files import write_tables
 from staffa.runs.follower import Follower
 from staffa.runs.resume import resume
 from staffa.runs.run import Watcher, run
@@ -139,8 +137,7 @@ def terminal_screen(*, shown: bool) -> Screen:
 def _leave_results(run: Run, *, quiet: bool) -> None:
     """Write tables and networks, and unless it is quiet also print and draw the results."""
     if quiet:
-        write_tables(run, networks(run)[0])
-        describe_results(run.path)
+        leave_tables(run)
     else:
         print_summary(run)
         print_pictures(run)

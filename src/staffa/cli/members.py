@@ -15,6 +15,7 @@ from staffa.cli.jobs import SideBySide, member_name
 from staffa.cli.live import ending_all_ranks, stopped_with, terminal_screen
 from staffa.cli.results import (
     describe_results,
+    leave_tables,
     print_ensemble,
     print_ensemble_pictures,
     print_study,
@@ -33,8 +34,7 @@ from staffa.report.growing_page import (
     growing_ensemble,
     growing_study,
 )
-from staffa.results.csv_files import write_pooled, write_study
-from staffa.results.ensemble_means import write_results
+from staffa.results.csv_files import write_ensemble, write_study
 from staffa.runs.ensemble import ensemble_members, seeds_from
 from staffa.runs.follower import Follower
 from staffa.runs.member_runs import Member, run_member, run_members
@@ -101,13 +101,13 @@ def run_members_and_follow(
         if not is_ensemble(directory):
             return  # every member failed before it began
         found = read_ensemble(directory)
-        write_results(found)
-        write_pooled(found)
         if way.quiet:
+            write_ensemble(found)
             describe_results(directory)
         else:
             print_ensemble(found)
             print_ensemble_pictures(found)
+            _tell_of_members(directory)
 
     def finished() -> list[Run]:
         return [*read_ensemble(directory).finished.values()]
@@ -157,10 +157,12 @@ def run_study_and_follow(
         if not has_started(directory):
             return
         found = read_study(directory)
-        write_study(found)
-        if not way.quiet:
+        if way.quiet:
+            write_study(found)
+        else:
             print_study(found)
             print_study_pictures(found)
+            _tell_of_members(directory)
 
     _run(planned, leave, lambda: read_study(directory).finished, growing_study, directory, way)
 
@@ -258,8 +260,18 @@ def _followed(
     )
     with follower.screen:
         yield follower.watcher(stopping.reason)
+    on_root(comm, lambda: leave_tables(open_run(member.place)))
     if page:
         page.grow()
+
+
+def _tell_of_members(directory: Path) -> None:
+    out.print(
+        f"each member has its tables and networks; `staffa report {directory} --members` also "
+        f"draws the pictures and the page of each",
+        markup=False,
+        soft_wrap=True,
+    )
 
 
 def _say_taken(comm: MPI.Comm, members: Sequence[Member], quiet: bool, member: Member) -> None:

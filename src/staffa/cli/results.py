@@ -20,13 +20,16 @@ from staffa.io.run_directory import Run
 from staffa.io.study_directory import Study
 from staffa.report.drawing import Drawn, draw, draw_ensemble, draw_pair, draw_study
 from staffa.results import slab_table
+from staffa.results.audit_facts import violations
 from staffa.results.columns import columns
-from staffa.results.csv_files import writing
+from staffa.results.crack_network import networks
+from staffa.results.csv_files import write_tables, writing
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.facts import Fact
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
 from staffa.results.study_table import study_facts, study_sheets, study_title
-from staffa.results.summary import Fact, summary, title, violations
+from staffa.results.summary import summary, title
 from staffa.results.tables import Table
 
 
@@ -92,6 +95,12 @@ def print_ensemble_pictures(ensemble: Ensemble) -> None:
     """Draw the pictures and the page of an ensemble, and print their paths."""
     _print_drawn(draw_ensemble(ensemble))
     describe_results(ensemble.path)
+
+
+def leave_tables(run: Run) -> None:
+    """Write the tables and networks of a run, and describe all of its files."""
+    write_tables(run, networks(run)[0])
+    describe_results(run.path)
 
 
 def describe_results(path: Path) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from staffa.compare.pair import Pair
-from staffa.results.summary import Fact
+from staffa.results.facts import Fact
 
 CLOSE = 0.01  # energies that differ by less agree; the second digit of a mesh is worth no more
 ROUND_OFF = 1e-12  # parts of the whole below this are the order in which ranks add up

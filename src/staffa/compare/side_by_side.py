@@ -94,7 +94,7 @@ def _text(value: float) -> str:
 def _end(pair: Pair, side: Side) -> Iterator[Number]:
     """Give the effort of a run, when it ended and first cracked, and its last readings."""
     run, times = side.run, pair.times[pair.sides.index(side)]
-    every = (*run.steps, *run.superseded, *run.rejected)
+    every = run.computed
     yield Number("steps", len(every))
     yield Number("sweeps", sum(step.sweeps for step in every))
     yield Number("computing (s)", sum(step.seconds for step in every))

@@ -10,6 +10,7 @@ from staffa.measure.coarse import local
 from staffa.measure.crack import Gauge, measures, planes
 from staffa.measure.energy_release import EnergyRelease, body_surface
 from staffa.measure.fronts import Front, fronts
+from staffa.measure.starting_faces import cooled_faces
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.model.fields import owned
@@ -33,6 +34,7 @@ def measuring(session: Session) -> Callable[[], Measures]:
         h=problem.domain.h,
         toughness_factor=factor,
         local=local(problem.domain, factor),
+        others=cooled_faces(problem.domain, problem.measuring.cooled),
     )
     below = planes(problem.domain, gauge, problem.material.ell)
     return lambda: measures(problem.domain, system.state, system.energy, gauge, below)

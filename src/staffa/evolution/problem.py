@@ -165,10 +165,12 @@ class Measuring:
     ----------
     depths : depths below the face at which cracks are counted (m).
     threshold : damage above which a point is cracked.
+    cooled : boundaries that are cooled besides that face.
     """
 
     depths: tuple[float, ...] = ()
     threshold: float = 0.8
+    cooled: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -54,7 +54,7 @@ class Production:
 
     @property
     def power(self) -> float:
-        """Heat that the surface gets above that of the injected water, per time (W)."""
+        """Heat that the surface gets above that of the injected water, mean over the step (W)."""
         return -sum(well.heat for well in self.now.wells.values()) / self.now.duration
 
     @property

@@ -48,9 +48,10 @@ class Run:
     path : the run directory.
     case : text of its case file.
     manifest : description of the run.
-    steps : kept steps, in order.
+    steps : steps that were reached and kept, in order.
     superseded : steps that a later return replaced.
     rejected : steps that were computed again, shorter.
+    unreached : the step that ended the run, since it did not converge or failed; else None.
     """
 
     path: Path
@@ -59,14 +60,23 @@ class Run:
     steps: tuple[Step, ...]
     superseded: tuple[Step, ...] = ()
     rejected: tuple[Step, ...] = ()
+    unreached: Step | None = None
 
     @property
     def finished(self) -> bool:
-        """True if the last step is there and converged."""
-        if not self.steps:
-            return False
-        last = self.steps[-1]
-        return last.time == self.manifest.times[-1] and last.status == Status.CONVERGED
+        """True if the last step was reached."""
+        ended = bool(self.steps) and self.steps[-1].time == self.manifest.times[-1]
+        return ended and self.unreached is None
+
+    @property
+    def audited(self) -> tuple[Step, ...]:
+        """Steps whose audit is told: those that were reached, and the one that was not."""
+        return (*self.steps, self.unreached) if self.unreached else self.steps
+
+    @property
+    def computed(self) -> tuple[Step, ...]:
+        """All steps on record, in no order: what the run spent is spent on these."""
+        return (*self.audited, *self.superseded, *self.rejected)
 
     def to_frame(self) -> "DataFrame":
         """Return the steps as a pandas frame, see `frame_of`."""
@@ -246,7 +256,7 @@ def open_run(path: str | Path) -> Run:
             f"made"
         )
     manifest = read_manifest(path)
-    steps = _read_steps(path)
+    steps = steps_in(journal_lines(path), path / STEPS)  # without a last line that was cut short
     accepted = kept(steps)
     rejected = tuple(step for step in steps if step.status == Status.REJECTED)
     known = {id(step) for step in (*accepted, *rejected)}
@@ -254,9 +264,10 @@ def open_run(path: str | Path) -> Run:
         path=path,
         case=read_case_text(path),
         manifest=manifest,
-        steps=accepted,
+        steps=tuple(step for step in accepted if step.reached),
         superseded=tuple(step for step in steps if id(step) not in known),
         rejected=rejected,
+        unreached=next((step for step in accepted if not step.reached), None),
     )
 
 
@@ -314,11 +325,6 @@ def _text(file: Path, errors: str = "strict") -> str:
         return file.read_text(encoding="utf-8", errors=errors)
     except OSError as error:
         raise InputError(f"{file} cannot be read ({error.strerror})") from None
-
-
-def _read_steps(path: Path) -> tuple[Step, ...]:
-    """Return the steps up to a last line cut short by a kill; a damaged line before is an error."""
-    return steps_in(journal_lines(path), path / STEPS)
 
 
 def steps_in(lines: Sequence[str], file: Path) -> tuple[Step, ...]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from staffa.errors import StaffaError
 from staffa.io.run_directory import MANIFEST, journal_lines, parsed, read_manifest
+from staffa.records.status import Status
 
 
 class RunProgress(NamedTuple):
@@ -12,7 +13,7 @@ class RunProgress(NamedTuple):
 
     Attributes
     ----------
-    steps : number of its last step, from 1; 0 before any.
+    steps : number of the last step that was reached, from 1; 0 before any.
     planned : number of its steps; 0 where that is not known.
     part : part of it that is done, from 0 to 1.
     """
@@ -34,10 +35,10 @@ def run_progress(path: Path) -> RunProgress | None:
             return None
         manifest = read_manifest(path)
         planned = 0 if manifest.adaptive else len(manifest.times)
-        lines = journal_lines(path)
-        if not lines:
+        steps = map(parsed, reversed(journal_lines(path)))
+        last = next((step for step in steps if step["status"] == Status.CONVERGED), None)
+        if last is None:
             return RunProgress(0, planned, 0.0)
-        last = parsed(lines[-1])
         number, time = int(last["index"]) + 1, float(last["time"])
     except (StaffaError, OSError, ValueError, KeyError, TypeError):
         return None

@@ -133,6 +133,12 @@ class Study:
         return self.ensembles[min(self.ensembles)].first
 
     @property
+    def runs(self) -> dict[tuple[int, int], Run]:
+        """All runs that have started, by point and seed."""
+        of = self.ensembles.items()
+        return {(k, seed): run for k, ensemble in of for seed, run in ensemble.runs.items()}
+
+    @property
     def started(self) -> Iterator[tuple[Point, Ensemble]]:
         """Points that have started, with their runs."""
         for point in self.plan.points:

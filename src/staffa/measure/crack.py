@@ -1,5 +1,6 @@
 """Cracks of a state: their number on depth sections, their tips, lengths and volume."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,11 +14,12 @@ from staffa.measure.coarse import Local, coarse, local_length
 from staffa.measure.column_planes import Planes
 from staffa.measure.free_distance import room
 from staffa.measure.opening import REACH
+from staffa.measure.starting_faces import OtherFace, Starts, started
 from staffa.measure.statistics import cracks_on_line, layer_depth, tips
 from staffa.model.domain import Domain
 from staffa.model.energy import Energy
 from staffa.model.fields import State, owned, vertices
-from staffa.records.step import CracksAtHeight, Fluid, Measures, Tip
+from staffa.records.step import CracksAtHeight, Fluid, Measures, OtherCracks, Tip
 
 # Largest distance (in ell) of a sharp tip from the recorded one (see `measure.tip`).
 FARTHEST = 3.0
@@ -36,6 +38,7 @@ class Gauge:
     h : mesh size (m).
     toughness_factor : effective Gc over Gc, measured on the same cells.
     local : mesh size and effective Gc of each cell, on a mesh of unequal cells; else None.
+    others : cooled faces besides `face`; cracks that start there are counted apart.
     """
 
     face: Face | None
@@ -45,11 +48,17 @@ class Gauge:
     h: float
     toughness_factor: float
     local: Local | None = None
+    others: tuple[OtherFace, ...] = ()
 
     @property
     def reach(self) -> float:
         """Distance from a crack within which rock may be soft because of it (m)."""
         return REACH * self.prominence + (1 + SAME) * self.h
+
+    @property
+    def start(self) -> float:
+        """Distance from a face within which a crack touches it (m)."""
+        return self.prominence + (1 + SAME) * self.h
 
 
 def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
@@ -79,7 +88,7 @@ def measures(
     gauge : settings of the measures.
     below : depth planes of a 3-D body (see `planes`); None without any.
     """
-    found = cracks(domain, state, gauge) if gauge.face else ()
+    found = cracks(domain, state, gauge) if gauge.face else MeasuredCracks()
     lines = gauge.depths if domain.dim == 2 else ()
     cells, too_long = gauge.local, None
     if cells is None:
@@ -89,9 +98,10 @@ def measures(
         length = local_length(domain, spent, cells)
         too_long = coarse(domain, state.alpha, spent, cells, gauge.prominence)
     return Measures(
-        sections=tuple(crossing(domain, state, gauge, depth) for depth in lines),
-        tips=found,
-        front=max((tip.depth for tip in found), default=0.0),
+        sections=tuple(crossing(domain, state, gauge, depth, found.starts) for depth in lines),
+        tips=found.tips,
+        others=found.others,
+        front=max((tip.depth for tip in found.tips), default=0.0),
         length_surface=length,
         length_geometry=energy.crack_variation(),
         volume=crack_volume(domain, state, energy, gauge),
@@ -140,7 +150,9 @@ def crack_volume(domain: Domain, state: State, energy: Energy, gauge: Gauge) -> 
     return sum_over_ranks(domain.comm, float(volumes[near].sum()))
 
 
-def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> CracksAtHeight:
+def crossing(
+    domain: Domain, state: State, gauge: Gauge, depth: float, starts: Starts | None = None
+) -> CracksAtHeight:
     """Return the cracks of a 2-D body that cross a depth section. Collective.
 
     Parameters
@@ -149,8 +161,10 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Cracks
     state : the fields.
     gauge : settings of the measures.
     depth : depth of the section below the face (m).
+    starts : faces from which cracks start, on rank 0 where several are cooled.
     """
     assert gauge.face is not None and domain.dim == 2
+    face = gauge.face
     x = vertices(state.alpha.function_space)
     side = gauge.face.depth(x.T) - depth
     side[np.abs(side) < SAME * gauge.h] = 0.0
@@ -165,12 +179,34 @@ def crossing(domain: Domain, state: State, gauge: Gauge, depth: float) -> Cracks
 
     def count() -> CracksAtHeight:
         along, alpha = np.concatenate(samples or []).T
-        return cracks_on_line(along, alpha, height=depth, threshold=gauge.threshold)
+        found = cracks_on_line(along, alpha, height=depth, threshold=gauge.threshold)
+        if starts is None:
+            return found
+        places = np.zeros((found.cracks, 3))
+        places[:, 1 - face.axis] = found.positions
+        places[:, face.axis] = face.position + face.inward * depth
+        return starts.on_line(found, places)
 
     return on_root(domain.comm, count)
 
 
-def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredCracks:
+    """The cracks of a state.
+
+    Attributes
+    ----------
+    tips : tips of those that start on no other cooled face than that of the depths.
+    others : cracks that start on each of these.
+    starts : face from which each starts, on rank 0 where several are cooled; else None.
+    """
+
+    tips: tuple[Tip, ...] = ()
+    others: tuple[OtherCracks, ...] = ()
+    starts: Starts | None = None
+
+
+def cracks(domain: Domain, state: State, gauge: Gauge) -> MeasuredCracks:
     """Return the tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective.
 
     Parameters
@@ -196,17 +232,33 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> tuple[Tip, ...]:
     all_points = gather(domain.comm, vertices(space)[used])
     all_pairs = gather(domain.comm, numbers)
 
-    def find() -> tuple[Tip, ...]:
+    kept: list[Starts] = []
+
+    def find() -> tuple[tuple[Tip, ...], tuple[OtherCracks, ...]]:
         assert gauge.face is not None
         known = np.concatenate(all_numbers or [])
         points = np.concatenate(all_points or [])
         edges = np.searchsorted(known, np.unique(np.concatenate(all_pairs or []), axis=0))
         depth = gauge.face.depth(points.T)
-        return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence)
+        others: tuple[OtherCracks, ...] = ()
+        if gauge.others and len(points):
+            found = started(points, edges, depth - layer, gauge.others, reach=gauge.start)
+            kept.append(found)
+            others = found.others(prominence=gauge.prominence)
+            own, edges = found.own()
+            points, depth = points[own], depth[own]
+        return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence), others
 
-    found = on_root(domain.comm, find)
+    found, others = on_root(domain.comm, find)
+    apart = MeasuredCracks(tips=found, others=others, starts=kept[0] if kept else None)
     if not found:
-        return found
+        return apart
+    return replace(apart, tips=_with_room(domain, gauge, found))
+
+
+def _with_room(domain: Domain, gauge: Gauge, found: Sequence[Tip]) -> tuple[Tip, ...]:
+    """Return tips with their distance to the end of the body. Collective."""
+    assert gauge.face is not None
     way = np.zeros(domain.dim)
     way[gauge.face.axis] = gauge.face.inward
     places = np.array([tip.position for tip in found])

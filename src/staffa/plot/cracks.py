@@ -27,8 +27,10 @@ COLD, OTHER = "#1f5fbf", "#8a8a8a"  # of a face that is cooled, and of one that 
 # T/dT of the isotherms, and their colors from cold to warm, and those of a body that is heated.
 COLDER = {-0.8: "#1149a8", -0.6: "#2a74d6", -0.4: "#4f9be8", -0.2: "#86bdf2"}
 WARMER = {0.2: "#f4b183", 0.4: "#e8844f", 0.6: "#d6542a", 0.8: "#a82911"}
+NEAR = 1e-6  # of the body: so far from a plane points of its mesh may lie, by round-off
 FACE = 3.0  # points: width of the line that marks the cooled face
 TALLEST = 1.4  # height of the picture over its width, before panels go side by side
+ACROSS, BESIDE = 110, 6  # letters that fit across a legend, and that a line beside one takes
 BAR = 0.9  # inches for the legend and the labels below
 
 
@@ -103,8 +105,8 @@ def draw_panel(
     axes.locator_params(axis="x", nbins=5)
     for side in axes.spines.values():
         side.set_visible(True)
-    if manifest.cooled_side and not manifest.own_load:
-        _mark_face(axes, manifest, manifest.cooled_side)
+    for face, color in _marked(manifest).items():
+        _mark_face(axes, manifest, triangles, face, color)
     entitle(axes, moment(manifest, frame.step), manifest)
 
 
@@ -117,33 +119,59 @@ def entitle(axes: Axes, title: str, manifest: Manifest) -> None:
     title : its title.
     manifest : description of the run.
     """
-    raised = FACE + 1 if manifest.cooled_side == "top" else 0.0
+    raised = FACE + 1 if "top" in _marked(manifest) else 0.0
     axes.set_title(title, loc="left", pad=3 + raised)
 
 
-def _mark_face(axes: Axes, manifest: Manifest, side: str) -> None:
-    """Draw a line along the cooled side, just outside the body."""
+def _marked(manifest: Manifest) -> dict[str, str]:
+    """Return the sides of the box that are marked, and their colors; none where a script loads."""
+    if manifest.own_load or not manifest.cooled_side:
+        return {}
+    face = {manifest.cooled_side: COLD if manifest.cools else OTHER}
+    return dict.fromkeys(manifest.cooled, COLD) | face
+
+
+def _mark_face(
+    axes: Axes, manifest: Manifest, triangles: Triangulation, side: str, color: str
+) -> None:
+    """Draw a line along the part of the body that lies on a side of its box, just outside of it.
+
+    Parameters
+    ----------
+    axes : the panel.
+    manifest : description of the run.
+    triangles : the mesh as triangles.
+    side : the side.
+    color : color of the line.
+    """
     axis, end = SIDES[2][side]
     of, lower, size = manifest.shown.length.of, manifest.corner, manifest.size
-    at = of(lower[axis] + face_position(side, size))
-    ends = list(extent(manifest)[1 - axis])
-    line = ([at, at], ends) if axis == 0 else (ends, [at, at])
+    at, near = of(lower[axis] + face_position(side, size)), NEAR * of(max(size))
+    edges = rim(triangles)
+    there = edges[(np.abs(edges[:, :, axis] - at) <= near).all(axis=1), :, 1 - axis]
+    there = np.sort(there, axis=1)[np.argsort(there.min(axis=1))]
+    gaps = np.flatnonzero(there[1:, 0] > there[:-1, 1] + near) + 1
     outwards = end * (FACE + 1) / 2
     shift = {"x": outwards} if axis == 0 else {"y": outwards}
     outside = offset_copy(axes.transData, axes.get_figure(root=True), units="points", **shift)
-    axes.plot(
-        *line,
-        color=_face_color(manifest),
-        linewidth=FACE,
-        clip_on=False,
-        solid_capstyle="butt",
-        transform=outside,
-    )
+    for part in np.split(there, gaps) if len(there) else ():
+        ends = [part[0, 0], part[-1, 1]]
+        axes.plot(
+            *(([at, at], ends) if axis == 0 else (ends, [at, at])),
+            color=color,
+            linewidth=FACE,
+            clip_on=False,
+            solid_capstyle="butt",
+            transform=outside,
+        )
 
 
-def _face_color(manifest: Manifest) -> str:
-    """Return the color of the cooled face: blue if it is cooled."""
-    return COLD if manifest.cools else OTHER
+def _faces_of_legend(manifest: Manifest) -> dict[str, str]:
+    """Return the names of the marked faces with their colors: all cooled ones are one."""
+    marked = _marked(manifest)
+    cooled = sum(color == COLD for color in marked.values())
+    found = {"cooled faces" if cooled > 1 else "cooled face": COLD} if cooled else {}
+    return found if manifest.cools or not marked else {manifest.surface: OTHER} | found
 
 
 def temperature_drop(manifest: Manifest, frames: Sequence[Frame]) -> float:
@@ -186,16 +214,18 @@ def add_legend(figure: Figure, manifest: Manifest, frames: Sequence[Frame], dT: 
     dT : temperature drop by which temperatures are divided (K); 0 for none.
     """
     handles = [Line2D([], [], color="#1a1512", linewidth=5, label="crack (damage 1)")]
-    if manifest.cooled_side:
-        handles.append(
-            Line2D([], [], color=_face_color(manifest), linewidth=FACE, label=manifest.surface)
-        )
+    handles += [
+        Line2D([], [], color=color, linewidth=FACE, label=name)
+        for name, color in _faces_of_legend(manifest).items()
+    ]
     handles += [
         Line2D([], [], color=color, linewidth=1.4, label=isotherm(manifest, level, dT))
         for level, color in isotherms(frames, dT).items()
     ]
+    letters = sum(len(str(handle.get_label())) + BESIDE for handle in handles)
     figure.legend(
-        handles=handles, loc="outside upper left", ncols=len(handles), handlelength=1.3,
+        handles=handles, loc="outside upper left", handlelength=1.3,
+        ncols=ceil(len(handles) / ceil(letters / ACROSS)),
         columnspacing=1.3, borderaxespad=0.1,
     )  # fmt: skip
     if frames[0].step.tau is not None:

@@ -5,10 +5,12 @@ from math import sqrt
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike
 
+from staffa.plot.style import ALARM
 from staffa.records.manifest import Manifest
 from staffa.records.step import Step
 
@@ -21,6 +23,7 @@ WITHOUT_MATH = {
 BELOW = 0.42  # inches from the axis of time to that of tau
 APART = 0.05  # least part of the axis between two ticks of tau
 ROUNDING = 1e-9
+MARGIN = 0.03  # of an axis, behind a mark at its end
 
 
 def has_tau(steps: Sequence[Step]) -> bool:
@@ -115,6 +118,30 @@ def add_tau(axes: Axes, time: float, tau: float, label: str) -> None:
         if 0 < tick <= tau * (1 + ROUNDING) and (tick**2 - ticks[-1] ** 2) / tau**2 > APART:
             ticks.append(float(tick))
     second.set_xticks(ticks)
+
+
+def mark_unreached(figure: Figure, manifest: Manifest, steps: Sequence[Step], left: Step) -> Figure:
+    """Mark in each panel of curves the time of a step that was not reached, and return the figure.
+
+    Parameters
+    ----------
+    figure : curves against the time of the run.
+    manifest : description of the run.
+    steps : the steps that are drawn.
+    left : the step that was not reached.
+    """
+    place = at(manifest, left.time, left.tau if counts_tau(manifest, steps) else None)
+    for number, axes in enumerate(figure.axes):
+        low, high = axes.get_xlim()
+        axes.set_xlim(low, max(high, place + MARGIN * (place - low)))
+        axes.axvline(place, color=ALARM, linestyle="--", linewidth=1.2)
+        if number == 0:
+            axes.annotate(
+                f"step {left.index} not reached", xy=(place, 0.02),
+                xycoords=("data", "axes fraction"), xytext=(-4, 0), textcoords="offset points",
+                color=ALARM, ha="right", va="bottom",
+            )  # fmt: skip
+    return figure
 
 
 def moment(manifest: Manifest, step: Step) -> str:

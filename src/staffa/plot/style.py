@@ -22,6 +22,7 @@ DPI = 200
 # Okabe and Ito's colors, which differ for every kind of color blindness.
 BLACK, BLUE, ORANGE, GREEN, PURPLE = "#1a1a1a", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, AMBER = "#56B4E9", "#E69F00"
+ALARM = "#b3261e"  # of what is wrong, as on pages
 GENERATIONS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 
 RC: Any = {

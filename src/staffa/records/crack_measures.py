@@ -19,12 +19,15 @@ class CracksAtHeight:
         Their mean spacing (m); None if it has no meaning.
     positions
         Their positions along x (m).
+    elsewhere
+        Number of further cracks on the line, which start on other cooled faces.
     """
 
     height: float
     cracks: int
     spacing: float | None
     positions: tuple[float, ...] = ()
+    elsewhere: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +48,25 @@ class Tip:
     position: tuple[float, ...]
     depth: float
     room: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherCracks:
+    """Cracks that start on a cooled face from which `Tip.depth` is not measured.
+
+    Attributes
+    ----------
+    face
+        Name of that face.
+    cracks
+        Number of their tips.
+    deepest
+        Largest distance of a recorded tip from that face (m).
+    """
+
+    face: str
+    cracks: int
+    deepest: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +94,9 @@ class Measures:
     sections
         Lines across a 2-D body, from the cooled face inwards.
     tips
-        The tips of the cracks.
+        The tips of the cracks, but for those that start on other cooled faces.
+    others
+        The cracks that start on other cooled faces, face by face.
     front
         Depth of the deepest crack (m), 0 without one.
     length_surface
@@ -100,3 +124,4 @@ class Measures:
     fluid: Fluid | None = None
     cells: tuple[CellSection, ...] = ()
     coarse: Coarse | None = None
+    others: tuple[OtherCracks, ...] = ()

@@ -175,6 +175,8 @@ class Manifest:
         Quantities of a script, recorded at each step.
     refined
         True for a mesh that follows the cracks: `cells`, `unknowns`, `mesh` are of the first one.
+    cooled
+        Sides of a box that are cooled besides the face that depths are measured from.
     reservoir
         The reservoir before the first step; None where no water circulates.
     format
@@ -220,6 +222,7 @@ class Manifest:
     elements: str = "linear"
     quantities: tuple[QuantityRecord, ...] = ()
     refined: bool = False
+    cooled: tuple[str, ...] = ()
     reservoir: ReservoirFacts | None = None
     format: int = 1
 

@@ -8,6 +8,7 @@ from staffa.records.circulation import Circulation as Circulation
 from staffa.records.crack_measures import CracksAtHeight as CracksAtHeight
 from staffa.records.crack_measures import Fluid as Fluid
 from staffa.records.crack_measures import Measures as Measures
+from staffa.records.crack_measures import OtherCracks as OtherCracks
 from staffa.records.crack_measures import Tip as Tip
 from staffa.records.curvature import Curvature as Curvature
 from staffa.records.curvature import Stability as Stability
@@ -261,6 +262,11 @@ class Step:
     released: tuple[Release, ...] = ()
     quantities: dict[str, tuple[float, ...]] = field(default_factory=dict)
     mesh: RefinedMesh | None = None
+
+    @property
+    def reached(self) -> bool:
+        """True if its state is one of the run: its minimization converged."""
+        return self.status == Status.CONVERGED
 
     @property
     def tips(self) -> tuple[Tip, ...]:

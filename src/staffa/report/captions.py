@@ -97,8 +97,9 @@ def _network(manifest: Manifest, steps: Steps) -> str:
 
 def _production(manifest: Manifest, steps: Steps) -> str:
     text = (
-        "Temperature of the produced water, power above that of the injected water, and pressure "
-        "in each well. Dotted marks: the times at which the drawdown passes 1 % and 10 %."
+        "Temperature of the produced water, power above that of the injected water, as the mean of "
+        "each step, and pressure in each well. Dotted marks: the times at which the drawdown "
+        "passes 1 % and 10 %."
     )
     if _has_shadow(steps):
         text += f" {DASHES}"
@@ -121,7 +122,7 @@ def _exchange(manifest: Manifest, steps: Steps) -> str:
 
 
 def _production_of_all(manifest: Manifest, steps: Steps) -> str:
-    text = f"Production temperature, power and energy: {BAND}."
+    text = f"Production temperature, power (the mean of a step) and energy: {BAND}."
     if not _has_shadow(steps):
         return text
     return f"{text} {DASHES} Below: with cracks less without."
@@ -168,11 +169,11 @@ CAPTIONS: dict[str, str | Callable[[Manifest, Steps], str]] = {
     "total energies are, over the larger of them, parts below zero counted by size.",
     "growth-of-both": "Growth of the cracks of both runs.",
     "production-of-all": _production_of_all,
-    "production-of-both": "Temperature of the produced water, power and highest pressure in a well "
-    "of both runs.",
+    "production-of-both": "Temperature of the produced water, power (the mean of a step) and "
+    "highest pressure in a well of both runs.",
     "response": "Results over a parameter: mean of the finished runs of each point, with its "
     "standard error; each run is a small dot.",
-    "study-production": "Temperature of the produced water, power and energy of each point: means "
-    "of its finished runs, their standard errors as bands.",
+    "study-production": "Temperature of the produced water, power (the mean of a step) and energy "
+    "of each point: means of its finished runs, their standard errors as bands.",
     "cracks-of-both": "The cracks of both runs at times whose fields both kept.",
 }

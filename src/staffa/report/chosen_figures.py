@@ -17,6 +17,7 @@ from staffa.plot.ensemble_production import ensemble_production_figure, producti
 from staffa.plot.exchange_curves import exchange_figure
 from staffa.plot.frames import Frame, read_frames
 from staffa.plot.heat_balance import heat_figure
+from staffa.plot.labels import mark_unreached
 from staffa.plot.mesh_picture import mesh_figure
 from staffa.plot.network_openings import network_figure
 from staffa.plot.production_curves import production_figure
@@ -80,7 +81,7 @@ def curve_figures(run: Run) -> tuple[Figures, list[str]]:
     manifest, steps = run.manifest, run.steps
     figures, skipped = _production(run), []
     if len(steps) < 2:
-        return figures, ["curves: they need two steps"]
+        return figures, ["curves: they need two steps that were reached"]
     figures["energies"] = partial(energies_figure, manifest, steps)
     if any(step.heat for step in steps):
         figures["heat"] = partial(heat_figure, manifest, steps)
@@ -92,7 +93,15 @@ def curve_figures(run: Run) -> tuple[Figures, list[str]]:
         skipped.append("lengths: fewer than two steps were measured")
     else:
         figures["lengths"] = partial(lengths_figure, manifest, steps)
-    return figures, skipped
+    return {name: partial(_with_end, run, draw) for name, draw in figures.items()}, skipped
+
+
+def _with_end(run: Run, draw: Callable[[], Figure]) -> Figure:
+    """Draw curves, with a mark where the run ended before its end."""
+    figure = draw()
+    if run.unreached is None:
+        return figure
+    return mark_unreached(figure, run.manifest, run.steps, run.unreached)
 
 
 def ensemble_figures(ensemble: Ensemble) -> tuple[Figures, list[str]]:

@@ -24,8 +24,7 @@ from staffa.report.study_page import study_page
 from staffa.report.time_slides import SlideMaker
 from staffa.report.turnable import turnable
 from staffa.results.crack_network import OLDER, Drawing, networks, without_openings
-from staffa.results.csv_files import write_pooled, write_study, write_tables, writing
-from staffa.results.ensemble_means import write_results
+from staffa.results.csv_files import write_ensemble, write_study, write_tables, writing
 
 MOVIE = "growing"
 Write = Callable[[Path], Figure | None]
@@ -79,8 +78,7 @@ def draw_ensemble(ensemble: Ensemble) -> Drawn:
     StaffaError
         The directory cannot be written to.
     """
-    write_results(ensemble)  # before what describes all files
-    tables = write_pooled(ensemble)
+    tables = write_ensemble(ensemble)
     figures, skipped = ensemble_figures(ensemble)
     return _written(ensemble.path, figures, skipped, partial(ensemble_page, ensemble), tables)
 

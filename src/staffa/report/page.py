@@ -34,9 +34,10 @@ from staffa.results.columns import columns
 from staffa.results.crack_network import Drawing, network_table
 from staffa.results.ensemble_means import PRODUCTION as PRODUCTION_SHEET
 from staffa.results.ensemble_means import ensemble_title, facts, sheets
+from staffa.results.facts import Fact
 from staffa.results.production_table import production_numbers_table
 from staffa.results.spacing import spacing
-from staffa.results.summary import Fact, summary, title
+from staffa.results.summary import summary, title
 from staffa.results.tables import Table
 
 PLAIN = True  # tables of which no row stands out

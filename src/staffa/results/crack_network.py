@@ -21,6 +21,11 @@ from staffa.results.tables import Cell, Column, Table
 
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
+QUOTED = (
+    "Quote this {name} for that of the cracks. That by energy is the surface energy over the "
+    "effective Gc, so it counts all damage, also a layer at a face that is broken all over; that "
+    "by geometry is half the variation of the damage, a check."
+)
 FOLDER, TABLE = "network", "network.csv"
 BODY = "body.geojson"
 OURS = re.compile(r"(cracks|polygons|polygon-corners)-\d{4,}\.(vtp|csv|geojson)|body\.geojson")
@@ -139,6 +144,7 @@ def network_table(run: Run, found: Sequence[Drawing]) -> Table:
         notes=(
             "One row for each moment whose fields were kept; the volume is the integral of the "
             "opening.",
+            QUOTED.format(name="length" if run.manifest.plane else "area"),
             *words_on_openings(run, found),
         ),
     )

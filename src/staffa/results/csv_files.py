@@ -11,6 +11,7 @@ from staffa.io.run_directory import Run
 from staffa.io.study_directory import STUDY_MEANS, STUDY_RESULTS, Study
 from staffa.results.columns import cells_table, pooled_table
 from staffa.results.crack_network import Drawing, write_networks
+from staffa.results.ensemble_means import write_results
 from staffa.results.members_production import production_means
 from staffa.results.production_table import production_table
 from staffa.results.release_table import release_table
@@ -51,19 +52,21 @@ def write_tables(run: Run, found: Sequence[Drawing]) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def write_pooled(ensemble: Ensemble) -> tuple[Path, ...]:
-    """Write the tables of all finished members together that have rows, and return their paths.
+def write_ensemble(ensemble: Ensemble) -> tuple[Path, ...]:
+    """Write the numbers of each member, then tables of all finished ones; return their paths.
 
-    These are the polygonal cells, and the means of the production.
+    The latter are the polygonal cells, and the means of the production, if they have rows.
 
     Raises
     ------
     StaffaError
         The directory cannot be written to.
     """
+    results = write_results(ensemble)
     with writing(ensemble.path):
         cells = _written(ensemble.path / CELLS, pooled_table(ensemble.finished.values()))
-        return cells + _written(ensemble.path / PRODUCTION_MEANS, production_means(ensemble))
+        means = _written(ensemble.path / PRODUCTION_MEANS, production_means(ensemble))
+    return (results, *cells, *means)
 
 
 def write_study(study: Study) -> tuple[Path, ...]:

@@ -1,16 +1,24 @@
 """Numbers of an ensemble: those of each finished member, and their means and errors."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
 
 from staffa.errors import StaffaError
 from staffa.io.ensemble_directory import RESULTS, Ensemble
 from staffa.io.own_files import write_aside
 from staffa.measure.averages import average
 from staffa.records.manifest import Manifest
-from staffa.results.member_numbers import Numbers, arrest_numbers, end_numbers, status_text
+from staffa.results.facts import Fact
+from staffa.results.member_numbers import (
+    Numbers,
+    arrest_numbers,
+    end_numbers,
+    left_out,
+    status_text,
+)
 from staffa.results.members_production import MEMBERS, members_production
 from staffa.results.slab_table import GENERATIONS, definitions, tip
-from staffa.results.summary import Fact, summary
+from staffa.results.summary import summary
 from staffa.results.tables import Column, Table, columns_of
 
 MEANS = (
@@ -53,7 +61,7 @@ def _sheet(
         totals=tuple(
             (name, *(getattr(a, name) for a in averages)) for name in ("mean", "error", "members")
         ),
-        notes=notes,
+        notes=(*notes, *left_out({f"seed {seed}": run for seed, run in ensemble.runs.items()})),
     )
 
 
@@ -108,7 +116,7 @@ def ensemble_title(ensemble: Ensemble) -> str:
     return ensemble.first.manifest.title or ensemble.path.resolve().name
 
 
-def write_results(ensemble: Ensemble) -> None:
+def write_results(ensemble: Ensemble) -> Path:
     """Write `ensemble.csv`: a row for each seed, then mean, error, and number of members.
 
     Raises
@@ -116,13 +124,15 @@ def write_results(ensemble: Ensemble) -> None:
     StaffaError
         The directory cannot be written to.
     """
+    path = ensemble.path / RESULTS
     try:
-        write_aside(ensemble.path / RESULTS, _joined(ensemble, sheets(ensemble)).csv(digits=6))
+        write_aside(path, _joined(ensemble, sheets(ensemble)).csv(digits=6))
     except OSError as error:
         raise StaffaError(
-            f"{ensemble.path / RESULTS} cannot be written: {error.strerror}; copy the ensemble to "
-            f"a folder that you may write to"
+            f"{path} cannot be written: {error.strerror}; copy the ensemble to a folder that you "
+            f"may write to"
         ) from None
+    return path
 
 
 def _joined(ensemble: Ensemble, found: Sequence[Table]) -> Table:

@@ -63,6 +63,17 @@ def energy_numbers(run: Run) -> Numbers:
     return found | {Column(name="total_energy", unit=unit, label="total energy"): energies.total}
 
 
+def left_out(runs: Mapping[str, Run]) -> tuple[str, ...]:
+    """Return a sentence on the runs that are in no mean, since they are not finished; or nothing.
+
+    Parameters
+    ----------
+    runs : the runs by their names.
+    """
+    told = [f"{name} ({status_text(run)})" for name, run in runs.items() if not run.finished]
+    return (f"Not finished, so in no mean: {'; '.join(told)}.",) if told else ()
+
+
 def status_text(run: Run) -> str:
     """Return the status of a run in words."""
     return next(fact.text for fact in summary(run) if fact.name == "status")

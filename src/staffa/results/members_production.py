@@ -24,8 +24,8 @@ NUMBERS = {
 }
 PERCENT = Unit(name="%", size=0.01)
 MEMBERS = (
-    "At the end, as on the page of each member; a time that a member does not reach is no part of "
-    "the mean. production_means.csv has the curves.",
+    "At the end, power as its mean over the last step, as on each page; a time that a "
+    "member does not reach is no part of the mean. production_means.csv has the curves.",
     "Change: with cracks less without.",
 )
 

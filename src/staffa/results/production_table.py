@@ -41,12 +41,12 @@ MEANINGS = {
     "drawdown of 10 %": "first time at which it is above 10 %",
     "10 K less": "first time at which the water is 10 K colder than the rock was",
     "production temperature": "of the water at the end, all producers mixed",
-    "power": "heat per time that the surface gets at the end",
+    "power": "heat per time that the surface gets, mean over the last step",
     "energy": "heat that the surface got by the end",
     "recovered": "that heat over what the body gives as it cools to the injected water",
     "peak pressure": "highest pressure in a well at the end of a step",
     "pressure difference": "between injectors and producers at the end",
-    "impedance": "that difference over the rate of the producers",
+    "impedance": "that difference over the mean rate of the producers in the last step",
     "exchange area": "one wall of a single fracture that would cool the water as at the end",
     "lost water": "injected and not produced by the end",
     "balance": "heat through the wells minus heat stored, over the latter",
@@ -257,7 +257,8 @@ def production_lines(run: Run) -> list[tuple[str, str]]:
     text = {one.name: one.text for one in numbers}
     cells = prod(len(edges) - 1 for edges in facts.edges)
     wells = ", ".join(f"'{name}'" for name in facts.wells)
-    ways = f"{text['production temperature']}, {text['power']}, {text['energy']} since the start"
+    ways = f"{text['production temperature']} at the end, {text['power']} over the last step, "
+    ways += f"{text['energy']} since the start"
     times = f"thermal breakthrough {text['thermal breakthrough']}"
     return [
         ("reservoir", f"{facts.simulator}, {cells} cells, wells {wells}"),

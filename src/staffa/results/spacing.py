@@ -54,6 +54,9 @@ def spacing(run: Run) -> Table:
     rows: list[tuple[Cell, ...]] = [(s.height, s.cracks, s.spacing) for s in found]
     notes = [ALONG, _by_damage(m) if step.measures.sections else BY_TIPS]
     notes += [RINGS] if m.axial else []
+    if any(s.elsewhere for s in found):
+        there = ", ".join(f"{s.elsewhere} at {unit.text(s.height)}" for s in found if s.elsewhere)
+        notes.append(f"Cracks that start on other cooled faces are not counted here: {there}.")
     depth, apart = (Column(name=name, unit=unit) for name in ("depth", "spacing"))
     return Table(
         title=TITLE,

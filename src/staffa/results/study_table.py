@@ -9,16 +9,18 @@ from staffa.io.run_directory import Run
 from staffa.io.study_directory import Parameter, Point, Study
 from staffa.measure.averages import Average, average
 from staffa.results.ensemble_means import arrest_definitions, end_definitions
+from staffa.results.facts import Fact
 from staffa.results.member_numbers import (
     Numbers,
     arrest_numbers,
     end_numbers,
     energy_numbers,
+    left_out,
     status_text,
 )
 from staffa.results.members_production import MEMBERS, water_numbers
 from staffa.results.slab_table import tip
-from staffa.results.summary import Fact, summary
+from staffa.results.summary import summary
 from staffa.results.tables import Cell, Column, Table, columns_of, number
 
 # Title of each sheet, and the numbers of a run on it.
@@ -149,6 +151,7 @@ def _parameter_columns(study: Study) -> tuple[Column, ...]:
 
 def study_sheets(study: Study) -> tuple[Table, ...]:
     """Return the tables for people, a row for each point: means with errors."""
+    runs = {f"point {point}, seed {seed}": run for (point, seed), run in study.runs.items()}
     return tuple(
         Table(
             title=group.title,
@@ -161,8 +164,8 @@ def study_sheets(study: Study) -> tuple[Table, ...]:
                 Column(name="runs"),
                 *(Column(name=column.heading) for column in group.columns),
             ),
-            rows=tuple(_row(group, point, len(runs.finished)) for point, runs in study.started),
-            notes=(*_notes(study, group), NOTE),
+            rows=tuple(_row(group, point, len(of.finished)) for point, of in study.started),
+            notes=(*_notes(study, group), NOTE, *left_out(runs)),
         )
         for group in map(_known, groups(study))
         if group.columns

@@ -1,41 +1,21 @@
 """Summary of a run as rows of text, for a terminal or a page."""
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import reduce
 
 from staffa.display_units import Unit
 from staffa.io.run_directory import Run
-from staffa.measure.radial import radial_steps
 from staffa.plot.labels import reading
 from staffa.records.manifest import Manifest
-from staffa.records.status import Status, Verdict
-from staffa.records.step import Audit, Energies, Heat, SolverStatistics, Step
+from staffa.records.step import Energies, Heat, Measures, Step
+from staffa.results.audit_facts import audit_facts, violations
+from staffa.results.crack_sizes import crack_sizes, size_name
 from staffa.results.crack_warnings import crack_warnings
+from staffa.results.facts import Fact
 from staffa.results.mesh_changes import mesh_text
 from staffa.results.production_table import production_lines
 from staffa.results.release_table import release_text
 from staffa.results.slab_table import remaining, run_arrests
-
-# Notes that are told; each step may have one, which says much the same.
-MOST_NOTES = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fact:
-    """Row of a summary.
-
-    Attributes
-    ----------
-    name : its name.
-    text : its value.
-    alarm : True if something is wrong.
-    """
-
-    name: str
-    text: str
-    alarm: bool = False
 
 
 def summary(run: Run) -> tuple[Fact, ...]:
@@ -51,19 +31,13 @@ def summary(run: Run) -> tuple[Fact, ...]:
         *_arrests(run),
         *_coarse(run),
         *_mesh(run),
-        *_audit(run),
+        *audit_facts(run),
     )
 
 
 def title(run: Run) -> str:
     """Return the case's title, or the name of the run directory."""
     return run.manifest.title or run.path.resolve().name
-
-
-def violations(run: Run) -> list[str]:
-    """Return the violations of the kept steps, one sentence each."""
-    audited = [(step.index, step.audit) for step in run.steps if step.audit]
-    return [f"step {index}: {text}" for index, audit in audited for text in audit.violations]
 
 
 def _case(run: Run) -> Iterator[Fact]:
@@ -88,21 +62,35 @@ def _case(run: Run) -> Iterator[Fact]:
 
 def _progress(run: Run) -> Iterator[Fact]:
     steps, planned = run.steps, "" if run.manifest.adaptive else f" of {len(run.manifest.times)}"
-    if not steps:
-        yield Fact(name="status", text=f"no step is finished yet{planned and ',' + planned}")
-        return
     count = f"{len(steps)}{planned} steps"
-    if steps[-1].status != Status.CONVERGED:
-        text = f"{steps[-1].status} at step {steps[-1].index}, {count}: {steps[-1].reason}"
+    if left := run.unreached:
+        text = f"{left.status} at step {left.index}, {count} reached: {left.reason}"
         yield Fact(name="status", text=text, alarm=True)
+        yield Fact(name="not reached", text=_unreached(run, left))
+    elif not steps:
+        yield Fact(name="status", text=f"no step is finished yet{planned and ',' + planned}")
     elif run.finished:
         violated = bool(violations(run))
         text = f"finished, {count}" + (", but the audit is violated" if violated else "")
         yield Fact(name="status", text=text, alarm=violated)
     else:
         yield Fact(name="status", text=f"{count}; still going on, or stopped")
-    yield Fact(name="time", text=_time(run.manifest, steps[-1]))
-    every = (*steps, *run.superseded, *run.rejected)
+    if steps:
+        yield Fact(name="time", text=_time(run.manifest, steps[-1]))
+    yield from _spent(run)
+
+
+def _unreached(run: Run, step: Step) -> str:
+    """Return a sentence on the step that ended the run before its end."""
+    text = f"step {step.index}, {_time(run.manifest, step)}: it is in no curve, table or picture"
+    return f"{text}; {step.fields} has its last state" if step.fields else text
+
+
+def _spent(run: Run) -> Iterator[Fact]:
+    """Yield what the steps cost, and how often the run went back."""
+    steps, every = run.audited, run.computed
+    if not steps:
+        return
     most = max(steps, key=lambda step: step.sweeps)
     spent = f"{sum(step.sweeps for step in every)}, at most {most.sweeps} in a step ({most.index})"
     yield Fact(name="sweeps", text=spent)
@@ -131,18 +119,14 @@ def _time(manifest: Manifest, step: Step) -> str:
 def _state(run: Run) -> Iterator[Fact]:
     if not run.steps:
         return
-    step, shown, plane = run.steps[-1], run.manifest.shown, run.manifest.plane
+    step, shown = run.steps[-1], run.manifest.shown
     yield Fact(name="energies", text=_energies(shown.energy, step.energies))
     measures = step.measures
     if measures is None:
         return
     if run.manifest.face:
-        deepest = f", the deepest {shown.length.text(run.manifest.deepest(measures))}"
-        text = f"{len(measures.tips)}{deepest if measures.tips else ''}"
-        yield Fact(name="cracks", text=text)
-    by_energy = shown.crack.text(measures.length_surface)
-    text = f"{by_energy} by energy, {shown.crack.text(measures.length_geometry)} by geometry"
-    yield Fact(name="crack length" if plane else "crack area", text=text)
+        yield Fact(name="cracks", text=_cracks(run.manifest, measures))
+    yield Fact(name=f"crack {size_name(run)}", text=crack_sizes(run, measures))
     if rate := release_text(run):
         yield Fact(name="energy release rate", text=rate)
     yield from _opposite_boundary(run)
@@ -151,6 +135,20 @@ def _state(run: Run) -> Iterator[Fact]:
         acting = "acting pressure" if run.manifest.reservoir else "pressure"
         text = f"{acting} {pressure}, volume {shown.volume.text(measures.fluid.volume, 5)}"
         yield Fact(name="fluid in cracks", text=text)
+
+
+def _cracks(manifest: Manifest, measures: Measures) -> str:
+    """Return the number of cracks and the deepest of them, of each cooled face by itself."""
+    unit, reach = manifest.shown.length, manifest.tip_reach or 0.0
+    deepest = f", the deepest {unit.text(manifest.deepest(measures))}" if measures.tips else ""
+    if not measures.others:
+        return f"{len(measures.tips)}{deepest}"
+    told = [f"{len(measures.tips)} from '{manifest.face}'{deepest}"]
+    told += [
+        f"{one.cracks} from '{one.face}', the deepest {unit.text(one.deepest + reach)} from there"
+        for one in measures.others
+    ]
+    return "; ".join(told)
 
 
 def _quantities(run: Run) -> Iterator[Fact]:
@@ -238,100 +236,3 @@ def _coarse(run: Run) -> Iterator[Fact]:
 def _mesh(run: Run) -> Iterator[Fact]:
     if run.manifest.refined and run.steps:
         yield Fact(name="mesh", text=mesh_text(run))
-
-
-def _gap(audits: Sequence[Audit]) -> str:
-    """Return the largest gap, and the number of steps of earlier versions without one."""
-    found = [a.gap for a in audits if a.gap is not None]
-    if not found:
-        return "not recorded"
-    without = len(audits) - len(found)
-    return f"{max(found):.1e}" + (
-        f" ({without} of {len(audits)} steps did not record it)" if without else ""
-    )
-
-
-def _audit(run: Run) -> Iterator[Fact]:
-    audits = [step.audit for step in run.steps if step.audit]
-    if not audits:
-        return
-    worst = (
-        f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
-        f"irreversibility violation {max(a.healing for a in audits):.1e}",
-        f"balance {max(a.balance for a in audits):.1e}",
-        f"gap between steps {_gap(audits)}",
-        f"first-order residual {max(a.optimality for a in audits):.1e}",
-    )
-    yield Fact(name="audit, worst step", text=", ".join(worst))
-    every = (*run.steps, *run.superseded, *run.rejected)
-    effort = sum((step.effort for step in every), SolverStatistics())
-    needed = {
-        "the second damage solver": effort.fallbacks,
-        "a factorization in place of the iterative solver": effort.direct,
-        "a step by alternation alone": effort.plain,
-        "a step cut in two": effort.halvings,
-    }
-    if any(needed.values()):
-        counts = ", ".join(f"{what} {n} times" for what, n in needed.items() if n)
-        yield Fact(name="fall-backs", text=f"needed {counts}")
-    looked = [step for step in run.steps if step.stability is not None]
-    if looked:
-        yield Fact(name="stability", text=_second_order(looked))
-    tests = [step for step in run.steps if step.curvature is not None]
-    if tests:
-        yield Fact(name="second-order test", text=_curvature(tests))
-    if driven := radial_steps(run.steps):
-        yield Fact(name="radial cracks", text=driven, alarm=True)
-    amiss = violations(run)
-    if not amiss:
-        yield Fact(name="violations", text="none")
-    for text in amiss:
-        yield Fact(name="violation", text=text, alarm=True)
-    noted = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.notes]
-    for text in noted[:MOST_NOTES]:
-        yield Fact(name="note", text=text, alarm=True)
-    if len(noted) > MOST_NOTES:
-        yield Fact(name="notes", text=f"{len(noted) - MOST_NOTES} more in steps.jsonl", alarm=True)
-
-
-def _second_order(steps: Sequence[Step]) -> str:
-    """Return the results of the second-order conditions at the steps that were tested."""
-    seen = [(step, step.stability) for step in steps if step.stability is not None]
-    unstable = [step.index for step, s in seen if s.stability is not None and s.stability < 0]
-    many = [step.index for step, s in seen if s.bifurcation is not None and s.bifurcation < 0]
-    escapes = sum(s.escapes for _, s in seen)
-    parts = [
-        f"not stable at {len(unstable)} of {len(seen)} steps",
-        f"a bifurcation at {len(many)}" + (f", the first {many[0]}" if many else ""),
-    ]
-    return ", ".join([*parts, f"left along a mode {escapes} times"] if escapes else parts)
-
-
-def _curvature(steps: Sequence[Step]) -> str:
-    """Return the results of the search for directions along which the energy falls."""
-    found = [(step.index, step.curvature) for step in steps if step.curvature is not None]
-    tested = [(n, c) for n, c in found if c.verdict is not Verdict.NOT_TESTED]
-    many = [n for n, c in found if c.verdict is Verdict.BIFURCATION]
-    saddles = [n for n, c in found if c.verdict is Verdict.SADDLE]
-    minima = [c for _, c in found if c.verdict is Verdict.MINIMUM]
-    reasons = Counter(c.reason for _, c in found if c.verdict is Verdict.NOT_TESTED)
-    parts = []
-    if tested:
-        parts.append(f"no descent direction found at {len(minima)} of {len(tested)} states tested")
-    if many:
-        parts.append(f"a bifurcation at {_steps(many)}, where only less damage lowers the energy")
-    if saddles:
-        parts.append(f"a saddle was kept at {_steps(saddles)}")
-    escapes = sum(c.escapes for _, c in tested)
-    if escapes:
-        parts.append(f"a saddle was left {escapes} times")
-    values = [c.smallest for c in minima if c.smallest is not None]
-    if values:
-        parts.append(f"smallest curvature found {min(values):.2g} of 1")
-    parts += [f"{number} states {reason}" for reason, number in reasons.items()]
-    return ", ".join(parts)
-
-
-def _steps(numbers: Sequence[int]) -> str:
-    """Return step numbers as text."""
-    return f"step{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"

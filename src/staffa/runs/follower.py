@@ -107,6 +107,11 @@ class Follower:
         if step.status == Status.REJECTED:
             self._tell(f"  step {step.index} to {self._clock(step)} rejected: {step.reason}")
             return
+        if not step.reached:
+            self._say(f"  step {step.index} to {self._clock(step)} not reached: {step.reason}")
+            self._say_violations(step)
+            self.grown()
+            return
         self.latest = "".join(f", {part}" for part in (*self._cracks(step), self._left(step)[1]))
         self.done = self._part(step)
         if step.returned:
@@ -116,17 +121,20 @@ class Follower:
                 f"energy there from {self._energy(back.before, 6)} to {self._energy(back.found, 6)}"
             )
         self._tell(self._line(step))
-        for sentence in step.audit.violations if step.audit else (step.reason,):
-            self._say(f"  {'audit: ' if step.audit else ''}{sentence}")
+        self._say_violations(step)
         notes = step.audit.notes if step.audit else ()
         for sentence in (*notes, *radial(step)):
             self._say(f"  note: {sentence}")
         self.grown()
-        if self.speaks and self.quiet and step.audit and step.status == Status.CONVERGED:
+        if self.speaks and self.quiet and step.audit:
             for sentence in step.audit.violations:
                 print(f"staffa: step {step.index}, audit: {printable(sentence)}", file=sys.stderr)
         if self.done == 1.0:
             self.screen.show(1.0, self._summary(step))
+
+    def _say_violations(self, step: Step) -> None:
+        for sentence in step.audit.violations if step.audit else ():
+            self._say(f"  audit: {sentence}")
 
     def _summary(self, step: Step) -> str:
         """Return the line that stays in a notebook."""

@@ -258,6 +258,7 @@ def describe(
         size=domain.size,
         face=case.temperature.face if setup.face else None,
         side=case.outline.sides[case.temperature.face] if setup.face else None,
+        cooled=tuple(filter(None, map(case.outline.sides.get, setup.measuring.cooled))),
         h=domain.h,
         ell=material.ell,
         L=derived.L,

@@ -122,7 +122,8 @@ def _saving(
         of_fluid = ("p",) if session.problem.forces.fluid else ()
         names = dict.fromkeys((*case.output.fields, *of_fluid))
         at_vertices, in_cells = field_values(session, names)
-        written[:] = [*((n, t) for n, t in written if t < time), (name, time)]
+        before = [(n, t) for n, t in written if t < time]
+        written[:] = [*before, (name, time)] if converged else before
         with on_disk(directory):
             session.tool(writer).write(directory / name, at_vertices, in_cells)
             _save_reservoir(session, directory, moment.index)

@@ -66,6 +66,14 @@ def surface_exchanges(case: Case) -> tuple[SurfaceExchange, ...]:
     return tuple(found)
 
 
+def cooled_besides(case: Case) -> tuple[str, ...]:
+    """Return the boundaries that are cooled besides the face from which depths are measured."""
+    if case.heat is None or not case.temperature.has_face:
+        return ()
+    known = [e.where for e in surface_exchanges(case) if e.drop > 0]
+    return tuple(e for e in known if e in case.outline.faces and e != case.temperature.face)
+
+
 def strongest(found: Iterable[SurfaceExchange], face: str) -> SurfaceExchange | None:
     """Return the strongest cooling: at the face if that cools, else anywhere; None without one."""
     cooling = [e for e in found if e.drop > 0]

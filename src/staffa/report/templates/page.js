@@ -27,16 +27,24 @@
   const mixed = (one, other, share) => "#" + parts(one)
     .map((part, at) => Math.round((1 - share) * part + share * parts(other)[at]))
     .map(part => part.toString(16).padStart(2, "0")).join("");
-  const visible = given => {
+  // A line that lets the page through is drawn in the color that it then has.
+  const visible = (given, opacity = 1, least = 3) => {
     const [back, ink] = [full(color("--back")), full(color("--ink"))];
-    if (given === BLACK) return ink;
+    const seen = mixed(back, given === BLACK ? ink : given, opacity);
     const shares = [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1];
-    return shares.map(share => mixed(given, ink, share)).find(one => contrast(one, back) >= 3);
+    return shares.map(share => mixed(seen, ink, share)).find(one => contrast(one, back) >= least);
   };
-  const shade = part => part && part.color ? {...part, color: visible(part.color)} : part;
-  const themed = trace => ({...trace,
-    ...(trace.line && {line: shade(trace.line)}), ...(trace.marker && {marker: shade(trace.marker)}),
-  });
+  const shade = (part, opacity, least) =>
+    part && part.color ? {...part, color: visible(part.color, opacity, least)} : part;
+  const translucent = (hex, opacity) => `rgba(${parts(hex).join(",")},${opacity})`;
+  const band = trace => {
+    const edge = visible(trace.fillcolor);
+    return {...trace, opacity: 1, fillcolor: translucent(edge, trace.opacity),
+      line: {...trace.line, color: edge, width: 1}};
+  };
+  const curve = trace => ({...trace, opacity: 1, line: shade(trace.line, trace.opacity),
+    marker: shade(trace.marker, trace.opacity)});
+  const themed = trace => trace.fill ? band(trace) : curve(trace);
   const axis = given => ({
     automargin: true, gridcolor: color("--line"), linecolor: color("--soft"), showline: true,
     zerolinecolor: color("--line"), ticks: "outside", tickcolor: color("--soft"), ...given,
@@ -58,17 +66,23 @@
         unifiedhovertitle: {text: `%{x:.4~g}${unit}`}},
       yaxis: axis(given.yaxis),
       shapes: given.shapes.map(shape => ({...shape, line: shade(shape.line)})),
-      annotations: given.annotations.map(note => ({...note, font: shade(note.font)})),
+      annotations: given.annotations.map(note => ({...note, font: shade(note.font, 1, 4.5)})),
       legend: {...given.legend, orientation: "h", x: 0, xanchor: "left", y: 1.02, yanchor: "bottom",
         bgcolor: "rgba(0,0,0,0)"},
       showlegend: true,
     };
   };
+  // From farther away where the page is narrow, so that no number at an axis is cut.
+  const farther = scene => {
+    const far = innerWidth < 600 ? 1.25 : 1;
+    const {x, y, z} = scene.camera.eye;
+    return {...scene, camera: {...scene.camera, eye: {x: far * x, y: far * y, z: far * z}}};
+  };
   // On white, as pictures are: the colors of cracks go down to nearly black.
   const solid = given => ({
     ...plain(), font: {color: BLACK, family: "system-ui, sans-serif", size: 13},
     paper_bgcolor: "#fff", margin: {l: 0, r: 0, t: 40, b: 0}, showlegend: false,
-    title: {...given.title, x: 0.01, xanchor: "left", font: {size: 14}}, scene: given.scene,
+    title: {...given.title, x: 0.01, xanchor: "left", font: {size: 14}}, scene: farther(given.scene),
   });
   const config = {
     showSendToCloud: false, plotlyServerURL: "", // Plotly's own page, to which nothing is to go
@@ -121,6 +135,23 @@
         if (Number(slider.value) === last) stop();
       }, 400);
     });
+  }
+
+  // What is wider than the screen fades at the side where more of it is, and says so.
+  const look = (place, hint) => {
+    const rest = place.scrollWidth - place.clientWidth;
+    place.classList.toggle("before", place.scrollLeft > 1);
+    place.classList.toggle("after", place.scrollLeft < rest - 1);
+    hint.hidden = rest <= 1;
+  };
+  for (const place of document.querySelectorAll(".wide")) {
+    const hint = made("p", {className: "hint", hidden: true});
+    hint.textContent = coarse ? "wider than the screen: swipe ↔" : "wider than the page: scroll ↔";
+    hint.setAttribute("aria-hidden", "true"); // the region itself is told, and takes the arrow keys
+    place.after(hint);
+    place.addEventListener("scroll", () => look(place, hint), {passive: true});
+    const sizes = new ResizeObserver(() => look(place, hint));
+    for (const one of [place, ...place.children]) sizes.observe(one);
   }
 
   // Tables, the case and commands to copy; a spreadsheet computes no text.
