@@ -69,12 +69,13 @@ def ride(
     cells: int,
     on_a_side: float = 0.0,
     look: Callable[[Problem, System], None] = lambda problem, system: None,
+    change: Callable[[Problem], Problem] = lambda problem: problem,
 ) -> Ride:
     """Follow a crack for a number of cells, five steps in each, once it moves.
 
     on_a_side: the toughness over Gc that a crack on a plane of symmetry is loaded for; of the
     plate there is only the part above it. 0 for a crack within a whole plate. look: called at each
-    step that is followed.
+    step that is followed. change: makes another problem of the plate, with other solvers say.
     """
     h = 1.0 / cells_per_ell
     rows = round(radius / h) if on_a_side else 2 * round(radius / h) + 1  # odd: a middle row
@@ -95,12 +96,14 @@ def ride(
     sides = {side: components for side in ("left", "right", "bottom", "top")}
     if on_a_side:
         sides["bottom"] = {1: no_displacement}
-    problem = body(
-        (round(3 * radius / h) * h, height),
-        h,
-        material=replace(material, cracked=cracked),
-        sides=tuple(SideSupport(side=side, components=c) for side, c in sides.items()),
-        times=tuple(h * np.arange(1, 5 * (cells + WARM_UP) + 1) / 5),
+    problem = change(
+        body(
+            (round(3 * radius / h) * h, height),
+            h,
+            material=replace(material, cracked=cracked),
+            sides=tuple(SideSupport(side=side, components=c) for side, c in sides.items()),
+            times=tuple(h * np.arange(1, 5 * (cells + WARM_UP) + 1) / 5),
+        )
     )
     system = build(problem)
     x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
