@@ -4,9 +4,11 @@
 
 A way is a name in `WAYS`; without one, all of them, and without a case, all cases. Runs of the
 command line stay in runs/benchmarks, and what is there is not run again.
+The way `staffa` takes from `verification` what `make verify` has measured with the same settings.
 """
 
 import csv
+import json
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -38,7 +40,8 @@ WAYS: dict[str, tuple[str, ...]] = {
         "solver.stability=none",
     ),
 }
-ALONE = "alternate-minimization"
+DEFAULTS, ALONE = "staffa", "alternate-minimization"
+VERIFIED = ROOT / "verification"
 # A row of a submission: quantity, where it holds (None for a single number), value.
 Row = tuple[str, float | None, float]
 
@@ -59,6 +62,13 @@ def _run(way: str, case: str, name: str, *settings: str) -> Run:
     return run_once(path, f"../benchmarks/{way}/{name}", (*settings, *WAYS[way]))
 
 
+def _verified(file: str, check: str, **quantities: str) -> list[Row]:
+    """What `make verify` measured with the defaults, by the quantities' names in its records."""
+    figures = json.loads((VERIFIED / file / "expected.json").read_text())[check]["figures"]
+    found = {figure["what"]: figure["measured"] for figure in figures}
+    return [(name.replace("_", " "), None, found[what]) for name, what in quantities.items()]
+
+
 def bar(way: str) -> list[Row]:
     """Largest stress, and energy of the crack."""
     run = _run(way, "bar", "bar", *BAR)
@@ -73,6 +83,10 @@ def surfing(way: str) -> list[Row]:
     """Speed and cost of a crack that a tip drives."""
     from fem.test_surfing import THRESHOLDS, ride
 
+    if way == DEFAULTS:
+        on = "AT1, h = ell/4"
+        what = {"speed": "speed over that of the tip", "cost": "energy of a new unit of crack"}
+        return _verified("surfing", "surfing", **{k: f"{v}, {on}" for k, v in what.items()})
     change = _alone if way == ALONE else _unchanged
     found = ride("AT1", cells_per_ell=4, radius=8, cells=CELLS["AT1"], change=change)
     speed = float(found.speed[THRESHOLDS.index(0.8)])
@@ -143,8 +157,16 @@ def _arrest(run: Run) -> list[Row]:
     return [("arrest length", None, a), ("arrest tau", None, tau)]
 
 
+def _verified_arrest(what: str) -> list[Row]:
+    """An arrest with ell = 0.00433."""
+    names = {"arrest_length": f"a, {what}", "arrest_tau": f"tau, {what}"}
+    return _verified("arrays", "doubling", **names)
+
+
 def doubling(way: str) -> list[Row]:
     """The arrest of one of two equal cracks."""
+    if way == DEFAULTS:
+        return _verified_arrest("alike, by default")
     times = "time.tau={start=0.08,stop=0.12,steps=21}"
     even = even_bands(READY / "two-cracks.toml")
     return _arrest(_run(way, "two-cracks", "doubling", even, times, "output.at=[0.12]"))
@@ -152,13 +174,18 @@ def doubling(way: str) -> list[Row]:
 
 def pair(way: str) -> list[Row]:
     """The arrest of one of two cracks that is tougher by 1 %."""
+    if way == DEFAULTS:
+        return _verified_arrest("toughness 1 % apart")
     return _arrest(_run(way, "two-cracks", "pair", "output.at=[0.112]"))
 
 
 def onset(way: str) -> list[Row]:
     """Distance of the first bands of damage, and the time at which they are seen."""
-    settings = WAYS[way] if way == ALONE else ()
-    found = np.array([bands(RATIOS[0], seed, *settings) for seed in SEEDS]).mean(axis=0)
+    if way == DEFAULTS:
+        names = {"wavelength": "wavelength", "depth_of_cooling": "sqrt(kappa t)"}
+        of = f"over sqrt(ell ell0), bands from noise, dT/dT_c = {RATIOS[0]:g}"
+        return _verified("onset", "onset", **{k: f"{v} {of}" for k, v in names.items()})
+    found = np.array([bands(RATIOS[0], seed, *WAYS[way]) for seed in SEEDS]).mean(axis=0)
     return [("wavelength", None, float(found[0])), ("depth of cooling", None, float(found[1]))]
 
 

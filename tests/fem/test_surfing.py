@@ -16,7 +16,7 @@ from staffa.evolution.system import System, build
 from staffa.measure.tip import BEYOND, THRESHOLDS, reach
 from staffa.model.fields import vertices
 from staffa.model.supports import SideSupport, no_displacement
-from staffa.physics.damage import LAWS
+from staffa.physics.damage import LAWS, DamageLaw
 from support.bodies import body, rock
 
 NU = 0.2
@@ -62,7 +62,7 @@ class Ride:
 
 
 def ride(
-    law: str,
+    law: str | DamageLaw,
     *,
     cells_per_ell: float,
     radius: float,
@@ -81,7 +81,7 @@ def ride(
     rows = round(radius / h) if on_a_side else 2 * round(radius / h) + 1  # odd: a middle row
     height, start = rows * h, radius
     line = 0.0 if on_a_side else height / 2
-    material = rock(ell=1.0, law=LAWS[law], nu=NU)
+    material = rock(ell=1.0, law=LAWS[law] if isinstance(law, str) else law, nu=NU)
     factor = on_a_side or effective_gc(material, dim=2, h=h, cells="quadrilateral")
 
     def moved(axis: int, x: np.ndarray, t: float) -> np.ndarray:
