@@ -13,10 +13,10 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.measure.tip import BEYOND, THRESHOLDS, reach
+from staffa.measure.tip import BEYOND, BEYOND_COHESIVE, THRESHOLDS, beyond, reach
 from staffa.model.fields import vertices
 from staffa.model.supports import SideSupport, no_displacement
-from staffa.physics.damage import LAWS, DamageLaw
+from staffa.physics.damage import LAWS, DamageLaw, cohesive
 from support.bodies import body, rock
 
 NU = 0.2
@@ -137,6 +137,25 @@ def test_a_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
     assert found.beyond[1:4] == pytest.approx(BEYOND["AT1"][1:4], abs=0.05), (
         "in ell; the vertices of four cells an ell do not see more"
     )
+
+
+@pytest.mark.long
+def test_a_cohesive_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
+    law = cohesive(irwin=4 / 3, ell=1.0)
+    found = ride(law, cells_per_ell=4, radius=7, cells=16)
+    assert found.speed[THRESHOLDS.index(0.8)] == pytest.approx(1, abs=0.03)
+    assert found.toughness / found.factor == pytest.approx(1, abs=0.03)
+    assert found.beyond == pytest.approx(beyond(law), abs=0.05)
+
+
+def test_a_cohesive_crack_has_the_tip_of_its_irwin_length() -> None:
+    for softening, rows in BEYOND_COHESIVE.items():
+        for irwin, expected in rows.items():
+            law = cohesive(irwin=irwin, ell=1.0, softening=softening)
+            assert beyond(law) == pytest.approx(expected)
+        longest = cohesive(irwin=2 * max(rows), ell=1.0, softening=softening)
+        assert beyond(longest) is None, "never measured"
+        assert reach(longest, threshold=0.8, ell=1.0, h=0.25) is None
 
 
 def test_the_sharp_tip_is_half_a_cell_further_on_coarser_cells() -> None:

@@ -92,6 +92,11 @@ class Cohesive:
     name: str = "cohesive"
     c_w = pi / 4
 
+    @property
+    def irwin_over_ell(self) -> float:
+        """Irwin's length over ell."""
+        return self.a1 * pi / 4
+
     def a(self, alpha: Any) -> Any:
         """Return a(alpha)."""
         a2, a3 = SOFTENING[self.softening]

@@ -1,0 +1,266 @@
+"""The cohesive law: strength, softening and cost of bars, cracks that run, and granite."""
+
+from pathlib import Path
+
+from staffa.backend.stack import MPI  # noqa: F401
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from staffa import parse_case
+from staffa.errors import InputError
+from staffa.io.run_directory import Run
+from staffa.physics.damage import cohesive
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import ROOT, fresh_run, ready_case
+from verification.common.sharp import DOUBLING, SHARP, array_growth
+
+HERE = Path(__file__).parent
+PICTURE = ROOT / "docs" / "pictures" / "verify-cohesive.png"
+
+
+def bars() -> Found:
+    """Strength, softening and dissipated energy of pulled bars, and a picture of the softening."""
+    from fem.test_cohesive import ELLS, STRENGTH, E, pull
+
+    strains = STRENGTH / E * np.arange(0.98, 1.01, 0.0025)
+    figures = [
+        Figure(
+            what=f"largest stress over the strength, ell = L/{1 / ell:.0f}, {softening}",
+            source="the strength that was asked for",
+            reference=1.0,
+            measured=float(pull(ell, ell / 5, strains, softening).stress.max()),
+            tolerance=0.01,
+        )
+        for softening in ("linear", "cornelissen")
+        for ell in ELLS
+    ]
+    figures += [*softening_curves(), *costs()]
+    return Found(figures=figures, text=f"![Stress against opening](pictures/{PICTURE.name})")
+
+
+def softening_curves() -> list[Figure]:
+    """The largest distance of stress against opening from the given curves; draws both."""
+    from fem.test_cohesive import E, cornelissen, linear, pull
+
+    bears, figures = 6.0, []  # so weak that the bar is shorter than one that snaps
+    strains = bears / E * np.array([1.02, 1.4, 2.0, 3.0, 4.0, 5.0, 6.0, 9.0, 12.0])
+    drawing, axes = plt.subplots(figsize=(6, 4))
+    openings = np.linspace(0.02, 5.5, 200)
+    for softening, curve, color in (("linear", linear, "C0"), ("cornelissen", cornelissen, "C1")):
+        found = pull(0.1, 0.1 / 40, strains, softening, bears)
+        figures.append(
+            Figure(
+                what=f"largest distance from the softening curve over the strength, {softening}",
+                source="the curve of the law",
+                reference=0.0,
+                measured=float(np.abs(found.stress - curve(found.opening)).max()),
+                tolerance=0.02,
+            )
+        )
+        axes.plot(openings, curve(openings), color=color, label=f"{softening}, as given")
+        axes.plot(found.opening, found.stress, "o", color=color, label=f"{softening}, a bar")
+    axes.set_xlabel("opening times strength over Gc")
+    axes.set_ylabel("stress over strength")
+    axes.legend(frameon=False)
+    drawing.savefig(PICTURE, dpi=120, bbox_inches="tight")
+    return figures
+
+
+def costs() -> list[Figure]:
+    """The energy of a broken bar over the effective Gc of its cells."""
+    from fem.test_cohesive import ELLS, IRWIN, STRENGTH, E, pull
+    from staffa.evolution.effective_toughness import effective_gc
+    from support.bodies import rock
+
+    figures = []
+    strains = STRENGTH / E * np.array([0.9, 1.2, 1.5, 2.0, 4.0, 8.0])
+    for ell in ELLS[:2]:
+        material = rock(E=E, ell=ell, law=cohesive(irwin=IRWIN, ell=ell))
+        effective = effective_gc(material, dim=2, h=ell / 5, cells="quadrilateral")
+        spent = float(pull(ell, ell / 5, strains, "linear").surface[-1])
+        name = f"ell = L/{1 / ell:.0f} = 5 h"
+        for what, source, measured in (
+            (f"dissipated energy over effective Gc, {name}", "one crack across", spent / effective),
+            (f"effective Gc over 1 + h/(4 c_w ell), {name}", "one layer of broken cells",
+             effective / (1 + 1 / (5 * np.pi))),
+        ):  # fmt: skip
+            figures.append(
+                Figure(what=what, source=source, reference=1.0, measured=measured, tolerance=0.01)
+            )
+    return figures
+
+
+# Irwin's length over ell of a crack that runs, and softening.
+RIDES = ((4 / 3, "linear"), (2.5, "linear"), (3.0, "cornelissen"))
+
+
+def tips() -> list[Figure]:
+    """Cost, speed and sharp tip of a crack that follows the field of a tip."""
+    from fem.test_surfing import ride
+    from staffa.measure.tip import THRESHOLDS, beyond
+
+    figures = []
+    for irwin, softening in RIDES:
+        law = cohesive(irwin=irwin, ell=1.0, softening=softening)
+        found = ride(law, cells_per_ell=4, radius=8, cells=20)
+        on = f"{softening}, l_ch = {irwin:.3g} ell, h = ell/4"
+        theory, cost = "mode I field of a sharp crack", found.toughness / found.factor
+        rows = [
+            (f"energy of a new unit of crack over effective Gc, {on}", theory, 1.0, cost, 0.03),
+            (f"speed over that of the tip, {on}", theory, 1.0, float(found.speed[3]), 0.03),
+        ]
+        rows += [
+            (f"sharp tip beyond alpha = {t:g}, less h/2, over ell, {on}", "in use", used, b, 0.05)
+            for t, used, b in zip(THRESHOLDS, beyond(law), found.beyond.tolist(), strict=True)
+        ]
+        figures += [
+            Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)
+            for what, source, ref, measured, tolerance in rows
+        ]
+    return figures
+
+
+# With this strength, that of AT1 at the same ell, Irwin's length is 8/3 of ell. Gc times the
+# effective Gc of these cells is 1.
+SAME = ("damage.law=cohesive", "damage.strength=5.3709", "material.Gc=0.9287")
+
+
+def lengths() -> list[Figure]:
+    """Length of an array's cracks with both laws, of the same ell and strength, step by step."""
+    runs = {
+        "AT1": ready_case("array", "cohesive-array-AT1"),
+        "cohesive": ready_case("array", "cohesive-array", *SAME),
+    }
+    found = {law: depths(run) for law, run in runs.items()}
+    tau, a = array_growth("fixed")
+    figures = []
+    for at, length in found["cohesive"].items():
+        if not 0.06 - 1e-9 <= at <= DOUBLING["fixed"][0]:
+            continue
+        sharp = float(np.interp(at, tau, a))
+        figures += [
+            Figure(
+                what=f"length at tau = {at:.3f}{over}",
+                source=source,
+                reference=reference,
+                measured=length,
+                tolerance=runs["AT1"].manifest.ell,
+            )
+            for over, source, reference in (
+                (", beside AT1", "AT1 of the same ell", found["AT1"][at]),
+                (", beside sharp cracks", SHARP, sharp),
+            )
+        ]
+    return figures
+
+
+def depths(run: Run) -> dict[float, float]:
+    """Length of the sharp crack by tau."""
+    assert run.manifest.tip_reach is not None
+    return {
+        step.tau: step.measures.front + run.manifest.tip_reach
+        for step in run.steps
+        if step.tau is not None and step.measures is not None
+    }
+
+
+LENGTH, WIDTH, E_GRANITE, STRENGTH_GRANITE, GC_GRANITE = 2.0, 0.32, 40e9, 10e6, 100.0
+
+
+def granite() -> Found:
+    """Strength of a plate of granite, and the refusal of cells of 0.1 m."""
+    case = HERE / "case.toml"
+    run = fresh_run(case, "cohesive-granite")
+    strains = [step.time * 1e-3 / LENGTH for step in run.steps]
+    stress = [
+        2 * step.energies.elastic / strain / (LENGTH * WIDTH)
+        for step, strain in zip(run.steps, strains, strict=True)
+    ]
+    spent = run.steps[-1].energies.surface / (GC_GRANITE * WIDTH)
+    reasons = {said: refused(case, *settings) for said, settings in COARSE.items()}
+    figures = [
+        Figure(
+            what="largest stress of a plate of 2 m over the strength of 10 MPa",
+            source="the strength that was asked for",
+            reference=1.0,
+            measured=max(stress) / STRENGTH_GRANITE,
+            tolerance=0.01,
+        ),
+        Figure(
+            what="dissipated energy over effective Gc",
+            source="one crack across",
+            reference=1.0,
+            measured=spent / run.manifest.toughness_factor,
+            tolerance=0.03,
+        ),
+        Figure(
+            what="of two ways to ask for cells of 0.1 m, those refused",
+            source="both",
+            reference=2.0,
+            measured=float(sum(reason != "" for reason in reasons.values())),
+            tolerance=0.0,
+        ),
+    ]
+    text = [f"{said}: refused. {reason}" for said, reason in reasons.items()]
+    return Found(figures=figures, text="\n\n".join([*text, cells(run)]))
+
+
+COARSE = {
+    "h = 0.1 m, ell = 30 mm": ('domain.h="100 mm"',),
+    "h = 0.1 m, ell = 300 mm": ('domain.h="100 mm"', 'damage.ell="300 mm"'),
+}
+
+
+def refused(case: Path, *settings: str) -> str:
+    """The sentence by which a case is refused; empty if it is not."""
+    try:
+        parse_case(case.read_text(), settings)
+    except InputError as error:
+        return f"`{error}`"
+    return ""
+
+
+def cells(run: Run) -> str:
+    """The numbers of cells at the start and at the end, as a sentence."""
+    m = run.manifest
+    return f"The plate: {m.cells} cells at the start, ell = 30 mm = 3 h at the crack."
+
+
+CHECKS = {
+    "cohesive-bar": Check(
+        title="A strength that does not depend on ell",
+        text=(
+            "Bars of length 1 with `damage.law = \"cohesive\"` (`tests/fem/test_cohesive.py`): "
+            "largest stress at three ell, stress against opening with ell = 40 h, and the energy "
+            "of the broken bar. Irwin's length is 0.69 of the bar, and 2.8 of it for the curves. "
+            "Tolerances were asked for before the law was built."
+        ),
+        measure=bars,
+    ),
+    "cohesive-tip": Check(
+        title="A cohesive crack that follows a tip",
+        text=(
+            "As [the cracks of AT1 and AT2](#a-crack-that-follows-a-tip), by Irwin's length over "
+            "ell. The part of a crack that still bears stress lies ahead of the one that is open."
+        ),
+        measure=tips,
+    ),
+    "cohesive-array": Check(
+        title="An even array with a cohesive law",
+        text=(
+            "The case `array` with AT1, and with a cohesive law of the same ell and strength. "
+            "Lengths are those of sharp tips. Tolerance: ell = 0.013."
+        ),
+        measure=lengths,
+    ),
+    "cohesive-granite": Check(
+        title="Granite with its strength and its toughness",
+        text=(
+            "`verification/cohesive/case.toml`: K_Ic = 2 MPa m^1/2, 10 MPa, ell = 30 mm, on a mesh "
+            "that is fine at the crack. The crack passes a strip of 40 mm that is weaker by 1 % in "
+            "Gc. Tolerance of the energy: 1 % for that strip, 2 % for triangles that are split."
+        ),
+        measure=granite,
+    ),
+}  # fmt: skip
