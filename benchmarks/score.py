@@ -96,24 +96,24 @@ def read(file: Path, figures: Sequence[Figure]) -> Curves:
         The file is no CSV file of the case.
     """
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        table = list(csv.reader(file.read_text(encoding="utf-8-sig").splitlines()))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise SubmissionError(
             f"{file.name} cannot be read: {error}; write it as UTF-8 text"
         ) from None
-    table = csv.reader(lines)
-    header = tuple(cell.strip() for cell in next(table, []))
+    header = tuple(cell.strip() for cell in table[0]) if table else ()
     if header != COLUMNS:
         said = f'begins with "{",".join(header)}"'
         raise SubmissionError(f'{file.name} {said}; its first line must be "{",".join(COLUMNS)}"')
     known = {figure.quantity: figure.at is not None for figure in figures}
     curves: Curves = {}
-    for cells in table:
+    for line, cells in enumerate(table[1:], start=2):
         if not cells:
             continue
-        where = f"{file.name}, line {table.line_num}"
+        where = f"{file.name}, line {line}"
         if len(cells) != len(COLUMNS):
-            raise SubmissionError(f"{where}: {len(cells)} cells; write three: {', '.join(COLUMNS)}")
+            said = "write three, and a quantity that has a comma in quotes"
+            raise SubmissionError(f"{where}: {len(cells)} cells; {said}")
         quantity, at, value = row(cells, known, where)
         if at in curves.setdefault(quantity, {}):
             raise SubmissionError(

@@ -74,6 +74,8 @@ BAD = {
     'quantity,at,value\n"length, fixed",0.1,inf\n': "leave the row out",
     'quantity,at,value\n"length, fixed",inf,0.1\n': "leave the row out",
     'quantity,at,value\n"length, fixed",0.1\n': "write three",
+    "quantity,at,value\nlength, fixed,0.1,0.2\n": "comma in quotes",
+    f'quantity,at,value\n"{"x" * 200_000}",0.1,0.2\n': "cannot be read",
     'quantity,at,value\n"length, fixed",0.1,1\n"length, fixed",0.10,1\n': "line 3: a second value",
 }
 
