@@ -25,6 +25,7 @@ from staffa.physics.damage import (
     effective_gc_factor,
     irwin_length,
     longest_cohesive_ell,
+    spreading_ell,
     strength,
 )
 from staffa.physics.trial import try_law
@@ -240,6 +241,18 @@ def test_check_tells_a_pressed_bar_by_the_law_of_the_case() -> None:
         case = parse_case(GRANITE, [*pressed, f'damage.ell="{ell}"'])
         (said,) = [one for one in preview(case).warnings if "a pressed bar" in one]
         assert "a pressed bar at 11 MPa" in said and "damage.ell" not in said, said
+
+
+def test_check_warns_where_rock_near_its_strength_breaks_all_over() -> None:
+    """A part of rock at its strength stores more than its damage costs, from ell = 2 l_ch/pi on."""
+    law = cohesive(irwin=IRWIN, ell=spreading_ell(IRWIN))
+    stored = STRENGTH**2 / (2 * E)
+    assert stored == pytest.approx(GC / (4 * law.c_w * spreading_ell(IRWIN)))
+    for ell, warned in (("26 mm", 1), ("25 mm", 0)):
+        told = preview(parse_case(GRANITE, [f'damage.ell="{ell}"', 'domain.h="8 mm"'])).warnings
+        found = [one for one in told if "2/pi of Irwin's length" in one]
+        assert len(found) == warned, told
+        assert all("take damage.ell <= 25.4 mm" in one for one in found), found
 
 
 def test_check_tells_no_spacing_by_ell_of_a_cohesive_law() -> None:
