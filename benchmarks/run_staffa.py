@@ -63,7 +63,7 @@ def _run(way: str, case: str, name: str, *settings: str) -> Run:
 
 
 def _verified(file: str, check: str, **quantities: str) -> list[Row]:
-    """What `make verify` measured with the defaults, by the quantities' names in its records."""
+    """Figures that `make verify` measured with the defaults, by the names in its records."""
     figures = json.loads((VERIFIED / file / "expected.json").read_text())[check]["figures"]
     found = {figure["what"]: figure["measured"] for figure in figures}
     return [(name.replace("_", " "), None, found[what]) for name, what in quantities.items()]

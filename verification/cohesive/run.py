@@ -99,7 +99,7 @@ RIDES = ((4 / 3, "linear", 16), (2.5, "linear", 20))
 def tips() -> Found:
     """Cost and speed of a crack that follows the field of a tip, and the table of its sharp tip."""
     from fem.test_surfing import ride
-    from staffa.measure.tip import THRESHOLDS, beyond
+    from staffa.measure.tip import THRESHOLDS, tip_distances
 
     figures, theory = [], "mode I field of a sharp crack"
     lines = [
@@ -121,7 +121,7 @@ def tips() -> Found:
                 Figure(what=what, source=theory, reference=1.0, measured=measured, tolerance=0.03)
             )
         lines.append(f"| {on} | {row(found.beyond, ':.3f')} |")
-        lines.append(f"| in use | {row(beyond(law) or (), ':.3f')} |")
+        lines.append(f"| in use | {row(tip_distances(law) or (), ':.3f')} |")
     return Found(figures=figures, text="\n".join(lines))
 
 

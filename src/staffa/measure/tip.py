@@ -54,7 +54,7 @@ def damage_at_tip(law: str, *, threshold: float) -> float:
     return AT_TIP.get(law, threshold)
 
 
-def beyond(law: str | DamageLaw) -> tuple[float, ...] | None:
+def tip_distances(law: str | DamageLaw) -> tuple[float, ...] | None:
     """Return the distances of the sharp tip beyond each of THRESHOLDS, over ell.
 
     None for a law that was not measured. A cohesive law takes those of Irwin's lengths beside its
@@ -80,12 +80,12 @@ def reach(law: str | DamageLaw, *, threshold: float, ell: float, h: float) -> fl
 
     Parameters
     ----------
-    law : see `beyond`.
+    law : see `tip_distances`.
     threshold : damage above which a vertex is cracked.
     ell : regularization length (m).
     h : mesh size (m).
     """
-    distances = beyond(law)
+    distances = tip_distances(law)
     if distances is None or not THRESHOLDS[0] <= threshold <= THRESHOLDS[-1]:
         return None
     return float(np.interp(threshold, THRESHOLDS, distances)) * ell + h / 2
