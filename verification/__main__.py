@@ -23,6 +23,7 @@ PAGE = HERE.parent / "docs" / "verification.md"
 # In the order of the page.
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
+    "cohesive",
     *("toughness_direction", "arrays", "pairs", "energies", "slabs", "slabs_refined", "squeezed"),
     *(
         "grain",

@@ -27,11 +27,12 @@ from staffa.model.domain import block
 from staffa.model.fields import linear_spaces, vertices
 from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, clamped
-from staffa.physics.damage import AT1, AT2
+from staffa.physics.damage import AT1, AT2, cohesive
 from staffa.results.crack_network import networks, write_networks
 from support.bodies import UNSTRUCTURED, body, rock
 
 H, ELL = 0.02, 0.06
+COHESIVE = cohesive(irwin=0.08, ell=ELL)
 TURNS = np.linspace(0.3, 2.2, 40)
 ARC = np.stack([0.5 + 0.4 * np.cos(TURNS), 0.25 + 0.4 * np.sin(TURNS)], axis=1)
 # The corners of straight pieces, the exact length, and how many tips, cracks and branches it has.
@@ -247,14 +248,15 @@ def test_given_cracks_are_as_long_as_given_until_they_grow(name: str, cells: str
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cells", ["quadrilateral", UNSTRUCTURED])
-def test_a_given_crack_of_at2_is_as_long_as_given(cells: str) -> None:
-    found, surface, _ = pulled(AT2(), cells, length=0.6, d=1e-2)
+@pytest.mark.parametrize("law", [AT2(), COHESIVE], ids=["AT2", "cohesive"])
+def test_a_given_crack_of_another_law_is_as_long_as_given(law, cells: str) -> None:
+    found, surface, _ = pulled(law, cells, length=0.6, d=1e-2)
     assert found.size == pytest.approx(0.6, rel=0.03), f"{found.size}, energy says {surface}"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cells", ["quadrilateral", UNSTRUCTURED])
-@pytest.mark.parametrize("law", [AT1(), AT2()], ids=["AT1", "AT2"])
+@pytest.mark.parametrize("law", [AT1(), AT2(), COHESIVE], ids=["AT1", "AT2", "cohesive"])
 def test_a_grown_crack_is_followed_to_its_tip(law, cells: str) -> None:
     found, surface, _ = pulled(law, cells, length=0.3, d=0.0, wedge=2.5)
     assert surface > 0.5, "it has grown"

@@ -13,10 +13,10 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
 from staffa.evolution.system import System, build
-from staffa.measure.tip import BEYOND, THRESHOLDS, reach
+from staffa.measure.tip import BEYOND, BEYOND_COHESIVE, THRESHOLDS, reach, tip_distances
 from staffa.model.fields import vertices
 from staffa.model.supports import SideSupport, no_displacement
-from staffa.physics.damage import LAWS
+from staffa.physics.damage import LAWS, DamageLaw, cohesive
 from support.bodies import body, rock
 
 NU = 0.2
@@ -62,25 +62,26 @@ class Ride:
 
 
 def ride(
-    law: str,
+    law: str | DamageLaw,
     *,
     cells_per_ell: float,
     radius: float,
     cells: int,
     on_a_side: float = 0.0,
     look: Callable[[Problem, System], None] = lambda problem, system: None,
+    change: Callable[[Problem], Problem] = lambda problem: problem,
 ) -> Ride:
     """Follow a crack for a number of cells, five steps in each, once it moves.
 
     on_a_side: the toughness over Gc that a crack on a plane of symmetry is loaded for; of the
     plate there is only the part above it. 0 for a crack within a whole plate. look: called at each
-    step that is followed.
+    step that is followed. change: makes another problem of the plate, with other solvers say.
     """
     h = 1.0 / cells_per_ell
     rows = round(radius / h) if on_a_side else 2 * round(radius / h) + 1  # odd: a middle row
     height, start = rows * h, radius
     line = 0.0 if on_a_side else height / 2
-    material = rock(ell=1.0, law=LAWS[law], nu=NU)
+    material = rock(ell=1.0, law=LAWS[law] if isinstance(law, str) else law, nu=NU)
     factor = on_a_side or effective_gc(material, dim=2, h=h, cells="quadrilateral")
 
     def moved(axis: int, x: np.ndarray, t: float) -> np.ndarray:
@@ -95,12 +96,14 @@ def ride(
     sides = {side: components for side in ("left", "right", "bottom", "top")}
     if on_a_side:
         sides["bottom"] = {1: no_displacement}
-    problem = body(
-        (round(3 * radius / h) * h, height),
-        h,
-        material=replace(material, cracked=cracked),
-        sides=tuple(SideSupport(side=side, components=c) for side, c in sides.items()),
-        times=tuple(h * np.arange(1, 5 * (cells + WARM_UP) + 1) / 5),
+    problem = change(
+        body(
+            (round(3 * radius / h) * h, height),
+            h,
+            material=replace(material, cracked=cracked),
+            sides=tuple(SideSupport(side=side, components=c) for side, c in sides.items()),
+            times=tuple(h * np.arange(1, 5 * (cells + WARM_UP) + 1) / 5),
+        )
     )
     system = build(problem)
     x, alpha = vertices(system.spaces.alpha), system.state.alpha.x.array
@@ -134,6 +137,25 @@ def test_a_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
     assert found.beyond[1:4] == pytest.approx(BEYOND["AT1"][1:4], abs=0.05), (
         "in ell; the vertices of four cells an ell do not see more"
     )
+
+
+@pytest.mark.long
+def test_a_cohesive_crack_follows_the_tip_that_drives_it_and_costs_gc() -> None:
+    law = cohesive(irwin=4 / 3, ell=1.0)
+    found = ride(law, cells_per_ell=4, radius=7, cells=16)
+    assert found.speed[THRESHOLDS.index(0.8)] == pytest.approx(1, abs=0.03)
+    assert found.toughness / found.factor == pytest.approx(1, abs=0.03)
+    assert found.beyond == pytest.approx(tip_distances(law), abs=0.05)
+
+
+def test_a_cohesive_crack_has_the_tip_of_its_irwin_length() -> None:
+    for softening, rows in BEYOND_COHESIVE.items():
+        for irwin, expected in rows.items():
+            law = cohesive(irwin=irwin, ell=1.0, softening=softening)
+            assert tip_distances(law) == pytest.approx(expected)
+        longest = cohesive(irwin=2 * max(rows), ell=1.0, softening=softening)
+        assert tip_distances(longest) is None, "never measured"
+        assert reach(longest, threshold=0.8, ell=1.0, h=0.25) is None
 
 
 def test_the_sharp_tip_is_half_a_cell_further_on_coarser_cells() -> None:

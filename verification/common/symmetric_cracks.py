@@ -12,9 +12,9 @@ ON_A_SIDE = {
 }
 
 
-def even_bands() -> str:
-    """The bands of the case without the imperfection, as a setting."""
-    case = tomllib.loads(TWO_CRACKS.read_text())
+def even_bands(file: Path = TWO_CRACKS) -> str:
+    """The bands of a case with two cracks without the imperfection, as a setting."""
+    case = tomllib.loads(file.read_text())
     bands = [
         f"{{lower={b['lower']},upper={b['upper']},factor={b['factor']}}}"
         for b in case["toughness"]["bands"]

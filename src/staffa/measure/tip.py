@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from staffa.physics.damage import Cohesive, DamageLaw
+
 # A growing crack is sharp up to a point at which the damage has fallen from 1 only a little. BEYOND
 # is the distance, over ell, of this point from the last point of a given damage. It was measured
 # on a known sharp crack: a long one, driven by the displacements of a moving tip (`make verify
@@ -12,16 +14,28 @@ BEYOND = {
     "AT1": (0.15, 0.35, 0.55, 0.75, 0.97, 1.15),
     "AT2": (0.91, 1.25, 1.54, 1.80, 2.11, 2.35),
 }
+# The same of a cohesive law, by its softening and Irwin's length over ell (`make verify
+# ONLY=cohesive-tip`): ahead of the open part lies one that still bears stress, which is longer the
+# longer Irwin's length is.
+BEYOND_COHESIVE = {
+    "linear": {
+        4 / 3: (0.125, 0.225, 0.375, 0.525, 0.725, 0.875),
+        2.5: (0.225, 0.425, 0.625, 0.8725, 1.125, 1.375),
+    },
+}
 # The damage at which the crack network ends, so that its length is the surface energy over the
 # effective Gc. Measured on the four cracks of the case `notched`, before and after some of them
-# stopped (AT1: 0.99 to 1.00 of it, AT2: 0.97 to 1.00).
-AT_TIP = {"AT1": 0.25, "AT2": 0.23}
+# stopped (AT1: 0.99 to 1.00 of it, AT2: 0.97 to 1.00). Of the cohesive law: on the crack of the
+# moving tip, where the surface energy ends at 0.45 to 0.50 and the sharp tip lies at 0.40 to 0.43;
+# a crack that a wedge drives is 0.998 of it.
+AT_TIP = {"AT1": 0.25, "AT2": 0.23, "cohesive": 0.45}
 # Distance (in ell) from a damage of 0.95 to that of a tip: at a given end that has not grown at
 # most the first number, at an end that has grown at least the second. Measured on given cracks
 # (AT1: 0.61 to 0.95, AT2: 0.74 to 1.17, on quadrilaterals, triangles and unstructured cells of
 # ell/4 and ell/3), on those of `notched` (AT1: 1.15 to 1.50) and on the long one above (AT1: 1.67
-# to 1.85, AT2: 1.6 to 1.9).
-FALLS = {"AT1": (0.95, 1.15), "AT2": (1.17, 1.37)}
+# to 1.85, AT2: 1.6 to 1.9). Of the cohesive law: 0.42 to 0.65 at given ends, on the same cells of
+# ell/3, and 0.85 to 1.3 at those of cracks that grew.
+FALLS = {"AT1": (0.95, 1.15), "AT2": (1.17, 1.37), "cohesive": (0.65, 0.85)}
 
 
 def falls(law: str) -> tuple[float, float] | None:
@@ -40,18 +54,38 @@ def damage_at_tip(law: str, *, threshold: float) -> float:
     return AT_TIP.get(law, threshold)
 
 
-def reach(law: str, *, threshold: float, ell: float, h: float) -> float | None:
+def tip_distances(law: str | DamageLaw) -> tuple[float, ...] | None:
+    """Return the distances of the sharp tip beyond each of THRESHOLDS, over ell.
+
+    None for a law that was not measured. A cohesive law takes those of Irwin's lengths beside its
+    own, and None beyond the longest that was measured.
+
+    Parameters
+    ----------
+    law : damage law, or its name if it is no cohesive one.
+    """
+    if isinstance(law, str) or not isinstance(law, Cohesive):
+        return BEYOND.get(law if isinstance(law, str) else law.name)
+    rows = BEYOND_COHESIVE.get(law.softening, {})
+    if not rows or law.irwin_over_ell > max(rows) * (1 + 1e-9):
+        return None
+    at, columns = sorted(rows), np.array([rows[ratio] for ratio in sorted(rows)]).T
+    return tuple(float(np.interp(law.irwin_over_ell, at, column)) for column in columns)
+
+
+def reach(law: str | DamageLaw, *, threshold: float, ell: float, h: float) -> float | None:
     """Return the distance (m) from the last vertex above the threshold to the sharp tip.
 
     None for a law that was not measured, or for a threshold outside the measured range.
 
     Parameters
     ----------
-    law : name of the damage law.
+    law : see `tip_distances`.
     threshold : damage above which a vertex is cracked.
     ell : regularization length (m).
     h : mesh size (m).
     """
-    if law not in BEYOND or not THRESHOLDS[0] <= threshold <= THRESHOLDS[-1]:
+    distances = tip_distances(law)
+    if distances is None or not THRESHOLDS[0] <= threshold <= THRESHOLDS[-1]:
         return None
-    return float(np.interp(threshold, THRESHOLDS, BEYOND[law])) * ell + h / 2
+    return float(np.interp(threshold, THRESHOLDS, distances)) * ell + h / 2

@@ -92,6 +92,11 @@ class Cohesive:
     name: str = "cohesive"
     c_w = pi / 4
 
+    @property
+    def irwin_over_ell(self) -> float:
+        """Irwin's length over ell."""
+        return self.a1 * pi / 4
+
     def a(self, alpha: Any) -> Any:
         """Return a(alpha)."""
         a2, a3 = SOFTENING[self.softening]
@@ -132,6 +137,19 @@ def longest_cohesive_ell(irwin: float, softening: str = "linear") -> float:
     softening : see `Cohesive`.
     """
     return 4 * irwin / (pi * (2 + SOFTENING[softening][0]))
+
+
+def spreading_ell(irwin: float) -> float:
+    """Return the ell (m) of a cohesive law from which damage spreads at held displacements.
+
+    At the strength rock stores strength^2/(2 E) = Gc/(2 l_ch). Rock that is broken all over costs
+    Gc/(4 c_w ell) = Gc/(pi ell), which is less above 2/pi of Irwin's length.
+
+    Parameters
+    ----------
+    irwin : Irwin's length (m).
+    """
+    return 2 * irwin / pi
 
 
 LAWS: dict[str, DamageLaw] = {"AT1": AT1(), "AT2": AT2()}

@@ -278,7 +278,7 @@ def describe(
         identity=case_identity(to_toml(case), attached(case)),
         own=own,
         tip_reach=reach(
-            material.law.name,
+            material.law,
             threshold=setup.measuring.threshold,
             ell=material.ell,
             h=domain.h,

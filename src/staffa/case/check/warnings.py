@@ -1,6 +1,7 @@
 """Warnings and notes on a case that can run: warnings ask for a change, notes explain."""
 
 from staffa.case.check.axis_warnings import axis_warnings
+from staffa.case.check.cohesive_warnings import cohesive_warnings
 from staffa.case.check.cooling_warnings import cooling_notes, cooling_warnings
 from staffa.case.check.face_notes import face_notes
 from staffa.case.check.force_warnings import force_warnings
@@ -17,7 +18,7 @@ from staffa.case.schema.case import Case
 
 def warnings(case: Case, derived: Numbers) -> list[str]:
     """Return a sentence on each likely mistake, with the number to take."""
-    found = [*mesh_warnings(case), *hinge_warnings(case)]
+    found = [*mesh_warnings(case), *cohesive_warnings(case), *hinge_warnings(case)]
     found += [*load_warnings(case, derived), *force_warnings(case, derived)]
     found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
     found += reservoir_warnings(case, derived)

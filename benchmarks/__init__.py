@@ -1,0 +1,1 @@
+"""Cases that any program can run, their reference tables, and the script that scores a program."""

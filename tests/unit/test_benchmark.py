@@ -1,0 +1,151 @@
+"""benchmarks/: the scorer, its tables, and the scores of the committed submissions."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks import make_tables, score, update_scores
+from verification.common.sharp import DATA
+
+FOLDER = Path(score.__file__).parent
+SUBMISSIONS = sorted(update_scores.SUBMISSIONS.iterdir())
+
+
+def perfect(folder: Path, *, times: float = 1.0) -> Path:
+    """Write the references, times a factor, as a submission."""
+    folder.mkdir(exist_ok=True)
+    for file in score.REFERENCE.glob("*.csv"):
+        with file.open() as opened, (folder / file.name).open("w") as to:
+            rows = csv.writer(to)
+            rows.writerow(score.COLUMNS)
+            for row in csv.DictReader(opened):
+                rows.writerow((row["quantity"], row["at"], times * float(row["value"])))
+    return folder
+
+
+def verdicts(folder: Path) -> set[str]:
+    return {figure.verdict for figure in score.score(folder)}
+
+
+def test_the_references_themselves_are_within(tmp_path: Path) -> None:
+    assert verdicts(perfect(tmp_path)) == {score.WITHIN}
+
+
+def test_wrong_numbers_are_outside_and_lower_energies_are_not(tmp_path: Path) -> None:
+    assert verdicts(perfect(tmp_path, times=1.2)) == {score.OUTSIDE}
+    low = {f.case for f in score.score(perfect(tmp_path, times=0.8)) if f.verdict == score.WITHIN}
+    assert low == {"energies"}, "the reference of an energy is an upper bound"
+
+
+def test_what_is_not_told_is_missing(tmp_path: Path) -> None:
+    (perfect(tmp_path) / "pair.csv").unlink()
+    cases = score.by_case(score.score(tmp_path))
+    assert cases.pop("pair")["verdict"] == score.MISSING
+    assert {counts["verdict"] for counts in cases.values()} == {score.WITHIN}
+
+
+def test_an_arrest_that_never_came_is_outside(tmp_path: Path) -> None:
+    text = "quantity,at,value\narrest length,,inf\narrest tau,,inf\n"
+    (tmp_path / "doubling.csv").write_text(text)
+    found = [figure for figure in score.score(tmp_path) if figure.case == "doubling"]
+    assert [figure.verdict for figure in found] == [score.OUTSIDE] * 2
+    rows = json.loads(score.record(tmp_path, found))["figures"]
+    assert [row["value"] for row in rows] == ["inf"] * 2
+
+
+def test_a_curve_is_linear_between_its_rows_and_missing_beyond_them() -> None:
+    curve: dict[float | None, float] = {0.3: 3.0, 0.1: 1.0}
+    assert score.value_at(curve, 0.15) == pytest.approx(1.5)
+    assert score.value_at(curve, 0.3 + 1e-12) == 3.0
+    assert score.value_at(curve, 0.31) is None
+
+
+BAD = {
+    "": "begins with",
+    "quantity,value\n": "its first line must be",
+    "quantity,at,value\nlength,0.1,0.2\n": "is no quantity of this case",
+    'quantity,at,value\n"length, fixed",,0.2\n': "say in column at",
+    'quantity,at,value\n"length, fixed",0.1,long\n': "is no number",
+    'quantity,at,value\n"length, fixed",0.1,nan\n': "leave the row out",
+    'quantity,at,value\n"length, fixed",0.1,inf\n': "leave the row out",
+    'quantity,at,value\n"length, fixed",inf,0.1\n': "leave the row out",
+    'quantity,at,value\n"length, fixed",0.1\n': "write three",
+    "quantity,at,value\nlength, fixed,0.1,0.2\n": "comma in quotes",
+    f'quantity,at,value\n"{"x" * 200_000}",0.1,0.2\n': "cannot be read",
+    'quantity,at,value\n"length, fixed",0.1,1\n"length, fixed",0.10,1\n': "line 3: a second value",
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD.items())
+def test_a_malformed_file_is_refused_in_a_sentence(tmp_path, capsys, text, said) -> None:
+    (tmp_path / "array.csv").write_text(text)
+    assert score.main([str(tmp_path)]) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err and "array.csv" in captured.err and captured.out == ""
+    assert len(captured.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "said"),
+    [
+        ("arrays.csv", b"quantity,at,value\n", "named after no case; the cases are array, bar"),
+        ("bar.csv", b"\xff\xfe\x00", "write it as UTF-8"),
+        ("bar.csv", b"quantity,at,value\nstrength,0.1,19\n", "leave column at empty"),
+        ("notes.txt", b"", "holds no CSV file"),
+    ],
+)
+def test_a_file_of_no_case_is_refused(tmp_path, capsys, file, content, said) -> None:
+    (tmp_path / file).write_bytes(content)
+    assert score.main([str(tmp_path)]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path, capsys) -> None:
+    assert score.main([str(tmp_path / "nowhere")]) == 2
+    assert "is no folder" in capsys.readouterr().err
+
+
+def test_the_script_needs_nothing_but_python(tmp_path: Path) -> None:
+    """Isolated, without site packages and without this repository on its path."""
+    script = [sys.executable, "-I", "-S", str(FOLDER / "score.py"), str(perfect(tmp_path))]
+    told = tmp_path / "scores.json"
+    done = subprocess.run([*script, "--json", str(told)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "8 of 8 within" in done.stdout
+    assert {case["verdict"] for case in json.loads(told.read_text())["cases"].values()} == {
+        "within"
+    }
+
+
+@pytest.mark.parametrize("case", make_tables.TABLES)
+def test_the_tables_are_those_of_the_verification(case: str) -> None:
+    with (score.REFERENCE / f"{case}.csv").open() as file:
+        assert list(csv.reader(file))[1:] == make_tables.rows_of(case)
+
+
+def test_there_is_a_table_for_each_case_and_the_sharp_tables_are_copies() -> None:
+    assert {file.stem for file in score.REFERENCE.glob("*.csv")} == set(make_tables.TABLES)
+    for file in make_tables.SHARP.glob("*.csv"):
+        assert file.read_bytes() == (DATA / file.name).read_bytes()
+
+
+def test_the_readme_describes_each_figure() -> None:
+    told = update_scores.README.read_text()
+    assert [f for f in score.reference() if f"`{f.quantity}`" not in told] == []
+    assert [name for name in make_tables.TABLES if f"### `{name}`" not in told] == []
+
+
+@pytest.mark.parametrize("folder", SUBMISSIONS, ids=lambda folder: folder.name)
+def test_committed_scores_are_those_of_the_committed_submissions(folder: Path) -> None:
+    kept = (update_scores.SCORES / f"{folder.name}.json").read_text()
+    assert score.record(folder, score.score(folder)) == kept
+
+
+def test_the_readme_has_the_scores() -> None:
+    begin, end = update_scores.MARKS
+    told = update_scores.README.read_text().split(begin)[1].split(end)[0]
+    assert told == update_scores.table()
