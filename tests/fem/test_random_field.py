@@ -1,5 +1,6 @@
 """Random fields with the mean, variation, lengths and directions asked for; fields of files."""
 
+import re
 from math import pi
 
 import gstools
@@ -176,6 +177,16 @@ def test_a_field_of_cells_is_that_of_the_cell_around(tmp_path):
 def test_a_field_that_cannot_be_used_is_refused(tmp_path, name, said):
     with pytest.raises(InputError, match=said.replace("?", r"\?")):
         read_field(written(tmp_path), name)
+
+
+def test_a_cell_whose_corner_is_no_point_of_the_mesh_is_refused(tmp_path):
+    """VTK reads it, and would look for the point anywhere in memory."""
+    file = written(tmp_path)
+    pyvista.read(file).save(file, binary=False)
+    text = re.sub(r'(Name="connectivity"[^>]*>\s*)\d+', r"\g<1>999999", file.read_text())
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"field.vtu holds no mesh that can be read"):
+        read_field(file, "E")
 
 
 def test_a_file_that_is_no_mesh_is_refused(tmp_path):

@@ -56,7 +56,10 @@ def _read(path: Path) -> vtkUnstructuredGrid | None:
     if _is_double(read):  # the filter looks at stored points alone, and these have none
         cast.SetOutputPointsPrecision(vtkAlgorithm.DOUBLE_PRECISION)
     cast.Update()
-    return cast.GetOutput()
+    mesh = cast.GetOutput()
+    corners = vtk_to_numpy(mesh.GetCells().GetConnectivityArray())
+    is_whole = corners.size and corners.min() >= 0 and corners.max() < mesh.GetNumberOfPoints()
+    return mesh if is_whole else None
 
 
 def _reader(ending: str) -> vtkAlgorithm:
