@@ -212,7 +212,7 @@ def report(
     if several is not None and movie and not members:
         raise InputError(
             f"--movie shows the cracks of one run, and {directory} has several: add --members, or "
-            f"give the directory of one of them"
+            f"give the directory of one of its members"
         )
     if several is None:
         print_pictures(open_run(directory), movie=movie)

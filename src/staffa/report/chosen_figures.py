@@ -81,7 +81,7 @@ def curve_figures(run: Run) -> tuple[Figures, list[str]]:
     manifest, steps = run.manifest, run.steps
     figures, skipped = _production(run), []
     if len(steps) < 2:
-        return figures, ["curves: they need two steps that were reached"]
+        return figures, ["curves: they need two steps"]
     figures["energies"] = partial(energies_figure, manifest, steps)
     if any(step.heat for step in steps):
         figures["heat"] = partial(heat_figure, manifest, steps)
