@@ -28,6 +28,7 @@ FOLDERS = (
         "grain",
         "opposite_boundary",
         "columns",
+        "columns_theory",
         "brick_refined",
         "layers",
         "neighbors",
