@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
 CLOSE = 1e-8  # of the spacing: two points nearer than this are one
@@ -41,15 +42,23 @@ def graded(first: float, ratio: float, largest: float, end: float) -> np.ndarray
 
     Parameters
     ----------
-    first : first step, roughly: all are scaled to meet the end.
-    ratio : of one step to the step before.
+    first : first step.
+    ratio : of one step to the step before, at most; it is lowered to meet the end.
     largest : largest step.
     end : last distance.
     """
-    at = [0.0]
-    while at[-1] < end - CLOSE:
-        at.append(at[-1] + min(first * ratio ** (len(at) - 1), largest))
-    return np.array(at) * end / at[-1]
+
+    def steps(growth: float, count: int) -> np.ndarray:
+        return np.minimum(first * growth ** np.arange(count), max(first, largest))
+
+    count = 1
+    while steps(ratio, count).sum() < end - CLOSE:
+        count += 1
+    if count == 1:
+        return np.array([0.0, end])
+    fitting = brentq(lambda growth: steps(growth, count).sum() - end, 1e-3, ratio + CLOSE)
+    at = np.concatenate([[0.0], np.cumsum(steps(fitting, count))])
+    return at * end / at[-1]
 
 
 def strip(first: float, ratio: float) -> CrossSection:

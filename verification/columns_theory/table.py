@@ -2,8 +2,9 @@
 
     python -m verification.columns_theory.table
 
-computes them (some minutes of CPU time) and writes growth.csv, stability.csv and checks.csv
-beside this file.
+computes them (some minutes of CPU time) and writes stability.csv, growth.csv and checks.csv beside
+this file. Rows that are there stay: to compute them again, delete the files. With `tables N` or
+`checks N` it computes N rows.
 """
 
 import csv
@@ -30,14 +31,32 @@ OTHERS = {
     "between rows and every third": Wave(k=np.array([np.pi / np.sqrt(3), np.pi])),
     "all cells alike": Wave(k=np.zeros(2)),
 }
+THIRD = "every third cell stops"
 TURNS = Wave(k=np.array([np.pi]))  # every other crack of parallel ones
 DEPTHS = (0.2, 0.3, 0.4, 0.5, 0.65, 0.85, 1.1, 1.4)  # of the fronts, over the spacing
 # First steps of the mesh at a front over the spacing: results go as it, and are extrapolated to 0.
-STEPS = {"parallel": (0.02, 0.01), "hexagons": (0.08, 0.04)}
-PER_SIDE = 4
+STEPS = {"parallel": (0.02, 0.01), "hexagons": (0.1, 0.05)}
+PER_SIDE = 2
 RATIO = 2.0
+WIDER = 1.13  # sqrt(kappa t) of hexagons over that of parallel cracks, about
 # Depth and sqrt(kappa t) at which parallel cracks lose stability, about: where the search starts.
 START = (DEPTHS, (0.15, 0.19, 0.23, 0.26, 0.3, 0.35, 0.4, 0.45))
+
+
+THIRDS = {"softest": OTHERS["every third cell"]}
+# Rows of checks.csv: what differs from the tables, at a = 0.85 p and on their coarser mesh.
+VARIANTS: tuple[tuple[str, dict], ...] = (
+    ("as the table", {}),
+    ("4 cells a side", {"per_side": 4}),
+    ("body 2.4 p deep below the fronts", {"below": 2.4}),
+    ("first = 0.05", {"first": 0.05}),
+    ("first = 0.025", {"first": 0.025}),
+    ("nu = 0", {"nu": 0.0}),
+    ("nu = 0.3", {"nu": 0.3}),
+    (THIRD, {"waves": THIRDS, "depth": 0.4, "start": 0.4}),
+    (THIRD, {"waves": THIRDS, "start": 0.56}),
+    (THIRD, {"waves": THIRDS, "depth": 1.4, "start": 0.7}),
+)
 
 
 def solved(
@@ -114,58 +133,65 @@ def write(name: str, rows: list[dict]) -> None:
 
 
 def read(name: str) -> list[dict[str, str]]:
-    """Read a table."""
+    """Read a table, as far as it is there."""
+    if not (HERE / name).exists():
+        return []
     with (HERE / name).open() as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
-def tables() -> None:
-    """Growth and loss of stability of both arrays, on both meshes."""
-    grown: list[dict] = []
-    lost: list[dict] = []
-    for cells, steps in STEPS.items():
-        for depth in DEPTHS:
-            start = float(np.interp(depth, *START)) * (1.0 if cells == "parallel" else 1.12)
-            for first in steps:
-                ready = solved(cells, depth, first)
-                start = loss(ready, start)
-                release, local = ready.release(start)
-                lost.append(row(cells, first, depth, start, spacing(release)))
-                lost[-1]["local G from"], lost[-1]["to"] = (
-                    local.min().round(4),
-                    local.max().round(4),
-                )
-                print(lost[-1], flush=True)
-                if first == steps[-1]:
-                    grown.extend(growth(cells, depth, first, ready, start))
-                write("stability.csv", lost)
-                write("growth.csv", grown or lost)
+def tables(most: int) -> None:
+    """Growth and loss of stability of both arrays, on both meshes; rows that are there stay.
 
-
-def checks() -> None:
-    """Influence of the mesh, of the depth of the body, and of nu."""
-    rows = []
-    depth, first, start = 0.85, 0.08, 0.395
-    variants: dict[str, dict] = {
-        "4 cells a side": {"per_side": 4},
-        "2 cells a side": {"per_side": 2},
-        "2 cells a side, body 2.4 deep below": {"per_side": 2, "below": 2.4},
-        "2 cells a side, first = 0.04": {"per_side": 2, "first": 0.04},
-        "2 cells a side, first = 0.02": {"per_side": 2, "first": 0.02},
-        "2 cells a side, nu = 0": {"per_side": 2, "nu": 0.0},
-        "2 cells a side, nu = 0.1": {"per_side": 2, "nu": 0.1},
-        "2 cells a side, nu = 0.3": {"per_side": 2, "nu": 0.3},
-    }
-    for name, changed in variants.items():
-        ready = solved("hexagons", depth, **({"first": first} | changed))
+    Parameters
+    ----------
+    most : rows to compute in this call.
+    """
+    lost, grown = read("stability.csv"), read("growth.csv")
+    known = {(row["cells"], row["a/p"], row["first"]) for row in lost}
+    asked = [(cells, a, first) for cells in STEPS for a in DEPTHS for first in STEPS[cells]]
+    missing = [key for key in asked if tuple(map(str, key)) not in known]
+    for cells, depth, first in missing[:most]:
+        ready = solved(cells, depth, first)
+        start = float(np.interp(depth, *START)) * (1.0 if cells == "parallel" else WIDER)
         layer = loss(ready, start)
-        p = spacing(ready.release(layer)[0], changed.get("nu", NU))
-        rows.append({"what": name, **row("hexagons", changed.get("first", first), depth, layer, p)})
+        release, local = ready.release(layer)
+        ends = {"local G from": local.min().round(4), "to": local.max().round(4)}
+        lost.append(row(cells, first, depth, layer, spacing(release)) | ends)
+        print(lost[-1], flush=True)
+        if first == STEPS[cells][-1]:
+            grown.extend(growth(cells, depth, first, ready, layer))
+            write("growth.csv", grown)
+        write("stability.csv", lost)
+
+
+def checks(most: int) -> None:
+    """Influence of the mesh, of the depth of the body, and of nu; every third cell alone.
+
+    Parameters
+    ----------
+    most : rows to compute in this call.
+    """
+    rows = read("checks.csv")
+    known = {(row["what"], row["a/p"]) for row in rows}
+    for what, changed in VARIANTS:
+        told = {"depth": 0.85, "first": 0.1, "nu": NU, "start": 0.4} | changed
+        depth, first, nu, start = (float(told.pop(n)) for n in ("depth", "first", "nu", "start"))
+        if (what, str(depth)) in known:
+            continue
+        ready = solved("hexagons", depth, first, nu=nu, **told)
+        layer = loss(ready, start)
+        p = spacing(ready.release(layer)[0], nu)
+        rows.append({"what": what, **row("hexagons", first, depth, layer, p)})
         print(rows[-1], flush=True)
         write("checks.csv", rows)
+        most -= 1
+        if not most:
+            return
 
 
 if __name__ == "__main__":
     parts = {"tables": tables, "checks": checks}
-    for part in sys.argv[1:] or parts:
-        parts[part]()
+    part, number = sys.argv[1:] or (None, "1000")
+    for name in [part] if part else parts:
+        parts[name](int(number))
