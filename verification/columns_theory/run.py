@@ -19,6 +19,7 @@ from verification.columns.run import KEPT as RUNS
 from verification.columns.run import across, cut, sections, settled
 from verification.columns_theory import table
 from verification.columns_theory.cell_shapes import shapes
+from verification.columns_theory.variation import Wave
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT
 
@@ -34,6 +35,17 @@ AGAIN, DIFFERENCE, COARSE = 0.02, 0.01, 0.03
 EXACT = 1e-6  # equal by symmetry: round-off of the solver
 # Walls left when every other zigzag row has stopped: 2 of 6 walls of a cell are in no row.
 LEFT = (2 + 4 / 2) / 6
+
+
+MISSED = (
+    "Missed: the cells of the runs are about twice as wide as hexagons that lose stability at "
+    "their depth. Wider hexagons are stable, so this contradicts no theory, and confirms none. "
+    "Hexagons of these widths would lose stability 15 to 19 ell0 deep, which is 0.85 or more, and "
+    "the deepest tips are at 0.73. So the width is that of the first cracks, with ell = 2.4 ell0, "
+    "and few columns had a reason to merge. A test needs a block that is deeper over ell0, and "
+    "finer. Missed too: with four cells along a side p is 2.1 % larger at equal depth. The tables "
+    "have two, so their p is 2 to 3 % too small."
+)
 
 
 def limit(rows: list[dict[str, str]], name: str) -> np.ndarray:
@@ -78,8 +90,7 @@ def derivatives() -> Iterator[Figure]:
     depth, layer, step = 0.5, 0.3, 0.01
     waves = {"all": table.OTHERS["all cells alike"]}
     lower, here, upper = (
-        table.solved("hexagons", a, 0.04, waves, per_side=2)
-        for a in (depth - step, depth, depth + step)
+        table.solved("hexagons", a, 0.04, waves) for a in (depth - step, depth, depth + step)
     )
     front = here.array.section.front
     release = here.release(layer)[0]
@@ -88,7 +99,7 @@ def derivatives() -> Iterator[Figure]:
     slope = (upper.release(layer)[0] - lower.release(layer)[0]) / (2 * step)
     for what, reference, measured in (
         ("mean G along the fronts", difference, release),
-        ("derivative of the mean G as all fronts move", slope, -found.sum().real / front),
+        ("derivative of the mean G as all fronts move", slope, -float(found.sum().real) / front),
     ):
         yield Figure(
             what=f"hexagons, a = {depth:g} p: {what}",
@@ -104,7 +115,7 @@ def long_cracks() -> Iterator[Figure]:
     """G of long cracks in a cold that goes deeper than they do."""
     exact = {"parallel": (1 - table.NU**2) / 2, "hexagons": (1 - table.NU) / 2}
     for cells, expected in exact.items():
-        ready = table.solved(cells, 2.0, 0.06, per_side=2)
+        ready = table.solved(cells, 2.0, 0.06)
         yield Figure(
             what=f"{cells}: G over sigma^2 p/E, uniformly cold, a = 2 p",
             source="all energy of the cells, per area of the cracks: exact",
@@ -116,17 +127,17 @@ def long_cracks() -> Iterator[Figure]:
 
 
 def patterns() -> Iterator[Figure]:
-    """The softest pattern among others, and what is equal by symmetry."""
+    """The softest pattern among others, and patterns that are equal by symmetry."""
     depth, layer = 0.85, 0.395
     waves = {
         "rows": table.ROWS,
-        "without mirrors": table.Wave(k=table.ROWS.k),
+        "turned": Wave(k=np.array([np.pi / sqrt(3), np.pi])),
         **table.OTHERS,
     }
-    ready = table.solved("hexagons", depth, 0.12, waves, per_side=2)
+    ready = table.solved("hexagons", depth, 0.16, waves)
     even = ready.at(layer)
     least = {name: ready.softest(even, name)[0] for name in waves}
-    yield same("every other row, with mirrors imposed and without", least, "without mirrors")
+    yield same("every other row turned by 60 degrees, without its mirrors", least, "turned")
     third = np.linalg.eigvalsh(ready.hessian(even, "every third cell")[0])
     yield Figure(
         what="every third cell: the two least eigenvalues, one over the other",
@@ -291,10 +302,10 @@ def theory() -> Found:
         "dT)^2); p is the distance between opposite sides. `verification/columns_theory/"
         "stability.csv` has the rows of both meshes, `growth.csv` spacing and time at G = Gc "
         f"before and after.\n\n{beside()}\n\nIf no other pattern than every third cell could "
-        "come up, hexagons would be stable for longer (one mesh, p some 4 % too small):\n\n"
+        "come up, hexagons would be stable for longer (on the coarser mesh):\n\n"
         f"{every_third()}\n\n![Columns against theory](pictures/{PICTURE})"
     )
-    return Found(figures=figures, text=text)
+    return Found(figures=figures, text=f"{text}\n\n{MISSED}")
 
 
 CHECKS = {

@@ -28,7 +28,7 @@ OTHERS = {
     "every third cell": Wave(k=np.array([0.0, 4 * np.pi / 3])),
     "half of rows": Wave(k=np.array([np.pi / np.sqrt(3), 0.0])),
     "half of every third": Wave(k=np.array([0.0, 2 * np.pi / 3])),
-    "between rows and every third": Wave(k=np.array([np.pi / np.sqrt(3), np.pi])),
+    "between rows and every third": Wave(k=np.array([2 * np.pi / np.sqrt(3), np.pi / 3])),
     "all cells alike": Wave(k=np.zeros(2)),
 }
 THIRD = "every third cell stops"
