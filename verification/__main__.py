@@ -29,6 +29,7 @@ FOLDERS = (
         "grain",
         "opposite_boundary",
         "columns",
+        "columns_theory",
         "brick_refined",
         "layers",
         "neighbors",

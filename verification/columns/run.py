@@ -405,7 +405,8 @@ CHECKS = {
             "length of the cracks. Both are compared with parallel cracks, at the depths that "
             "cracks have reached. With halves and quarters added up, a single block has one and a "
             "half to three whole cells there, a doubled one eight to fourteen. We assume that "
-            "walls count for more in the narrow one, and compare the other with theory."
+            "walls count for more in the narrow one, and compare the other with theory. Below they "
+            "are held against [a theory of columns](#columns-against-a-theory-of-columns) too."
         ),
         measure=columns,
         kept="kept.json",

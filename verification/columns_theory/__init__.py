@@ -1,0 +1,1 @@
+"""Theory of columns: an even hexagonal array of sharp cracks, and its loss of stability."""
