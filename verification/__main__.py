@@ -36,7 +36,7 @@ FOLDERS = (
         "imposed_cracks",
         "feedback",
     ),
-    *("doublet_cracks", "stimulation"),
+    *("strip", "doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS

@@ -10,6 +10,7 @@ from staffa.case.check.cooling_warnings import WAVELENGTH
 from staffa.case.check.cost_facts import cost_facts
 from staffa.case.check.cracking import face_squeeze, first_and_last, forced, other_causes, verdict
 from staffa.case.check.element_notes import element_facts
+from staffa.case.check.front_facts import front_facts
 from staffa.case.check.mesh_warnings import cell_edge
 from staffa.case.check.support_warnings import holding, laterally_held
 from staffa.case.check.temperature_change import formula_facts
@@ -76,7 +77,7 @@ def preview(case: Case) -> Preview:
     derived = derived_numbers(case)
     facts = [*_body_facts(case), *_mesh_facts(case), *_strength_facts(case, derived)]
     facts += [*element_facts(case), ("supports", *holding(case)), *split_facts(case, derived)]
-    facts += _friction_facts(case) + formula_facts(case, derived)
+    facts += _friction_facts(case) + formula_facts(case, derived) + front_facts(case, derived)
     if derived.cooled or case.reservoir is not None:
         facts += _heat_facts(case, derived) + _cooling_facts(case, derived)
         facts += _length_facts(case, derived)

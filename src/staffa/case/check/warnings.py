@@ -5,6 +5,7 @@ from staffa.case.check.cohesive_warnings import cohesive_warnings
 from staffa.case.check.cooling_warnings import cooling_notes, cooling_warnings
 from staffa.case.check.face_notes import face_notes
 from staffa.case.check.force_warnings import force_warnings
+from staffa.case.check.front_facts import front_notes, front_warnings
 from staffa.case.check.load_warnings import load_warnings
 from staffa.case.check.mesh_warnings import mesh_notes, mesh_warnings
 from staffa.case.check.reservoir_warnings import reservoir_notes, reservoir_warnings
@@ -22,13 +23,13 @@ def warnings(case: Case, derived: Numbers) -> list[str]:
     found += [*load_warnings(case, derived), *force_warnings(case, derived)]
     found += [*axis_warnings(case, derived), *temperature_warnings(case), *sliding_warnings(case)]
     found += reservoir_warnings(case, derived)
-    found += [*formula_warnings(case, derived)]
+    found += [*formula_warnings(case, derived), *front_warnings(case, derived)]
     return [*found, *cooling_warnings(case, derived)] if derived.cooled else found
 
 
 def notes(case: Case, derived: Numbers) -> list[str]:
     """Return a sentence on each choice that may not be intended, with its meaning."""
-    always = [*mesh_notes(case), *reservoir_notes(case, derived)]
+    always = [*mesh_notes(case), *reservoir_notes(case, derived), *front_notes(case, derived)]
     if not derived.cooled:
         return always
     return [
