@@ -161,12 +161,12 @@ def sharp_lengths(slab: dict) -> dict:
     onward = np.where(now > 0, now, seen)
     rows = []
     for step in steps:
-        pull = body.pull(slab["tau"][step])
-        onward[order] = grown(body, pull, onward[order], toughness)
+        tau = slab["tau"][step]
+        onward[order] = grown(body, tau, onward[order], toughness)
         start = np.where(np.isnan(depths(slab, step)), seen, depths(slab, step))
         start[running(slab, step)] -= SHORTER * slab["ell"]
         given = np.zeros(len(order))
-        given[order] = grown(body, pull, np.maximum(start, 0)[order], toughness)
+        given[order] = grown(body, tau, np.maximum(start, 0)[order], toughness)
         rows.append({"onward": onward.round(4).tolist(), "given": given.round(4).tolist()})
     return {
         "date": datetime.now(UTC).date().isoformat(),
@@ -240,7 +240,7 @@ def even_array() -> list[Figure]:
     tau, a = array_growth("fixed")
     lengths, figures = np.full(2, 0.05), []
     for at in (0.04, 0.06, 0.08, 0.10):
-        lengths = grown(body, body.pull(at), lengths)
+        lengths = grown(body, at, lengths)
         figures.append(
             Figure(
                 what=f"length in an even array at tau = {at:.2f}, of the sharp cracks here",

@@ -22,6 +22,7 @@ from staffa.loads.closed_form import Face, Slab
 SHIFT = 0.25
 GROWING = 1.1  # ratio of the heights of cells below the deepest crack
 TOGETHER = 0.02  # cracks so close to the largest release rate grow in one go
+AHEAD = 8  # nodes of each crack that are looked at together
 BLOCK = 128  # right-hand sides that are solved together
 
 
@@ -116,50 +117,87 @@ class CrackedBlock:
         inside, across = (part @ T for part in self._thermal)
         return np.asarray(across - self._across.T @ self._factor.solve(inside))
 
-    def opened(self, counts: np.ndarray) -> np.ndarray:
-        """Return the indices of the jumps of cracks of these numbers of nodes."""
-        ends = self.starts[:-1] + 2 * counts
-        return np.concatenate([np.arange(a, b) for a, b in zip(self.starts, ends, strict=False)])
-
-    def rates(self, pull: np.ndarray, counts: np.ndarray) -> np.ndarray:
-        """Return the energy that each crack releases by its next node, over the new length.
+    def jumps(self, tau: float) -> "Jumps":
+        """Return the jumps across all cracks, and what opens them at a time.
 
         Parameters
         ----------
-        pull : force on the jumps, shape (jumps,).
-        counts : numbers of nodes of the cracks, shape (cracks,); a crack at its end releases 0.
+        tau : dimensionless time of the cooling.
         """
-        now = self.opened(counts)
-        able = np.flatnonzero(counts < self.counts)
-        following = (self.starts[able] + 2 * counts[able])[:, None] + np.arange(2)
-        across = self.condensed[np.ix_(now, following.ravel())]
-        factor = cho_factor(self.condensed[np.ix_(now, now)], lower=True)
-        solved = cho_solve(factor, np.column_stack([pull[now], across]))
-        rest = pull[following] - (across.T @ solved[:, 0]).reshape(-1, 2)
-        found = np.zeros(len(counts))
-        for k, crack in enumerate(able):
-            two = slice(2 * k, 2 * k + 2)
-            own = self.condensed[np.ix_(following[k], following[k])]
-            own = own - across[:, two].T @ solved[:, 1:][:, two]
-            found[crack] = 0.5 * rest[k] @ np.linalg.solve(own, rest[k])
-        return found / self.h
+        return Jumps(
+            matrix=self.condensed, pull=self.pull(tau), starts=self.starts, counts=self.counts
+        )
 
-    def jumps(self, pull: np.ndarray, counts: np.ndarray) -> list[np.ndarray]:
+
+@dataclass(frozen=True, kw_only=True)
+class Jumps:
+    """Nodes by which cracks may grow: two jumps each, crack by crack, in the order of opening.
+
+    Attributes
+    ----------
+    matrix : stiffness of the jumps, shape (jumps, jumps).
+    pull : force on them while all are closed, shape (jumps,).
+    starts : first jump of each crack, shape (cracks,) or longer.
+    counts : number of nodes of each crack, shape (cracks,).
+    """
+
+    matrix: np.ndarray
+    pull: np.ndarray
+    starts: np.ndarray
+    counts: np.ndarray
+
+    def opened(self, counts: np.ndarray) -> np.ndarray:
+        """Return the jumps of the first nodes of the cracks, for these numbers of them."""
+        pairs = zip(self.starts, counts, strict=False)
+        return np.concatenate([start + np.arange(2 * count) for start, count in pairs]).astype(int)
+
+    def beyond(self, counts: np.ndarray, ahead: int) -> "Jumps":
+        """Return the next nodes of cracks of these numbers of nodes, which are open.
+
+        Parameters
+        ----------
+        counts : numbers of nodes of the cracks, shape (cracks,).
+        ahead : number of the next nodes at most.
+        """
+        left = np.minimum(self.counts - counts, ahead)
+        now, starts = self.opened(counts), self.starts[: len(counts)] + 2 * counts
+        pairs = zip(starts, left, strict=True)
+        following = np.concatenate([a + np.arange(2 * n) for a, n in pairs]).astype(int)
+        across = self.matrix[np.ix_(now, following)]
+        factor = cho_factor(self.matrix[np.ix_(now, now)], lower=True)
+        solved = cho_solve(factor, np.column_stack([self.pull[now], across]))
+        return Jumps(
+            matrix=self.matrix[np.ix_(following, following)] - across.T @ solved[:, 1:],
+            pull=self.pull[following] - across.T @ solved[:, 0],
+            starts=np.append(0, np.cumsum(2 * left)),
+            counts=left,
+        )
+
+    def released(self) -> np.ndarray:
+        """Return the energy that each crack releases by its first node; 0 without one."""
+        found = np.zeros(len(self.counts))
+        for crack in np.flatnonzero(self.counts):
+            own = slice(self.starts[crack], self.starts[crack] + 2)
+            found[crack] = (
+                0.5 * self.pull[own] @ np.linalg.solve(self.matrix[own, own], self.pull[own])
+            )
+        return found
+
+    def openings(self, counts: np.ndarray) -> list[np.ndarray]:
         """Return the openings of the cracks at their nodes, from the face down.
 
         Parameters
         ----------
-        pull : force on the jumps, shape (jumps,).
         counts : numbers of nodes of the cracks, shape (cracks,).
         """
         now = self.opened(counts)
-        found = np.linalg.solve(self.condensed[np.ix_(now, now)], pull[now])[0::2]
+        found = np.linalg.solve(self.matrix[np.ix_(now, now)], self.pull[now])[0::2]
         return np.split(found, np.cumsum(counts)[:-1])
 
 
 def grown(
     body: CrackedBlock,
-    pull: np.ndarray,
+    tau: float,
     lengths: np.ndarray,
     toughness: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
@@ -171,19 +209,22 @@ def grown(
     Parameters
     ----------
     body : the body with closed cracks.
-    pull : force on the jumps, shape (jumps,).
+    tau : dimensionless time of the cooling.
     lengths : depths of the cracks at first, shape (cracks,); none gets smaller.
     toughness : toughness at points x and y, over that of E, nu and severity; by default 1.
     """
-    counts = np.rint(lengths / body.h + SHIFT).astype(int)
+    counts, jumps = np.rint(lengths / body.h + SHIFT).astype(int), body.jumps(tau)
+    x = np.array([path.x for path in body.paths])
     while True:
-        rates = body.rates(pull, counts)
-        if toughness is not None:
-            y = body.h * (counts + 0.5)
-            rates = rates / toughness(np.array([path.x for path in body.paths]), y)
-        if rates.max() <= 1:
-            return np.maximum(lengths, body.h * (counts - SHIFT))
-        counts += rates >= max(1.0, (1 - TOGETHER) * rates.max())
+        window, new = jumps.beyond(counts, AHEAD), 0 * counts
+        while (new < window.counts)[window.counts > 0].all():
+            rates = window.beyond(new, 1).released() / body.h
+            if toughness is not None:
+                rates /= toughness(x, body.h * (counts + new + 0.5))
+            if rates.max() <= 1:
+                return np.maximum(lengths, body.h * (counts + new - SHIFT))
+            new += rates >= max(1.0, (1 - TOGETHER) * rates.max())
+        counts = counts + new
 
 
 def _heights(height: float, deepest: float, h: float) -> np.ndarray:
