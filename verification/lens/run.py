@@ -4,6 +4,7 @@
 
 runs `verification/lens/case.toml` (some minutes on one core), and keeps the network of its cracks.
 A run in runs/verification/lens is taken as it is. `make verify ONLY=lens` looks at what is kept.
+Not run yet, so `verification/__main__.py` does not name this room.
 """
 
 import json

@@ -5,6 +5,7 @@
 reads the fields of the run of `verification/uneven` (which that room makes), opens sharp cracks at
 the same places, as deep as the run's (a minute), and keeps what `make verify ONLY=openings` looks
 at.
+Not run yet, so `verification/__main__.py` does not name this room.
 """
 
 import json

@@ -6,6 +6,7 @@ runs the slab on a mesh that follows the cracks (a quarter of an hour on one cor
 and depth of each crack at each step; then grows sharp cracks at these places (five minutes) and
 keeps their lengths. A run in runs/verification/uneven is taken as it is. `make verify ONLY=uneven`
 looks at what is kept, and grows an even array, for which a table is at hand.
+The sharp cracks are not kept yet, so `verification/__main__.py` does not name this room.
 """
 
 import json
