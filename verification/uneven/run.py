@@ -1,0 +1,378 @@
+"""Lengths of the slab's cracks against sharp cracks at the same places, stopped ones included.
+
+    python -m verification.uneven.run [slab] [sharp]
+
+runs the slab on a mesh that follows the cracks (a quarter of an hour on one core) and keeps place
+and depth of each crack at each step; then grows sharp cracks at these places (five minutes) and
+keeps their lengths. A run in runs/verification/uneven is taken as it is. `make verify ONLY=uneven`
+looks at what is kept, and grows an even array, for which a table is at hand.
+The sharp cracks are not kept yet, so `verification/__main__.py` does not name this room.
+"""
+
+import json
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from time import perf_counter
+
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from staffa.case.reading.read import read_case
+from staffa.io.run_directory import Run
+from staffa.setup.toughness_and_cracks import toughness_factor
+from verification.common.figures import Check, Figure, Found
+from verification.common.runs import ROOT, keep, origin, run_once
+from verification.common.sharp import SHARP, array_growth, length_at
+from verification.slabs.run import CASE, COUNTED, WITHIN, settings
+from verification.slabs_refined.run import EDGE, FACTOR
+from verification.uneven.sharp_cracks import CrackedBlock, CrackPath, SlabBlock, grown
+
+KEPT = Path(__file__).parent / "kept.json"
+PICTURE = ROOT / "docs" / "pictures" / "verify-uneven.png"
+MEMBER = "free-0.013-triangle-1"
+P = 0.1285  # spacing of the even array
+H = 0.0065  # cells of the sharp cracks' body, ell/2: lengths are known to half of it
+SHALLOW, DEEP = 0.2, 0.5  # how deep columns of double nodes go; the deeper ones from a third on
+SHORTER = 2.0  # how much shorter than the run's, in ell, cracks begin that grow to G = Gc
+FLAT, FAR = 0.003, 1e3  # a tip's depth is known to half a cell; a distance that pairs nothing
+SEGMENT = 3.0  # distance in ell of the points of a path, as in `slabs`
+
+
+def slab_settings() -> list[str]:
+    """Return the settings by which the run differs from verification/slabs/case.toml."""
+    own = {"domain.cells": "triangle", "domain.h": f"{EDGE:.6f}", "domain.refine": "true"}
+    own["material.Gc"] = f"{1 / FACTOR:.5f}"
+    own["output.at"] = f"[{','.join(f'{0.02 * k:.2f}' for k in range(1, 17))}]"
+    uniform = settings("free-0.013-quadrilateral-1")
+    return [*(s for s in uniform if s.split("=")[0] not in own), *(f"{k}={own[k]}" for k in own)]
+
+
+def measured_cracks(run: Run) -> dict:
+    """Return tau of the steps, and for each crack the places and depths of its sharp tip."""
+    m = run.manifest
+    tips = []
+    for step in run.steps:
+        assert step.measures is not None
+        places = [(tip.position[0], m.sharp(tip.depth, tip.room)) for tip in step.measures.tips]
+        tips.append(np.array(places).reshape(-1, 2))
+    followed = followed_back(tips)
+    return origin(run, CASE, slab_settings()) | {
+        "unknowns": 3 * [step.mesh.vertices for step in run.steps if step.mesh][-1],
+        "ell": m.ell,
+        "h": m.h,
+        "width": m.size[0],
+        "toughness": round(m.toughness_factor / FACTOR, 5),
+        "tau": [round(step.tau or 0.0, 6) for step in run.steps],
+        "x": [[_rounded(place[0]) for place in track] for track in followed],
+        "depth": [[_rounded(place[1]) for place in track] for track in followed],
+    }
+
+
+def _rounded(value: float) -> float | None:
+    return None if np.isnan(value) else round(float(value), 5)
+
+
+def followed_back(tips: list[np.ndarray]) -> np.ndarray:
+    """Return the places of the last step's tips at each step, shape (tips, steps, 2); else nan.
+
+    `staffa.measure.generations.tracks` follows them along the face alone, and loses a crack that
+    passes below an arrested one. Here tips of two steps are paired so that the sum of their
+    distances is smallest; a crack is never deeper before.
+
+    Parameters
+    ----------
+    tips : places of the tips at each step, each of shape (n, 2).
+    """
+    found = np.full((len(tips[-1]), len(tips), 2), np.nan)
+    found[:, -1] = now = tips[-1]
+    alive = np.arange(len(now))
+    for step in range(len(tips) - 2, -1, -1):
+        before = tips[step]
+        distance = np.linalg.norm(now[:, None] - before[None], axis=2)
+        distance[now[:, None, 1] < before[None, :, 1] - FLAT] = FAR
+        mine, theirs = linear_sum_assignment(distance)
+        near = distance[mine, theirs] < FAR
+        alive, now = alive[mine[near]], before[theirs[near]]
+        found[alive, step] = now
+    return found
+
+
+def running(slab: dict, step: int) -> np.ndarray:
+    """Return the cracks that are deeper by more than h/2 at the next step, as `slabs` has them."""
+    now, then = depths(slab, step), depths(slab, step + 1)
+    return np.flatnonzero(then > now + slab["h"] / 2)
+
+
+def depths(slab: dict, step: int) -> np.ndarray:
+    """Return the depths of the cracks at a step, shape (cracks,); nan if one was not seen."""
+    return np.array([np.nan if d[step] is None else d[step] for d in slab["depth"]])
+
+
+def compared_steps(slab: dict) -> list[int]:
+    """Return the steps whose running cracks are 3 ell deep on average, as `slabs` has them."""
+    steps = range(len(slab["tau"]) - 1)
+    cracks = [running(slab, step) for step in steps]
+    return [
+        step
+        for step, on in zip(steps, cracks, strict=True)
+        if len(on) > 2 and depths(slab, step)[on].mean() >= SEGMENT * slab["ell"]
+    ]
+
+
+def crack_paths(slab: dict) -> list[CrackPath]:
+    """Return vertical paths of the cracks, each at the mean place of its tip.
+
+    Parameters
+    ----------
+    slab : the kept numbers of the run.
+    """
+    final = np.array([deep[-1] for deep in slab["depth"]])
+    return [
+        CrackPath(
+            x=float(np.mean([place for place in places if place is not None])),
+            deepest=DEEP if last > final.max() / 3 else SHALLOW,
+        )
+        for places, last in zip(slab["x"], final, strict=True)
+    ]
+
+
+def sharp_lengths(slab: dict) -> dict:
+    """Return depths of sharp cracks at each compared step, by the two ways, and the time.
+
+    "onward": all cracks begin as deep as the run's at the first of these steps. "given": at each
+    step those of the run that rest are as deep as there, and the running ones begin SHORTER.
+
+    Parameters
+    ----------
+    slab : the kept numbers of the run.
+    """
+    began, paths = perf_counter(), crack_paths(slab)
+    order = np.argsort([path.x for path in paths])
+    body = CrackedBlock(SlabBlock(width=slab["width"]), [paths[k] for k in order], H)
+    factor = toughness_factor(read_case(ROOT / CASE, slab_settings()))
+
+    def toughness(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.asarray(slab["toughness"] * factor(np.stack([x, y, 0 * x])))
+
+    steps = compared_steps(slab)
+    seen = [next(d for d in deep if d is not None) for deep in slab["depth"]]
+    now = np.fmax(depths(slab, steps[0]), 0)
+    onward = np.where(now > 0, now, seen)
+    rows = []
+    for step in steps:
+        tau = slab["tau"][step]
+        onward[order] = grown(body, tau, onward[order], toughness)
+        start = np.where(np.isnan(depths(slab, step)), seen, depths(slab, step))
+        start[running(slab, step)] -= SHORTER * slab["ell"]
+        given = np.zeros(len(order))
+        given[order] = grown(body, tau, np.maximum(start, 0)[order], toughness)
+        rows.append({"onward": onward.round(4).tolist(), "given": given.round(4).tolist()})
+    return {
+        "date": datetime.now(UTC).date().isoformat(),
+        "seconds": round(perf_counter() - began),
+        "jumps": len(body.condensed),
+        "rows": rows,
+    }
+
+
+def figures_of(slab: dict, rows: list[dict]) -> list[Figure]:
+    """Return the running cracks' depths beside sharp ones, and how many cracks cross a depth.
+
+    Parameters
+    ----------
+    slab : the kept numbers of the run.
+    rows : depths of the sharp cracks, one row for each compared step.
+    """
+    ell = slab["ell"]
+    means: list[Figure] = []
+    each: list[Figure] = []
+    for step, row in zip(compared_steps(slab), rows, strict=True):
+        on, tau = running(slab, step), f"tau = {slab['tau'][step]:.2f}"
+        found, given = depths(slab, step)[on], np.array(row["given"])[on]
+        means.append(
+            Figure(
+                what=f"mean length of the {len(on)} cracks that grow at {tau}",
+                source=f"{SHARP}, cracks at the same places, the others as deep as in the run",
+                reference=float(given.mean()),
+                measured=float(found.mean()),
+                tolerance=max(ell, WITHIN * float(given.mean())),
+            )
+        )
+        each.append(
+            Figure(
+                what=f"{tau}: difference of the one of these {len(on)} that differs most, over the "
+                "larger of ell and 3 %",
+                source="as above",
+                reference=0.0,
+                measured=float(np.max(np.abs(found - given) / np.maximum(ell, WITHIN * given))),
+                tolerance=1.0,
+            )
+        )
+    return [*means, *each, *crossing_figures(slab, rows)]
+
+
+def crossing_figures(slab: dict, rows: list[dict]) -> list[Figure]:
+    """Return how many cracks cross a depth at the last compared step, run and sharp ones onward.
+
+    Parameters
+    ----------
+    slab : the kept numbers of the run.
+    rows : depths of the sharp cracks, one row for each compared step.
+    """
+    found, onward = depths(slab, compared_steps(slab)[-1]), np.array(rows[-1]["onward"])
+    return [
+        Figure(
+            what=f"cracks that cross {height:g} at the last of these times",
+            source=f"{SHARP}, all of them grown since the first of these times",
+            reference=float((onward > height).sum()),
+            measured=float((found > height).sum()),
+            tolerance=max(1.0, 0.15 * float((onward > height).sum())),
+        )
+        for height in COUNTED
+    ]
+
+
+def even_array() -> list[Figure]:
+    """Return lengths of an even array from the same finite elements beside the table's."""
+    paths = [CrackPath(x=(k + 0.5) * P, deepest=SHALLOW) for k in (0, 1)]
+    body = CrackedBlock(SlabBlock(width=2 * P, right="rollers"), paths, H)
+    tau, a = array_growth("fixed")
+    lengths, figures = np.full(2, 0.05), []
+    for at in (0.04, 0.06, 0.08, 0.10):
+        lengths = grown(body, at, lengths)
+        figures.append(
+            Figure(
+                what=f"length in an even array at tau = {at:.2f}, of the sharp cracks here",
+                source="verification/common/data/array_growth.csv; lengths here are in steps of h",
+                reference=float(np.interp(at, tau, a)),
+                measured=float(lengths.mean()),
+                tolerance=H,
+            )
+        )
+    return figures
+
+
+def uneven() -> Found:
+    """Return the figures for straight cracks, and a table of the ways beside an even array."""
+    kept = json.loads(KEPT.read_text())
+    slab, sharp = kept["slab"], kept["sharp"]
+    figures = [*even_array(), *figures_of(slab, sharp["rows"])]
+    draw(slab, sharp["rows"])
+    said = (
+        f"`{slab['command']}`, {slab['date']}, commit {slab['commit'][:7]}, {slab['seconds']} s. "
+        f"Sharp cracks: {sharp['jumps']} jumps at nodes, {sharp['seconds']} s, {sharp['date']}."
+    )
+    picture = f"![Lengths against tau](pictures/{PICTURE.name})"
+    return Found(figures=figures, text=f"{said}\n\n{table(slab, sharp['rows'])}\n\n{picture}")
+
+
+def even_lengths(slab: dict) -> list[float]:
+    """Return the lengths in an even array of the running cracks' spacing, at the compared steps."""
+    found = []
+    for step in compared_steps(slab):
+        places = np.sort([slab["x"][k][step] for k in running(slab, step)])
+        spacing = float(np.diff(places).mean())
+        found.append(length_at("free", spacing, slab["tau"][step]))
+    return found
+
+
+def table(slab: dict, rows: list[dict]) -> str:
+    """Return mean depths by each way, a row a step.
+
+    Parameters
+    ----------
+    slab : the kept numbers of the run.
+    rows : depths of the sharp cracks, one row for each compared step.
+    """
+    lines = [
+        "Mean length of the cracks that grow, and by how much it differs from that of sharp ones: "
+        "of the even array of their spacing; at their places, with the others as deep as in the "
+        "run; all of them sharp since the first of these times. In brackets how many of the cracks "
+        "that grow are within the larger of ell and 3 %.",
+        "",
+        "| tau | cracks | length | even array | the others as in the run | all sharp |",
+        "|" + " --- |" * 6,
+    ]
+    even = even_lengths(slab)
+    for number, step in enumerate(compared_steps(slab)):
+        on = running(slab, step)
+        found = depths(slab, step)[on]
+        cells = []
+        for way in ("given", "onward"):
+            expected = np.array(rows[number][way])[on]
+            over = np.abs(found - expected) / np.maximum(slab["ell"], WITHIN * expected)
+            share = f"{(over <= 1).sum()} of {len(on)}"
+            cells.append(f"{found.mean() / expected.mean() - 1:+.1%} ({share})")
+        lines.append(
+            f"| {slab['tau'][step]:.2f} | {len(on)} | {found.mean():.4f} | "
+            f"{found.mean() / even[number] - 1:+.1%} | {' | '.join(cells)} |"
+        )
+    return "\n".join(lines)
+
+
+def draw(slab: dict, rows: list[dict]) -> None:
+    """Draw mean lengths beside both references, and each crack at the last compared step."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+    steps = compared_steps(slab)
+    tau = [slab["tau"][step] for step in steps]
+    on = [running(slab, step) for step in steps]
+    mean = [depths(slab, step)[cracks].mean() for step, cracks in zip(steps, on, strict=True)]
+    given, onward = (
+        np.array([np.array(row[way])[k].mean() for row, k in zip(rows, on, strict=True)])
+        for way in ("given", "onward")
+    )
+    allowed = np.maximum(slab["ell"], WITHIN * given)
+    label = "the same, give or take the larger of ell and 3 %"
+    left.fill_between(tau, given - allowed, given + allowed, color="C0", alpha=0.15, label=label)
+    left.plot(tau, given, "C0-", label="sharp, at the same places, the others as in the run")
+    left.plot(tau, onward, "C2-.", label="sharp, all of them since the first of these times")
+    left.plot(tau, even_lengths(slab), "C3--", label="sharp, even array of the measured spacing")
+    left.plot(tau, mean, "ko", markersize=4, label="staffa, cracks that grow")
+    left.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, None))
+    left.legend(frameon=False, fontsize=8)
+    x = [[place for place in places if place is not None][-1] for places in slab["x"]]
+    right.vlines(x, 0, depths(slab, steps[-1]), color="k", linewidth=1.5, label="staffa")
+    right.plot(x, rows[-1]["given"], "C0_", markersize=12, label="sharp, the others as in the run")
+    right.plot(x, rows[-1]["onward"], "C2x", markersize=6, label="sharp, onward")
+    right.set(xlabel="x", ylabel="depth", title=f"tau = {tau[-1]:.2f}", ylim=(0, None))
+    right.legend(frameon=False, fontsize=8)
+    figure.savefig(PICTURE, dpi=120)
+    plt.close(figure)
+
+
+def main(names: list[str]) -> None:
+    """Make what is named, "slab" or "sharp", or both, and keep it."""
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    for name in names or ["slab", "sharp"]:
+        if name == "slab":
+            kept["slab"] = measured_cracks(run_once(CASE, f"uneven/{MEMBER}", slab_settings()))
+        else:
+            kept["sharp"] = sharp_lengths(kept["slab"])
+        keep(KEPT, kept)
+
+
+CHECKS = {
+    "uneven": Check(
+        title="The paper's slab, free ends: sharp cracks at the same places",
+        text=(
+            "The same half of a slab as under `slab-growth`, seed 1, on a mesh that follows the "
+            "cracks. Its reference there is an even array; here sharp cracks stand where those of "
+            "the run stand, arrested ones included, in the same body and with the same random "
+            "toughness. Each grows while its own G reaches its Gc, and none heals. They are "
+            "straight: each stands at the mean place of its tip. At each time the cracks that rest "
+            "are as deep as in the run, and those that grow begin 2 ell short of it. (Cracks that "
+            "grow are deeper at the next step.) And by another way all go on by themselves from "
+            "the first of these times. Which of two neighbors stops may then differ from the run, "
+            "so numbers of cracks are compared. Tolerance: the larger of ell = 0.013 and 3 %; one "
+            "crack or 15 %."
+        ),
+        measure=uneven,
+        kept="kept.json",
+    ),
+}
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
