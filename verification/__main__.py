@@ -23,20 +23,10 @@ PAGE = HERE.parent / "docs" / "verification.md"
 # In the order of the page.
 FOLDERS = (
     *("heat", "quench", "injection", "solid", "second_order", "saddles", "onset", "surfing"),
-    "cohesive",
-    *("toughness_direction", "arrays", "pairs", "energies", "slabs", "slabs_refined", "squeezed"),
-    *(
-        "grain",
-        "opposite_boundary",
-        "columns",
-        "columns_theory",
-        "brick_refined",
-        "layers",
-        "neighbors",
-        "imposed_cracks",
-        "feedback",
-    ),
-    *("strip", "doublet_cracks", "stimulation"),
+    *("cohesive", "toughness_direction", "arrays", "pairs", "energies", "slabs", "uneven"),
+    *("slabs_refined", "squeezed", "grain", "opposite_boundary", "columns", "columns_theory"),
+    *("brick_refined", "layers", "neighbors", "imposed_cracks", "feedback", "strip"),
+    *("doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS
