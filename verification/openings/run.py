@@ -5,7 +5,6 @@
 reads the fields of the run of `verification/uneven` (which that room makes), opens sharp cracks at
 the same places, as deep as the run's (a minute), and keeps what `make verify ONLY=openings` looks
 at.
-Not run yet, so `verification/__main__.py` does not name this room.
 """
 
 import json
@@ -229,7 +228,8 @@ CHECKS = {
             "the same part of their length; and what Bazant, Ohtsubo and Aoh (Int. J. Fract. 15, "
             "443, 1979) say of cracks of which every other one stops: it closes, and the others "
             "open about twice as wide. The spacing is that of the cracks that grow; time passes as "
-            "it doubles, and the cracks get longer. Cracks of less than 3 ell are left out."
+            "it doubles, and the cracks get longer. Cracks of less than 3 ell are left out. "
+            "Tolerances were chosen after the openings of the run had been seen."
         ),
         measure=openings,
         kept="kept.json",
