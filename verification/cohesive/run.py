@@ -68,6 +68,27 @@ def softening_curves() -> list[Figure]:
     return figures
 
 
+# Names of the loadings of `tests/fem/test_strength_surface.py` on the page.
+STRESSES = {"pulled": "one tension", "biaxial": "two equal tensions", "pressed": "one pressure"}
+
+
+def strengths() -> list[Figure]:
+    """The strengths of squares under three stresses over those that were asked for."""
+    from fem.test_strength_surface import ELLS, FACTORS, LOADINGS, largest_stress, loaded
+
+    return [
+        Figure(
+            what=f"largest stress over the strength, {STRESSES[name]}, ell = L/{1 / ell:.0f}",
+            source="the strength that was asked for",
+            reference=1.0,
+            measured=largest_stress(loaded(name, ell, FACTORS), name),
+            tolerance=0.02,
+        )
+        for name in LOADINGS
+        for ell in ELLS
+    ]
+
+
 def costs() -> list[Figure]:
     """The energy of a broken bar over the effective Gc of its cells."""
     from fem.test_cohesive import ELLS, IRWIN, STRENGTH, E, pull
@@ -239,6 +260,16 @@ CHECKS = {
             "Tolerances were asked for before the law was built."
         ),
         measure=bars,
+    ),
+    "cohesive-strengths": Check(
+        title="Strengths under other stresses",
+        text=(
+            "Squares in plane stress with a cohesive law (`tests/fem/test_strength_surface.py`), "
+            "`damage.biaxial` 0.95 and `damage.compressive` 8 times the strength. Loads grow in "
+            "steps of 1 %, and sides do not rub. Plane strain, 3-D and a cooled face stand in "
+            "the tests. Tolerance: 2 %, asked for before this was built."
+        ),
+        measure=strengths,
     ),
     "cohesive-tip": Check(
         title="A cohesive crack that follows a tip",
