@@ -15,6 +15,7 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -78,6 +79,8 @@ def number(text: str, what: str, where: str) -> float:
     """
     try:
         found = float(text)
+        if "_" in text:  # Python alone reads 1_000 as a number
+            raise ValueError
     except ValueError:
         raise SubmissionError(
             f'{where}: {what} = "{text}" is no number; write one, as 0.1285'
@@ -120,7 +123,18 @@ def read(file: Path, figures: Sequence[Figure]) -> Curves:
                 f'{where}: a second value of "{quantity}" there; leave one of them out'
             )
         curves[quantity][at] = value
+    for quantity, curve in curves.items():
+        refuse_twins(curve, f'{file.name}: "{quantity}"')
     return curves
+
+
+def refuse_twins(curve: dict[float | None, float], what: str) -> None:
+    """Raise an error if two rows of a curve stand for one place, but for rounding."""
+    places = sorted(place for place in curve if place is not None)
+    for one, other in pairwise(places):
+        if other - one <= 2 * rounding(one):  # both may stand for the place between them
+            said = f"at {one!r} and {other!r}, which are one place; leave one of them out"
+            raise SubmissionError(f"{what} has values {said}")
 
 
 def row(cells: list[str], known: dict[str, bool], where: str) -> tuple[str, float | None, float]:
@@ -151,12 +165,17 @@ def names(known: dict[str, bool]) -> str:
     return ", ".join(f'"{name}"' for name in known)
 
 
+def rounding(at: float) -> float:
+    """Return the distance below which two places are one, but for rounding."""
+    return 1e-9 * max(1.0, abs(at))
+
+
 def value_at(curve: dict[float | None, float], at: float | None) -> float | None:
     """Return the value of a curve, linear between its rows; None outside of them."""
     if at is None:
         return curve.get(None)
     rows = sorted((place, value) for place, value in curve.items() if place is not None)
-    close = 1e-9 * max(1.0, abs(at))  # a row at the very place, but for rounding
+    close = rounding(at)
     before = [r for r in rows if r[0] <= at + close]
     after = [r for r in rows if r[0] >= at - close]
     if not before or not after:

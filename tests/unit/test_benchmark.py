@@ -77,6 +77,9 @@ BAD = {
     "quantity,at,value\nlength, fixed,0.1,0.2\n": "comma in quotes",
     f'quantity,at,value\n"{"x" * 200_000}",0.1,0.2\n': "cannot be read",
     'quantity,at,value\n"length, fixed",0.1,1\n"length, fixed",0.10,1\n': "line 3: a second value",
+    'quantity,at,value\n"length, fixed",0.1,1\n"length, fixed",0.1000000001,2\n': "are one place",
+    'quantity,at,value\n"length, fixed",0.1,0_1.3\n': "is no number",
+    'quantity,at,value\n"length, fixed",0_0.1,1.3\n': "is no number",
 }
 
 
