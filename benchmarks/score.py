@@ -170,8 +170,22 @@ def rounding(at: float) -> float:
     return 1e-9 * max(1.0, abs(at))
 
 
-def value_at(curve: dict[float | None, float], at: float | None) -> float | None:
-    """Return the value of a curve, linear between its rows; None outside of them."""
+def widest_gap(figure: Figure, figures: Sequence[Figure]) -> float:
+    """Return how far apart two rows of a submission may be: twice the step of the reference."""
+    if figure.at is None:
+        return math.inf
+    of = figure.case, figure.quantity
+    places = {f.at for f in figures if (f.case, f.quantity) == of and f.at is not None}
+    return 2 * min((abs(at - figure.at) for at in places - {figure.at}), default=math.inf)
+
+
+def value_at(
+    curve: dict[float | None, float], at: float | None, widest: float = math.inf
+) -> float | None:
+    """Return the value of a curve, linear between its rows.
+
+    None outside of them, and between two rows that are farther apart than the widest gap.
+    """
     if at is None:
         return curve.get(None)
     rows = sorted((place, value) for place, value in curve.items() if place is not None)
@@ -181,6 +195,8 @@ def value_at(curve: dict[float | None, float], at: float | None) -> float | None
     if not before or not after:
         return None
     (a, low), (b, high) = before[-1], after[0]
+    if b - a > widest + close:
+        return None
     return low if b - a <= close else low + (high - low) * (at - a) / (b - a)
 
 
@@ -213,7 +229,7 @@ def score(folder: Path) -> list[Figure]:
     found = []
     for figure in figures:
         curve = read_cases.get(figure.case, {}).get(figure.quantity, {})
-        value = value_at(curve, figure.at)
+        value = value_at(curve, figure.at, widest_gap(figure, figures))
         found.append(Figure(**{**asdict(figure), "value": value}))
     return found
 

@@ -64,6 +64,20 @@ def test_a_curve_is_linear_between_its_rows_and_missing_beyond_them() -> None:
     assert score.value_at(curve, 0.31) is None
 
 
+def test_no_line_is_drawn_across_more_than_two_steps_of_the_reference(tmp_path: Path) -> None:
+    """Two rows, at both ends of the curve, are two values and not the whole of it."""
+
+    def known(*places: float) -> list[float | None]:
+        rows = "".join(f'"length, fixed",{at},0.1\n' for at in places)
+        (tmp_path / "array.csv").write_text(f"quantity,at,value\n{rows}")
+        return [figure.at for figure in score.score(tmp_path) if figure.value is not None]
+
+    assert known(0.07, 0.10) == [0.07, 0.10]
+    assert known(0.07, 0.09, 0.10) == [0.07, 0.08, 0.09, 0.10]
+    assert known(0.0651, 0.0849) == [0.07, 0.08]
+    assert known(0.0649, 0.0851) == []
+
+
 BAD = {
     "": "begins with",
     "quantity,value\n": "its first line must be",
