@@ -22,6 +22,8 @@ REFERENCE = Path(__file__).parent / "reference"
 VERSION = 1  # of cases and tables: scores of two versions are not compared
 COLUMNS = ("quantity", "at", "value")
 WITHIN, OUTSIDE, MISSING = VERDICTS = ("within", "outside", "missing")
+LOW = 0.1  # part of an upper bound by which a value may be below it before it gets a note
+NOTE = "below our bound: please tell us"
 
 
 class SubmissionError(Exception):
@@ -43,6 +45,12 @@ class Figure:
     tolerance: float
     bound: str
     value: float | None = None
+
+    @property
+    def note(self) -> str:
+        """A request where a value is so far below an upper bound that one of them may be wrong."""
+        low = self.bound and self.value is not None and self.value < (1 - LOW) * self.reference
+        return NOTE if low else ""
 
     @property
     def verdict(self) -> str:
@@ -109,6 +117,7 @@ def read(file: Path, figures: Sequence[Figure]) -> Curves:
         said = f'begins with "{",".join(header)}"'
         raise SubmissionError(f'{file.name} {said}; its first line must be "{",".join(COLUMNS)}"')
     known = {figure.quantity: figure.at is not None for figure in figures}
+    energies = {figure.quantity for figure in figures if figure.bound}
     curves: Curves = {}
     for line, cells in enumerate(table[1:], start=2):
         if not cells:
@@ -121,6 +130,11 @@ def read(file: Path, figures: Sequence[Figure]) -> Curves:
         if at in curves.setdefault(quantity, {}):
             raise SubmissionError(
                 f'{where}: a second value of "{quantity}" there; leave one of them out'
+            )
+        if quantity in energies and value <= 0:
+            raise SubmissionError(
+                f'{where}: value = {cells[2].strip()} of "{quantity}" cannot be, it is above 0; '
+                "leave the row out where it was not computed"
             )
         curves[quantity][at] = value
     for quantity, curve in curves.items():
@@ -258,12 +272,17 @@ def table(figures: Sequence[Figure]) -> Iterator[str]:
     sums = [sum(figure.verdict == verdict for figure in figures) for verdict in VERDICTS]
     good = sum(counts["verdict"] == WITHIN for counts in cases.values())
     yield f"| together | {' | '.join(map(str, sums))} | {good} of {len(cases)} within |"
-    away = [figure for figure in figures if figure.verdict == OUTSIDE]
-    if away:
+    yield from listed(OUTSIDE, [figure for figure in figures if figure.verdict == OUTSIDE])
+    yield from listed(NOTE, [figure for figure in figures if figure.note])
+
+
+def listed(title: str, figures: Sequence[Figure]) -> Iterator[str]:
+    """Yield the lines of a table of figures, none without figures (Markdown)."""
+    if figures:
         yield ""
-        yield "| outside | at | value | reference | tolerance |"
+        yield f"| {title} | at | value | reference | tolerance |"
         yield "| --- | --- | --- | --- | --- |"
-    for f in away:
+    for f in figures:
         at, most = "" if f.at is None else f"{f.at:g}", "at most " if f.bound else ""
         numbers = f"{f.value:.4g} | {most}{f.reference:.4g} | {f.tolerance:.2g}"
         yield f"| {f.case}: {f.quantity} | {at} | {numbers} |"
@@ -275,7 +294,10 @@ def record(folder: Path, figures: Sequence[Figure]) -> str:
     def plain(value: float | None) -> float | str | None:
         return value if value is None or math.isfinite(value) else str(value)
 
-    rows = [{**asdict(f), "value": plain(f.value), "verdict": f.verdict} for f in figures]
+    rows = [
+        {**asdict(f), "value": plain(f.value), "verdict": f.verdict, "note": f.note}
+        for f in figures
+    ]
     found = {"benchmark": VERSION, "submission": folder.resolve().name}
     return json.dumps({**found, "cases": by_case(figures), "figures": rows}, indent=1) + "\n"
 

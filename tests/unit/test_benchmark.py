@@ -41,6 +41,28 @@ def test_wrong_numbers_are_outside_and_lower_energies_are_not(tmp_path: Path) ->
     assert low == {"energies"}, "the reference of an energy is an upper bound"
 
 
+def test_an_energy_far_below_the_bound_is_within_and_gets_a_note(tmp_path, capsys) -> None:
+    for times, noted in ((0.89, True), (0.91, False)):
+        folder = perfect(tmp_path / f"{times}", times=times)
+        told = folder / "scores.json"
+        assert score.main([str(folder), "--json", str(told)]) == 0
+        assert ("below our bound: please tell us" in capsys.readouterr().out) is noted
+        rows = json.loads(told.read_text())["figures"]
+        energies = [row for row in rows if row["case"] == "energies"]
+        assert {row["verdict"] for row in energies} == {score.WITHIN}
+        assert {row["note"] for row in energies} == {score.NOTE if noted else ""}
+        assert {row["note"] for row in rows if row["case"] != "energies"} == {""}
+
+
+@pytest.mark.parametrize("value", ["-5", "0", "-0.0", "-1e-300"])
+def test_an_energy_that_cannot_be_is_refused(tmp_path, capsys, value) -> None:
+    text = f"quantity,at,value\ntotal energy,0.04,0.2\ntotal energy,0.06,{value}\n"
+    (tmp_path / "energies.csv").write_text(text)
+    assert score.main([str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert f'energies.csv, line 3: value = {value} of "total energy" cannot be' in said
+
+
 def test_what_is_not_told_is_missing(tmp_path: Path) -> None:
     (perfect(tmp_path) / "pair.csv").unlink()
     cases = score.by_case(score.score(tmp_path))
