@@ -166,6 +166,13 @@ def test_the_tables_are_those_of_the_verification(case: str) -> None:
         assert list(csv.reader(file))[1:] == make_tables.rows_of(case)
 
 
+def test_lengths_are_asked_for_where_the_crack_has_grown() -> None:
+    starts = {"length, p = 0.2": 0.1, "length, p = 0.3": 0.12}  # those of README.md
+    lengths = [f for f in score.reference() if f.case in ("array", "spacing")]
+    assert {f.quantity for f in lengths} > set(starts)
+    assert all(f.reference >= 1.15 * starts.get(f.quantity, 0.08) for f in lengths)
+
+
 def test_there_is_a_table_for_each_case_and_the_sharp_tables_are_copies() -> None:
     assert {file.stem for file in score.REFERENCE.glob("*.csv")} == set(make_tables.TABLES)
     for file in make_tables.SHARP.glob("*.csv"):
