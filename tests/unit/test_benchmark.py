@@ -173,6 +173,10 @@ def test_lengths_are_asked_for_where_the_crack_has_grown() -> None:
     assert all(f.reference >= 1.15 * starts.get(f.quantity, 0.08) for f in lengths)
 
 
+def test_the_folder_has_the_license_of_its_scripts() -> None:
+    assert (FOLDER / "LICENSE").read_text().endswith((FOLDER.parent / "LICENSE").read_text())
+
+
 def test_there_is_a_table_for_each_case_and_the_sharp_tables_are_copies() -> None:
     assert {file.stem for file in score.REFERENCE.glob("*.csv")} == set(make_tables.TABLES)
     for file in make_tables.SHARP.glob("*.csv"):
