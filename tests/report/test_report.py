@@ -528,6 +528,15 @@ def test_a_step_that_was_not_reached_is_marked_and_in_no_result(tmp_path):
         assert all(other["layout"]["shapes"][-1]["x0"] == line["x0"] for other in others)
 
 
+def test_violations_of_a_first_step_that_was_not_reached_are_told(tmp_path):
+    run = drawn_run(tmp_path / "run", n=2)
+    audit = replace(run.steps[0].audit, violations=("irreversibility is violated by 1e-3",))
+    bad = replace(run.steps[0], status=Status.FAILED, reason="a solver failed", audit=audit)
+    told = [(fact.name, fact.text) for fact in summary(rewritten(run, [bad]))]
+    assert ("violation", "step 0: irreversibility is violated by 1e-3") in told
+    assert not {"audit, worst step", "violations"} & {name for name, _ in told}
+
+
 def test_the_length_to_be_quoted_is_that_of_the_network(tmp_path):
     run = drawn_run(tmp_path / "run", n=9)
 
