@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rich.markup import escape
@@ -74,18 +75,22 @@ def print_pair(pair: Pair) -> None:
     _print_table(common_times(pair))
 
 
-def print_pictures(run: Run, *, movie: bool | None = None) -> None:
-    """Draw the pictures and the page with a progress bar, and print their paths.
+def print_pictures(run: Run, *, movie: bool | None = None, summed_up: bool = False) -> None:
+    """Write the tables, draw the pictures and the page with a progress bar, and print their paths.
 
     Parameters
     ----------
     run : the run.
     movie : True for an animation; None for one in 3-D only.
+    summed_up : True to print the summary too, once there are the tables that it quotes.
     """
     with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
         task = bar.add_task("drawing", total=None)
         drawn = draw(
-            run, movie=movie, told=lambda done, of: bar.update(task, completed=done, total=of)
+            run,
+            movie=movie,
+            told=lambda done, of: bar.update(task, completed=done, total=of),
+            tabled=partial(print_summary, run) if summed_up else lambda: None,
         )
     _print_drawn(drawn)
     describe_results(run.path)
