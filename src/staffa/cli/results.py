@@ -16,6 +16,7 @@ from staffa.compare.pair import Pair, pair_title
 from staffa.compare.side_by_side import common_times, results
 from staffa.errors import AuditError, printable
 from staffa.io.ensemble_directory import Ensemble
+from staffa.io.own_files import NETWORK
 from staffa.io.research_object import write_crate
 from staffa.io.run_directory import Run
 from staffa.io.study_directory import Study
@@ -106,6 +107,23 @@ def leave_tables(run: Run) -> None:
     """Write the tables and networks of a run, and describe all of its files."""
     write_tables(run, networks(run)[0])
     describe_results(run.path)
+
+
+def leave_missing_tables(runs: Iterable[Run]) -> str:
+    """Leave tables and networks of members without them; return a sentence on those that have them.
+
+    A member lacks them if it failed or was killed, or if an earlier version finished it.
+
+    Parameters
+    ----------
+    runs : runs of the members.
+    """
+    reached = [run for run in runs if run.steps]
+    for run in reached:
+        if not (run.path / NETWORK).exists():
+            leave_tables(run)
+    what = "members with tables, and networks of steps with fields"
+    return f"{what}: {len(reached)}, all that reached a step"
 
 
 def describe_results(path: Path) -> None:
