@@ -36,13 +36,13 @@ from staffa.report.growing_page import (
     growing_study,
 )
 from staffa.results.csv_files import write_ensemble, write_study
+from staffa.results.member_numbers import bounded
 from staffa.runs.ensemble import ensemble_members, seeds_from
 from staffa.runs.follower import Follower
 from staffa.runs.member_runs import Member, run_member, run_members
 from staffa.runs.run import Watcher
 from staffa.runs.study import planned_study
 
-MOST_TOLD = 5  # failed members that are named
 Follow = Callable[[Member], AbstractContextManager[Watcher]]
 Taken = Callable[[Member], None]
 
@@ -299,8 +299,7 @@ def _told(failures: dict[Member, str], count: int) -> str:
     labels = [member.label for member in failures]
     seeds = all(label.startswith("seed ") for label in labels)
     names = labels[:1] + [label.removeprefix("seed ") if seeds else label for label in labels[1:]]
-    more = f" and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else ""
-    told = (", " if seeds else "; ").join(names[:MOST_TOLD]) + more
+    told = bounded(names, ", " if seeds else "; ")
     first, error = next(iter(failures.items()))
     which = "" if len(failures) == 1 else f", {first.label} because"
     return f"{len(failures)} of {count} members failed ({told}){which}: {error}"
