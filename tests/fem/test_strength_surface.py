@@ -349,5 +349,8 @@ def test_check_tells_all_strengths_and_the_drop_that_they_give() -> None:
         assert float(facts["dT_c"].split()[0]) == pytest.approx(drop, rel=1e-3)
         assert float(facts["two tensions"].split()[0]) == pytest.approx(biaxial, rel=1e-2)
         assert facts["compression"] == pressed
-    without = parse_case(GRANITE, [plane, STRENGTHS[0]])
-    assert dict(fact[:2] for fact in preview(without).facts)["compression"] == "any"
+    without = preview(parse_case(GRANITE, [plane, STRENGTHS[0]])).facts
+    assert dict(fact[:2] for fact in without)["compression"] == "any"
+    told = {name: meaning for name, _, meaning in without}
+    assert told["two tensions"].endswith(", as asked for")
+    assert told["compression"].endswith(", by default, without damage.compressive")

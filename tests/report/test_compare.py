@@ -298,6 +298,18 @@ def test_laws_of_scripts_are_told_by_their_identities(tmp_path) -> None:
         ("damage.law", said, f"{said}, but with other values"),
     )
     assert told({"temperature": mine}, {"temperature": apart}, mesh="finer") == ()
+    later = replace(apart, at=(0.0, 2.0))
+    assert told({"temperature": mine}, {"temperature": later}) == (), "it was tried at other times"
+    (row,) = told({"temperature": mine}, {"temperature": apart})
+    assert row[2] == f"{said}, but with other values"
+    for plane, rows in (("strain", ["material.plane"]), ("stress", ["damage.split"])):
+        told({"split": mine}, {"split": apart})
+        write_aside(
+            tmp_path / "b" / CASE,
+            f'{BODY.format(size=list(SLAB))}[material]\nplane = "{plane}"\n',
+        )
+        found = case_differences(read_pair(tmp_path / "a", tmp_path / "b")).rows
+        assert [row[0] for row in found] == rows, "tried at as many strains in the same plane only"
     assert told({"temperature": mine}, {})[0] == ("temperature", said, "of the case")
 
 

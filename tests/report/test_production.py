@@ -23,6 +23,9 @@ from staffa.plot.reservoir_cells import reservoir_figure, reservoir_moments, sec
 from staffa.plot.style import write_picture
 from staffa.records.circulation import Circulation, WellAccount
 from staffa.records.reservoir_facts import FractureFlow, WellFacts
+from staffa.records.status import Status
+from staffa.report.charts import charts
+from staffa.report.chosen_figures import curve_figures
 from staffa.report.drawing import draw
 from staffa.results.production_table import (
     production_numbers,
@@ -244,6 +247,15 @@ def test_a_run_without_water_has_no_production(tmp_path: Path) -> None:
         draw(run)
         assert not (tmp_path / name / "production.csv").exists()
         assert "<h2>Production</h2>" not in (tmp_path / name / "report.html").read_text()
+
+
+def test_the_curves_of_one_step_are_marked_where_the_next_was_not_reached(tmp_path: Path) -> None:
+    left = replace(STEPS[1], status=Status.FAILED, reason="a solver failed")
+    run = written(tmp_path, (STEPS[0], left))
+    curves, missing = curve_figures(run)
+    assert missing == ["curves: they need two steps"]
+    (shown, *_) = charts(curves["production"]())
+    assert [note["text"] for note in shown["layout"]["annotations"]] == ["step 2 not reached"]
 
 
 def test_numbers_of_the_whole_run_are_in_its_units(tmp_path: Path) -> None:

@@ -509,11 +509,13 @@ def test_a_step_that_was_not_reached_is_marked_and_in_no_result(tmp_path):
     assert told["not reached"].text.endswith(f"table or picture; {bad.fields} has its last state")
     assert told["time"].text.startswith(f"t = {run.steps[7].time:g}")
     draw(run)
-    for name in ("tips.csv", "network.csv"):
-        lines = (run.path / name).read_text(encoding="utf-8").splitlines()
-        assert {int(line.split(",")[0 if name == "network.csv" else 1]) for line in lines[1:]} < {
-            *range(8)
-        }, name
+    tables = {
+        "tips.csv": {step.index for step in run.steps if step.measures.tips},
+        "network.csv": {step.index for step in run.steps if step.fields},
+    }
+    for name, expected in tables.items():
+        with (run.path / name).open(encoding="utf-8", newline="") as file:
+            assert {int(row["step"]) for row in csv.DictReader(file)} == expected != set(), name
     assert list(run.to_frame()["step"]) == list(range(8))
     assert run_progress(run.path) == RunProgress(8, 25, 8 / 25)
     curves, _ = curve_figures(run)
@@ -526,23 +528,65 @@ def test_a_step_that_was_not_reached_is_marked_and_in_no_result(tmp_path):
         assert all(other["layout"]["shapes"][-1]["x0"] == line["x0"] for other in others)
 
 
+def test_violations_of_a_first_step_that_was_not_reached_are_told(tmp_path):
+    run = drawn_run(tmp_path / "run", n=2)
+    audit = replace(run.steps[0].audit, violations=("irreversibility is violated by 1e-3",))
+    bad = replace(run.steps[0], status=Status.FAILED, reason="a solver failed", audit=audit)
+    told = [(fact.name, fact.text) for fact in summary(rewritten(run, [bad]))]
+    assert ("violation", "step 0: irreversibility is violated by 1e-3") in told
+    assert not {"audit, worst step", "violations"} & {name for name, _ in told}
+
+
 def test_the_length_to_be_quoted_is_that_of_the_network(tmp_path):
     run = drawn_run(tmp_path / "run", n=9)
+    run = rewritten(run, list(run.steps[:9]))
+    energy = run.steps[8].measures.length_surface
 
-    def told() -> str:
+    def told(run: Run = run) -> str:
         return next(fact.text for fact in summary(run) if fact.name == "crack length")
+
+    def write(*rows: tuple[int, float]) -> None:
+        lines = [f"{step},0,0,4,{length:.6g},0\n" for step, length in rows]
+        table.write_text("step,time,tau,cracks,length,volume\n" + "".join(lines))
 
     sizes = told().removesuffix("; quote that of the network, which `staffa report` writes")
     assert "by energy" in sizes and sizes.endswith("by geometry")
-    table = run.path / "network.csv"
-    table.write_text("step,time,tau,cracks,length,volume\n0,0,0,0,0.0,0\n8,1,1,4,3.21,0\n")
-    assert told() == f"3.21 of the network at step 8, to be quoted; {sizes}"
-    with table.open("a", encoding="utf-8") as file:
-        file.write("30,2,2,4,5.0,0\n")
-    assert told().startswith("3.21 of the network at step 8"), "the run has no step 30 any more"
+    table, near = run.path / "network.csv", 0.95 * energy
+    write((0, 0.0), (8, near))
+    assert told() == f"{near:.4g} of the network at step 8, to be quoted; {sizes}"
+    write((8, near), (30, 5.0))
+    assert told().startswith(f"{near:.4g} of the network at step 8"), "the run has no step 30 now"
+    write((0, 0.0), (4, near))
+    assert told().startswith(sizes), "step 8 has fields too: a network of step 4 is an old one"
     for text in ("step\n", "", "step,length\n8,none\n"):
         table.write_text(text)
         assert told().startswith(sizes), "a table that cannot be read is none"
+    write((4, near))
+    last = rewritten(run, [*run.steps[:8], replace(run.steps[8], fields=None)])
+    assert told(last).endswith(f"; at step 8 {sizes}") and " network at step 4" in told(last)
+
+
+def test_a_network_that_leaves_damage_out_is_quoted_with_the_length_by_energy(tmp_path):
+    run = drawn_run(tmp_path / "run", n=9)
+    run = rewritten(run, list(run.steps[:9]))
+    energy = run.steps[8].measures.length_surface
+    header = "step,time,tau,cracks,length,volume\n"
+
+    def told(length: float) -> str:
+        (run.path / "network.csv").write_text(f"{header}8,0,0,4,{length:.6g},0\n")
+        return next(fact.text for fact in summary(run) if fact.name == "crack length")
+
+    half = f"{energy / 2:.4g} of the network at step 8 and {energy:.4g} by energy, 100% apart: "
+    assert told(energy / 2).startswith(f"{half}quote both; the network leaves out cracks along")
+    assert "quote both; look at the picture" in told(2 * energy)
+    assert told(0.0).startswith("no crack is traced in the network at step 8: the network leaves")
+
+
+def test_where_no_reached_step_has_fields_no_report_can_write_the_network(tmp_path):
+    run = drawn_run(tmp_path / "run", n=9)
+    run = rewritten(run, [replace(step, fields=None) for step in run.steps])
+    (said,) = (fact.text for fact in summary(run) if fact.name == "crack length")
+    assert said.endswith("that of the network is known at steps with fields, and none was reached")
 
 
 def test_what_a_run_fell_back_to_is_said(tmp_path):

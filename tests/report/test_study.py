@@ -114,6 +114,10 @@ def test_a_run_that_is_not_finished_is_listed_and_counts_in_no_mean(tmp_path: Pa
     assert means[1]["members"] == "1" and means[1]["length_error_m"] == ""
     told = {fact.name: fact for fact in study_facts(study)}
     assert told["point 2, seed 1"].alarm and "3 of 4 runs finished" in told["points"].text
+    notes = [note for sheet in study_sheets(study) for note in sheet.notes if "no mean" in note]
+    assert len(notes) == 1 and notes[0].startswith(
+        "Not finished, so in no mean: point 2, seed 1 (not converged at step 7, "
+    )
 
 
 def test_curves_are_those_of_the_other_parameters_with_the_same_values(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from staffa.measure.generations import arrests
 from staffa.records.status import Status
 from staffa.report.drawing import draw_ensemble
 from staffa.results.ensemble_means import facts, sheets
+from staffa.results.member_numbers import with_left_out
 from staffa.results.tables import Table
 from staffa.runs.ensemble import ensemble_members, member, seeds_from, started_members
 from staffa.runs.member_runs import run_members
@@ -228,8 +229,25 @@ def test_a_member_that_is_not_finished_is_listed_and_counts_in_no_mean(tmp_path)
     assert rows[2].startswith(
         '1,"not converged at step 7, 7 of 25 steps reached: out of sweeps",,,'
     )
-    for sheet in sheets(ensemble):
-        assert "in no mean: seed 1 (not converged at step 7, " in sheet.notes[-1]
+    *others, last = sheets(ensemble)
+    assert "in no mean: seed 1 (not converged at step 7, " in last.notes[-1]
+    assert not any("in no mean" in note for sheet in others for note in sheet.notes)
+
+
+def test_many_members_that_are_not_finished_are_grouped_and_counted(tmp_path) -> None:
+    runs = drawn_ensemble(tmp_path).runs
+    going = replace(runs[1], steps=runs[1].steps[:7])
+    named = {f"seed {k}": going for k in range(7)} | {"seed 7": runs[0]}
+    (sheet,) = with_left_out(sheets(read_ensemble(tmp_path))[:1], named)
+    assert sheet.notes[-1] == (
+        "Not finished, so in no mean: seed 0; seed 1; seed 2; seed 3; seed 4 and 2 more (7 of 25 "
+        "steps; still going on, or stopped)."
+    )
+    several = {f"seed {k}": replace(going, steps=going.steps[:k]) for k in range(1, 8)}
+    (sheet,) = with_left_out(sheets(read_ensemble(tmp_path))[:1], several)
+    assert sheet.notes[-1].endswith(
+        "seed 5 (5 of 25 steps; still going on, or stopped) and 2 more."
+    )
 
 
 def test_with_one_finished_member_there_are_numbers_and_no_picture(tmp_path) -> None:

@@ -15,7 +15,6 @@ from staffa.case.schema.case import Case
 from staffa.cli.results import (
     leave_tables,
     print_pictures,
-    print_summary,
     require_clean_audit,
 )
 from staffa.cli.stopping import Stopping
@@ -139,8 +138,7 @@ def _leave_results(run: Run, *, quiet: bool) -> None:
     if quiet:
         leave_tables(run)
     else:
-        print_summary(run)
-        print_pictures(run)
+        print_pictures(run, summed_up=True)
 
 
 # Seconds that mpiexec is left to pass on a traceback: an abort at once can lose it.

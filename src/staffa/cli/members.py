@@ -15,6 +15,7 @@ from staffa.cli.jobs import SideBySide, member_name
 from staffa.cli.live import ending_all_ranks, stopped_with, terminal_screen
 from staffa.cli.results import (
     describe_results,
+    leave_missing_tables,
     leave_tables,
     print_ensemble,
     print_ensemble_pictures,
@@ -27,7 +28,7 @@ from staffa.cli.stopping import Stopping
 from staffa.cli.terminal import out
 from staffa.errors import SolveError
 from staffa.io.ensemble_directory import is_ensemble, read_ensemble
-from staffa.io.run_directory import Run, open_run
+from staffa.io.run_directory import MANIFEST, Run, open_run
 from staffa.io.study_directory import Parameter, Point, has_started, read_study, write_plan
 from staffa.report.growing_page import (
     GrowingPage,
@@ -35,13 +36,13 @@ from staffa.report.growing_page import (
     growing_study,
 )
 from staffa.results.csv_files import write_ensemble, write_study
+from staffa.results.member_numbers import bounded
 from staffa.runs.ensemble import ensemble_members, seeds_from
 from staffa.runs.follower import Follower
 from staffa.runs.member_runs import Member, run_member, run_members
 from staffa.runs.run import Watcher
 from staffa.runs.study import planned_study
 
-MOST_TOLD = 5  # failed members that are named
 Follow = Callable[[Member], AbstractContextManager[Watcher]]
 Taken = Callable[[Member], None]
 
@@ -101,13 +102,14 @@ def run_members_and_follow(
         if not is_ensemble(directory):
             return  # every member failed before it began
         found = read_ensemble(directory)
+        said = leave_missing_tables(found.runs.values())
         if way.quiet:
             write_ensemble(found)
             describe_results(directory)
         else:
             print_ensemble(found)
             print_ensemble_pictures(found)
-            _tell_of_members(directory)
+            _tell_of_members(directory, said)
 
     def finished() -> list[Run]:
         return [*read_ensemble(directory).finished.values()]
@@ -157,12 +159,13 @@ def run_study_and_follow(
         if not has_started(directory):
             return
         found = read_study(directory)
+        said = leave_missing_tables(found.runs.values())
         if way.quiet:
             write_study(found)
         else:
             print_study(found)
             print_study_pictures(found)
-            _tell_of_members(directory)
+            _tell_of_members(directory, said)
 
     _run(planned, leave, lambda: read_study(directory).finished, growing_study, directory, way)
 
@@ -233,6 +236,7 @@ def _run_alone(comm: MPI.Comm, member: Member, follow: Follow, taken: Taken) -> 
     """Run one member, with the exit code of its run. Collective."""
     if member.finished:
         taken(member)
+        on_root(comm, lambda: leave_missing_tables([open_run(member.place)]))
     else:
         with follow(member) as watcher:
             run_member(member, comm=comm, watcher=watcher)
@@ -258,17 +262,27 @@ def _followed(
         name=", ".join(filter(None, (member_name(member, len(members)), member.said))),
         warnings=warnings,
     )
-    with follower.screen:
-        yield follower.watcher(stopping.reason)
+    try:
+        with follower.screen:
+            yield follower.watcher(stopping.reason)
+    except SolveError:
+        on_root(comm, lambda: _leave_reached(member.place))
+        raise
     on_root(comm, lambda: leave_tables(open_run(member.place)))
     if page:
         page.grow()
 
 
-def _tell_of_members(directory: Path) -> None:
+def _leave_reached(place: Path) -> None:
+    """Write the tables of a member that failed, if it reached a step."""
+    if (place / MANIFEST).is_file():
+        leave_missing_tables([open_run(place)])
+
+
+def _tell_of_members(directory: Path, said: str) -> None:
     out.print(
-        f"each member has its tables and networks; `staffa report {directory} --members` also "
-        f"draws the pictures and the page of each",
+        f"{said}; `staffa report {directory} --members` also draws the pictures and the page of "
+        f"each",
         markup=False,
         soft_wrap=True,
     )
@@ -285,8 +299,7 @@ def _told(failures: dict[Member, str], count: int) -> str:
     labels = [member.label for member in failures]
     seeds = all(label.startswith("seed ") for label in labels)
     names = labels[:1] + [label.removeprefix("seed ") if seeds else label for label in labels[1:]]
-    more = f" and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else ""
-    told = (", " if seeds else "; ").join(names[:MOST_TOLD]) + more
+    told = bounded(names, ", " if seeds else "; ")
     first, error = next(iter(failures.items()))
     which = "" if len(failures) == 1 else f", {first.label} because"
     return f"{len(failures)} of {count} members failed ({told}){which}: {error}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from rich.markup import escape
@@ -15,6 +16,7 @@ from staffa.compare.pair import Pair, pair_title
 from staffa.compare.side_by_side import common_times, results
 from staffa.errors import AuditError, printable
 from staffa.io.ensemble_directory import Ensemble
+from staffa.io.own_files import NETWORK
 from staffa.io.research_object import write_crate
 from staffa.io.run_directory import Run
 from staffa.io.study_directory import Study
@@ -74,18 +76,22 @@ def print_pair(pair: Pair) -> None:
     _print_table(common_times(pair))
 
 
-def print_pictures(run: Run, *, movie: bool | None = None) -> None:
-    """Draw the pictures and the page with a progress bar, and print their paths.
+def print_pictures(run: Run, *, movie: bool | None = None, summed_up: bool = False) -> None:
+    """Write the tables, draw the pictures and the page with a progress bar, and print their paths.
 
     Parameters
     ----------
     run : the run.
     movie : True for an animation; None for one in 3-D only.
+    summed_up : True to print the summary too, once there are the tables that it quotes.
     """
     with Progress(console=out, transient=True, disable=not out.is_terminal) as bar:
         task = bar.add_task("drawing", total=None)
         drawn = draw(
-            run, movie=movie, told=lambda done, of: bar.update(task, completed=done, total=of)
+            run,
+            movie=movie,
+            told=lambda done, of: bar.update(task, completed=done, total=of),
+            tabled=partial(print_summary, run) if summed_up else lambda: None,
         )
     _print_drawn(drawn)
     describe_results(run.path)
@@ -101,6 +107,23 @@ def leave_tables(run: Run) -> None:
     """Write the tables and networks of a run, and describe all of its files."""
     write_tables(run, networks(run)[0])
     describe_results(run.path)
+
+
+def leave_missing_tables(runs: Iterable[Run]) -> str:
+    """Leave tables and networks of members without them; return a sentence on those that have them.
+
+    A member lacks them if it failed or was killed, or if an earlier version finished it.
+
+    Parameters
+    ----------
+    runs : runs of the members.
+    """
+    reached = [run for run in runs if run.steps]
+    for run in reached:
+        if not (run.path / NETWORK).exists():
+            leave_tables(run)
+    what = "members with tables, and networks of steps with fields"
+    return f"{what}: {len(reached)}, all that reached a step"
 
 
 def describe_results(path: Path) -> None:

@@ -86,11 +86,26 @@ def _given(pair: Pair, name: str) -> tuple[str, ...]:
         for own, side in zip(found, pair.sides, strict=True)
     )
     a, b = found
-    # Values of a load are those at the vertices of a mesh.
-    known = name != "temperature" or manifests[0].mesh == manifests[1].mesh
-    if a is not None and b is not None and known and a.identity == b.identity and not a.alike(b):
+    if a and b and a.identity == b.identity and _tried_alike(pair, name) and not a.alike(b):
         other += ", but with other values"
     return GIVEN[name], one, other
+
+
+def _tried_alike(pair: Pair, name: str) -> bool:
+    """Return True if the objects of both scripts were tried at the same places, times and strains.
+
+    Parameters
+    ----------
+    pair : the two runs.
+    name : name of the argument, of GIVEN.
+    """
+    one, other = pair.sides
+    if name == "split":  # in plane stress at two principal strains, else at three
+        return one.case.plane_stress == other.case.plane_stress
+    if name == "temperature":  # at the vertices of the mesh, at the first and the last time
+        a, b = ((side.run.manifest.own or {})[name].at for side in pair.sides)
+        return one.run.manifest.mesh == other.run.manifest.mesh and a == b
+    return True
 
 
 def _of_the_case(case: Case, name: str) -> str:

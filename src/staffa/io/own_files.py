@@ -9,7 +9,7 @@ from typing import IO
 from staffa.errors import InputError
 
 HALF = ".staffa-part"  # of a name, while the file is being written
-PICTURES, PAGE = "pictures", "report.html"
+PICTURES, PAGE, NETWORK = "pictures", "report.html", "network.csv"
 GENERATOR = '<meta name="generator" content="staffa">'  # by which a page is known as one of ours
 NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 

@@ -81,7 +81,7 @@ def curve_figures(run: Run) -> tuple[Figures, list[str]]:
     manifest, steps = run.manifest, run.steps
     figures, skipped = _production(run), []
     if len(steps) < 2:
-        return figures, ["curves: they need two steps"]
+        return _marked(run, figures), ["curves: they need two steps"]
     figures["energies"] = partial(energies_figure, manifest, steps)
     if any(step.heat for step in steps):
         figures["heat"] = partial(heat_figure, manifest, steps)
@@ -93,7 +93,12 @@ def curve_figures(run: Run) -> tuple[Figures, list[str]]:
         skipped.append("lengths: fewer than two steps were measured")
     else:
         figures["lengths"] = partial(lengths_figure, manifest, steps)
-    return {name: partial(_with_end, run, draw) for name, draw in figures.items()}, skipped
+    return _marked(run, figures), skipped
+
+
+def _marked(run: Run, figures: Figures) -> Figures:
+    """Return curves with a mark where the run ended before its end."""
+    return {name: partial(_with_end, run, draw) for name, draw in figures.items()}
 
 
 def _with_end(run: Run, draw: Callable[[], Figure]) -> Figure:

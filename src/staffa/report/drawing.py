@@ -41,12 +41,20 @@ class Drawn:
 
 
 def draw(
-    run: Run, *, movie: bool | None = None, told: Callable[[int, int], None] = lambda done, of: None
+    run: Run,
+    *,
+    movie: bool | None = None,
+    told: Callable[[int, int], None] = lambda done, of: None,
+    tabled: Callable[[], None] = lambda: None,
 ) -> Drawn:
-    """Write pictures, tables, crack networks and `report.html` into the run, over earlier ones.
+    """Write tables, crack networks, pictures and `report.html` into the run, over earlier ones.
 
-    movie: whether to write the animation too; by default in 3-D only. told: called with how many of
-    its pictures are done, and how many there will be.
+    Parameters
+    ----------
+    run : the run.
+    movie : True for an animation; None for one in 3-D only.
+    told : called with the number of its pictures that are done, and that of all.
+    tabled : called once the tables are written.
 
     Raises
     ------
@@ -54,6 +62,8 @@ def draw(
         The run directory cannot be written to.
     """
     found, unread = networks(run)
+    tables = write_tables(run, found)
+    tabled()
     figures, skipped = run_figures(run, found)
     movies: dict[str, Write] = {}
     if movie or (movie is None and len(run.manifest.size) == 3):
@@ -64,7 +74,6 @@ def draw(
             skipped.append(f"{MOVIE}: fewer than {FEWEST} steps have fields")
     if without_openings(found):
         skipped.append(OLDER)
-    tables = write_tables(run, found)
     text = partial(page, run, found, slides=SlideMaker().slides(run))
     reasons = list(dict.fromkeys([*skipped, *unread]))
     return _written(run.path, figures, reasons, text, tables, movies, _turned(run, found))

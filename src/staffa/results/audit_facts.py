@@ -33,8 +33,22 @@ def _gap(audits: Sequence[Audit]) -> str:
 def audit_facts(run: Run) -> Iterator[Fact]:
     """Yield the worst figures of the audit, fall-backs, tests of second order, and violations."""
     audits = [step.audit for step in run.steps if step.audit]
-    if not audits:
-        return
+    if audits:
+        yield from _worst(run, audits)
+    amiss = violations(run)
+    if audits and not amiss:
+        yield Fact(name="violations", text="none")
+    for text in amiss:
+        yield Fact(name="violation", text=text, alarm=True)
+    noted = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.notes]
+    for text in noted[:MOST_NOTES]:
+        yield Fact(name="note", text=text, alarm=True)
+    if len(noted) > MOST_NOTES:
+        yield Fact(name="notes", text=f"{len(noted) - MOST_NOTES} more in steps.jsonl", alarm=True)
+
+
+def _worst(run: Run, audits: Sequence[Audit]) -> Iterator[Fact]:
+    """Yield the worst figures of the audits of the reached steps, fall-backs, and tests."""
     worst = (
         f"largest rise in a half sweep {max(a.largest_rise for a in audits):.1e}",
         f"irreversibility violation {max(a.healing for a in audits):.1e}",
@@ -61,16 +75,6 @@ def audit_facts(run: Run) -> Iterator[Fact]:
         yield Fact(name="second-order test", text=_curvature(tests))
     if driven := radial_steps(run.steps):
         yield Fact(name="radial cracks", text=driven, alarm=True)
-    amiss = violations(run)
-    if not amiss:
-        yield Fact(name="violations", text="none")
-    for text in amiss:
-        yield Fact(name="violation", text=text, alarm=True)
-    noted = [f"step {s.index}: {text}" for s in run.steps if s.audit for text in s.audit.notes]
-    for text in noted[:MOST_NOTES]:
-        yield Fact(name="note", text=text, alarm=True)
-    if len(noted) > MOST_NOTES:
-        yield Fact(name="notes", text=f"{len(noted) - MOST_NOTES} more in steps.jsonl", alarm=True)
 
 
 def _second_order(steps: Sequence[Step]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from staffa.io.network_files import write_vtp
-from staffa.io.own_files import make_folder, write_aside
+from staffa.io.own_files import NETWORK, make_folder, write_aside
 from staffa.io.run_directory import Run
 from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
@@ -22,11 +22,12 @@ from staffa.results.tables import Cell, Column, Table
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
 QUOTED = (
-    "Quote this {name} for that of the cracks. That by energy is the surface energy over the "
-    "effective Gc, so it counts all damage, also a layer at a face that is broken all over; that "
-    "by geometry is half the variation of the damage, a check."
+    "Quote this {name} for that of the cracks. It leaves out cracks along a side of the body, "
+    "layers that are broken all over, and damage below the threshold. That by energy, the surface "
+    "energy over the effective Gc, counts them, of a crack along a side half; where the two differ "
+    "by more than 10 %, quote both. That by geometry is half the variation of the damage, a check."
 )
-FOLDER, TABLE = "network", "network.csv"
+FOLDER = "network"
 BODY = "body.geojson"
 OURS = re.compile(r"(cracks|polygons|polygon-corners)-\d{4,}\.(vtp|csv|geojson)|body\.geojson")
 OLDER = (
@@ -91,12 +92,12 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     openings this version cannot find again, are kept.
     """
     folder, written = run.path / FOLDER, []
-    if without_openings(found) and (run.path / TABLE).exists():
-        return [*sorted(folder.glob("*")), run.path / TABLE]
+    if without_openings(found) and (run.path / NETWORK).exists():
+        return [*sorted(folder.glob("*")), run.path / NETWORK]
     if found or folder.exists():
         make_folder(folder)
     earlier = [old for old in folder.glob("*") if OURS.fullmatch(old.name)]
-    for old in (*earlier, run.path / TABLE):
+    for old in (*earlier, run.path / NETWORK):
         old.unlink(missing_ok=True)  # of steps that backtracking has superseded since
     for drawn in found:
         path = folder / f"cracks-{drawn.step.index:04d}.vtp"
@@ -110,8 +111,8 @@ def write_networks(run: Run, found: Sequence[Drawing]) -> list[Path]:
     if found and len(found[-1].outline):
         written.append(write_outline(folder / BODY, run, found[-1].outline))
     if found:
-        write_aside(run.path / TABLE, network_table(run, found).csv())
-        written.append(run.path / TABLE)
+        write_aside(run.path / NETWORK, network_table(run, found).csv())
+        written.append(run.path / NETWORK)
     return written
 
 

@@ -2,9 +2,15 @@
 
 import csv
 
+from staffa.io.own_files import NETWORK
 from staffa.io.run_directory import Run
-from staffa.records.step import Measures
-from staffa.results.crack_network import TABLE
+from staffa.records.step import Measures, Step
+
+APART = 0.1  # part by which network and energy differ where both are to be quoted
+LEFT_OUT = (
+    "the network leaves out cracks along a side of the body, layers that are broken all over, and "
+    "damage below the threshold"
+)
 
 
 def size_name(run: Run) -> str:
@@ -25,23 +31,50 @@ def crack_sizes(run: Run, measures: Measures) -> str:
         f"{unit.text(measures.length_surface)} by energy, "
         f"{unit.text(measures.length_geometry)} by geometry"
     )
+    kept = [step for step in run.steps if step.fields and (run.path / step.fields).exists()]
     known = _of_network(run)
-    if known is None:
+    if not kept and known is None:
+        return f"{sizes}; that of the network is known at steps with fields, and none was reached"
+    if known is None or (kept and known[0].index < kept[-1].index):
         return f"{sizes}; quote that of the network, which `staffa report` writes"
     step, size = known
+    if step.index < run.steps[-1].index:
+        sizes = f"at step {run.steps[-1].index} {sizes}"
+    return f"{_to_quote(run, step, size)}; {sizes}"
+
+
+def _to_quote(run: Run, step: Step, size: float) -> str:
+    """Return the size of the network, with that by energy where the two are far apart.
+
+    Parameters
+    ----------
+    run : the run.
+    step : step of the network.
+    size : size of the network, as its table shows it.
+    """
+    unit = run.manifest.shown.crack
+    energy = unit.of(step.measures.length_surface) if step.measures else size
+    reason = LEFT_OUT if energy > size else "look at the picture of the damage"
     if not size:
-        return f"no crack is traced in the network at step {step}; {sizes}"
-    return f"{size:.4g}{unit.behind} of the network at step {step}, to be quoted; {sizes}"
+        none = f"no crack is traced in the network at step {step.index}"
+        return f"{none}: {reason}" if energy else none
+    quoted = f"{size:.4g}{unit.behind} of the network at step {step.index}"
+    if abs(energy - size) <= APART * size:
+        return f"{quoted}, to be quoted"
+    part = abs(energy - size) / size
+    return (
+        f"{quoted} and {energy:.4g}{unit.behind} by energy, {part:.0%} apart: quote both; {reason}"
+    )
 
 
-def _of_network(run: Run) -> tuple[int, float] | None:
+def _of_network(run: Run) -> tuple[Step, float] | None:
     """Return the last step of `network.csv` and the size of its network, as that shows it."""
-    steps = {step.index for step in run.steps}
+    steps = {step.index: step for step in run.steps}
     try:
-        with (run.path / TABLE).open(encoding="utf-8", newline="") as file:
+        with (run.path / NETWORK).open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         sizes = [key for key in rows[0] if key.startswith(size_name(run))]
         found = [(int(row["step"]), float(row[sizes[0]])) for row in rows]
     except (OSError, ValueError, IndexError, KeyError, TypeError):  # of an earlier version, or none
         return None
-    return next((one for one in reversed(found) if one[0] in steps), None)
+    return next(((steps[k], size) for k, size in reversed(found) if k in steps), None)

@@ -13,8 +13,8 @@ from staffa.results.member_numbers import (
     Numbers,
     arrest_numbers,
     end_numbers,
-    left_out,
     status_text,
+    with_left_out,
 )
 from staffa.results.members_production import MEMBERS, members_production
 from staffa.results.slab_table import GENERATIONS, definitions, tip
@@ -44,7 +44,8 @@ def sheets(ensemble: Ensemble) -> tuple[Table, ...]:
         _sheet(ensemble, "The last step", ends, _end_notes(ensemble, ends)),
         _sheet(ensemble, PRODUCTION, members_production(ensemble), (*MEMBERS, MEANS)),
     )
-    return tuple(sheet for sheet in found if len(sheet.columns) > 1)
+    known = tuple(sheet for sheet in found if len(sheet.columns) > 1)
+    return with_left_out(known, {f"seed {seed}": run for seed, run in ensemble.runs.items()})
 
 
 def _sheet(
@@ -61,7 +62,7 @@ def _sheet(
         totals=tuple(
             (name, *(getattr(a, name) for a in averages)) for name in ("mean", "error", "members")
         ),
-        notes=(*notes, *left_out({f"seed {seed}": run for seed, run in ensemble.runs.items()})),
+        notes=notes,
     )
 
 

@@ -1,14 +1,16 @@
 """Numbers of a finished run that is a member of an ensemble or a study."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from staffa.display_units import Unit
 from staffa.io.run_directory import Run
 from staffa.records.manifest import Manifest
 from staffa.results.slab_table import run_arrests
 from staffa.results.summary import summary
-from staffa.results.tables import Column
+from staffa.results.tables import Column, Table
 
+MOST_TOLD = 5  # members that a sentence names; others are counted
 Numbers = Mapping[Column, float | None]
 
 
@@ -63,15 +65,35 @@ def energy_numbers(run: Run) -> Numbers:
     return found | {Column(name="total_energy", unit=unit, label="total energy"): energies.total}
 
 
-def left_out(runs: Mapping[str, Run]) -> tuple[str, ...]:
-    """Return a sentence on the runs that are in no mean, since they are not finished; or nothing.
+def with_left_out(sheets: Sequence[Table], runs: Mapping[str, Run]) -> tuple[Table, ...]:
+    """Return the sheets, the last with a sentence on the unfinished runs, which are in no mean.
 
     Parameters
     ----------
+    sheets : tables of means.
     runs : the runs by their names.
     """
-    told = [f"{name} ({status_text(run)})" for name, run in runs.items() if not run.finished]
-    return (f"Not finished, so in no mean: {'; '.join(told)}.",) if told else ()
+    by_status: dict[str, list[str]] = {}
+    for name, run in runs.items():
+        if not run.finished:
+            by_status.setdefault(status_text(run), []).append(name)
+    if not by_status or not sheets:
+        return tuple(sheets)
+    groups = [f"{bounded(names)} ({status})" for status, names in by_status.items()]
+    left_out = f"Not finished, so in no mean: {bounded(groups)}."
+    return *sheets[:-1], replace(sheets[-1], notes=(*sheets[-1].notes, left_out))
+
+
+def bounded(names: Sequence[str], between: str = "; ") -> str:
+    """Return the first few names as text, with the number of the others.
+
+    Parameters
+    ----------
+    names : the names.
+    between : text between two of them.
+    """
+    more = f" and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else ""
+    return between.join(names[:MOST_TOLD]) + more
 
 
 def status_text(run: Run) -> str:

@@ -15,8 +15,8 @@ from staffa.results.member_numbers import (
     arrest_numbers,
     end_numbers,
     energy_numbers,
-    left_out,
     status_text,
+    with_left_out,
 )
 from staffa.results.members_production import MEMBERS, water_numbers
 from staffa.results.slab_table import tip
@@ -152,7 +152,7 @@ def _parameter_columns(study: Study) -> tuple[Column, ...]:
 def study_sheets(study: Study) -> tuple[Table, ...]:
     """Return the tables for people, a row for each point: means with errors."""
     runs = {f"point {point}, seed {seed}": run for (point, seed), run in study.runs.items()}
-    return tuple(
+    found = tuple(
         Table(
             title=group.title,
             columns=(
@@ -165,11 +165,12 @@ def study_sheets(study: Study) -> tuple[Table, ...]:
                 *(Column(name=column.heading) for column in group.columns),
             ),
             rows=tuple(_row(group, point, len(of.finished)) for point, of in study.started),
-            notes=(*_notes(study, group), NOTE, *left_out(runs)),
+            notes=(*_notes(study, group), NOTE),
         )
         for group in map(_known, groups(study))
         if group.columns
     )
+    return with_left_out(found, runs)
 
 
 def _known(group: Group) -> Group:

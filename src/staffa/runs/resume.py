@@ -296,6 +296,7 @@ def _cut_back(directory: Path, case: Case, manifest: Manifest, taken: Taken) -> 
     number = taken.page["lines"] if taken.page else -1
     checkpoint.remove_after(directory / checkpoint.FOLDER, number)
     run_directory.cut_back(directory, taken.lines, taken.steps)
+    (directory / own_files.NETWORK).unlink(missing_ok=True)  # of steps that may be no more
 
 
 def _may_change(case: Case, manifest: Manifest, taken: Taken) -> None:

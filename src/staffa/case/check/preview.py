@@ -22,7 +22,7 @@ from staffa.case.scales.surface_cooling import strongest, surface_exchanges
 from staffa.case.schema.case import Case
 from staffa.case.schema.quantity_text import amount, at_least
 from staffa.case.values.damage_law import case_irwin_length, damage_law, softening
-from staffa.case.values.default_split import is_anisotropic, is_by_default
+from staffa.case.values.default_split import given_strengths, is_anisotropic, is_by_default
 from staffa.case.values.diffusion_time import conductivities
 from staffa.case.values.pressing_loads import pressing
 from staffa.case.values.subdomains import (
@@ -196,13 +196,16 @@ def _other_strengths(case: Case, derived: Numbers) -> list[Fact]:
     """Return the strengths under two equal tensions and under pressure, of isotropic rock."""
     if is_anisotropic(case):
         return []
-    asked = "as asked for" if case.damage.split == StrengthSurface.name else "by the energy split"
     states = {
-        "two tensions": ((1.0, 1.0, 0.0), f"strength along each of two directions, {asked}"),
-        "compression": ((-1.0, 0.0, 0.0), f"pressure that a bar bears, {asked}"),
+        "two tensions": ((1.0, 1.0, 0.0), "strength along each of two directions", "biaxial"),
+        "compression": ((-1.0, 0.0, 0.0), "pressure that a bar bears", "compressive"),
     }
-    facts = []
-    for name, (stress, told) in states.items():
+    facts, given = [], given_strengths(case)
+    for name, (stress, told, key) in states.items():
+        if case.damage.split == StrengthSurface.name:
+            told += ", as asked for" if key in given else f", by default, without damage.{key}"
+        else:
+            told += ", by the energy split"
         bar = float(equivalent(case, np.array(stress)[:, None])[0])  # of a unit stress
         value = amount(case, derived.sigma_c / bar, "Pa") if bar > NONE else "any"
         facts.append((name, value, told))
@@ -213,7 +216,7 @@ def split_facts(case: Case, derived: Numbers) -> list[Fact]:
     """Return the energy split, by default or not, and the loads that may press rock."""
     split, reasons = str(case.damage.split), pressing(case)
     if split == StrengthSurface.name:
-        return [("energy split", split, "its strengths are given, see above")]
+        return [("energy split", split, "its strengths are above")]
     chosen = "by default, as" if is_by_default(case) else "asked for;"
     if not reasons:
         though = "asked for, though" if split != "none" else chosen

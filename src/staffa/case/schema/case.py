@@ -54,12 +54,14 @@ class DamageKeys(CaseTable):
     )
     biaxial: Strength | None = Field(
         default=None,
-        description="cohesive only: two equal tensions that the rock bears; default: strength",
+        description="cohesive only: two equal tensions that the rock bears; default: by the energy "
+        "split, with strength-surface about 0.5 % below strength",
         examples=["9 MPa"],
     )
     compressive: Strength | None = Field(
         default=None,
-        description="cohesive only: pressure that a bar of the rock bears; default: any",
+        description="cohesive only: pressure that a bar of the rock bears; default: by the energy "
+        "split, with strength-surface any",
         examples=["120 MPa"],
     )
     softening: Annotated[str, one_of(SOFTENING)] | None = Field(
