@@ -23,7 +23,7 @@ from staffa.plot.labels import clock_label, moment, tau_label
 from staffa.plot.network_openings import network_figure
 from staffa.plot.support_forces import reactions_figure
 from staffa.records.manifest import Probe
-from staffa.records.step import Energies, Fluid, Heat
+from staffa.records.step import Energies, Fluid, Heat, OtherCracks
 from staffa.report.captions import caption
 from staffa.report.drawing import draw
 from staffa.results.columns import cells_table
@@ -217,6 +217,23 @@ def test_without_depths_of_the_case_tips_and_fields_tell_the_spacing(tmp_path: P
     assert "no measures.depths" in block.notes[0]
     depths = [float(row[0]) for row in block.lines]
     assert depths == pytest.approx(500 * (np.arange(6) + 0.5) / 6, rel=1e-3)
+
+
+def test_cracks_of_other_faces_are_told_where_the_spacing_leaves_them_out(tmp_path: Path) -> None:
+    run = without_depths(in_units(tmp_path / "slab"))
+    last = run.steps[-1]
+    others = (OtherCracks(face="top", cracks=2, deepest=0.1),)
+
+    def said(face_cools: bool = True, **measured: object) -> str:
+        found = replace(last.measures, others=others, **measured)
+        manifest = replace(run.manifest, face_cools=face_cools)
+        steps = (*run.steps[:-1], replace(last, measures=found))
+        return spacing(replace(run, manifest=manifest, steps=steps)).notes[-1]
+
+    assert said() == "Cracks that start on other cooled faces are not counted here: 2 from 'top'."
+    assert said(tips=()).startswith("No spacing by depth: no crack starts on 'bottom' and leaves")
+    assert said(False, tips=()).startswith("No spacing by depth: 'bottom' is not cooled")
+    assert all(said(cools, tips=()).endswith("there are 2 from 'top'.") for cools in (True, False))
 
 
 @pytest.mark.parametrize(

@@ -220,3 +220,15 @@ def test_a_tip_is_followed_as_a_path():
     assert np.array(only.path[1:]) == pytest.approx(
         np.array([(0.5 + 0.01 * i, 0.01 * (i + 1)) for i in range(5)])
     )
+
+
+def test_cracks_that_have_met_those_of_another_face_are_followed_but_in_no_generation():
+    history = doubling(16, (0.1, 0.3), 0.5)
+    last = history[-1]
+    found = tuple(replace(tip, met=k == 0) for k, tip in enumerate(last.measures.tips))
+    ended = [*history[:-1], replace(last, measures=replace(last.measures, tips=found))]
+    whole, some = (arrests(steps, axis=1, ell=ELL) for steps in (history, ended))
+    assert [g.cracks for g in whole.generations] == [8, 4]
+    assert [g.cracks for g in some.generations] == [7, 4] and some.left == whole.left == 4
+    assert some.nucleation == whole.nucleation, "spacings are those of all"
+    assert [track.met for track in tracks(ended, axis=1)] == [True] + [False] * 15

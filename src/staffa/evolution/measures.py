@@ -14,16 +14,25 @@ from staffa.measure.starting_faces import cooled_faces
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.model.fields import owned
-from staffa.records.step import Measures
+from staffa.records.step import Measures, Moment
 from staffa.records.tip_release import Release
 
 
-def measured(session: Session) -> Measures:
-    """Return the measures of the session's state. Collective."""
-    return session.tool(measuring)()
+def measured(
+    session: Session, moment: Moment | None = None, before: Measures | None = None
+) -> Measures:
+    """Return the measures of the session's state. Collective.
+
+    Parameters
+    ----------
+    session : holds the state.
+    moment : index and time of its step, which nothing here depends on.
+    before : measures of the step before; None without one.
+    """
+    return session.tool(measuring)(before)
 
 
-def measuring(session: Session) -> Callable[[], Measures]:
+def measuring(session: Session) -> Callable[[Measures | None], Measures]:
     """Return the function that measures the state of the current mesh. Collective."""
     problem, system, factor = session.problem, session.system, session.toughness_factor
     gauge = Gauge(
@@ -35,9 +44,12 @@ def measuring(session: Session) -> Callable[[], Measures]:
         toughness_factor=factor,
         local=local(problem.domain, factor),
         others=cooled_faces(problem.domain, problem.measuring.cooled),
+        cools=problem.measuring.cools,
     )
     below = planes(problem.domain, gauge, problem.material.ell)
-    return lambda: measures(problem.domain, system.state, system.energy, gauge, below)
+    return lambda before: measures(
+        problem.domain, system.state, system.energy, gauge, below, before
+    )
 
 
 def releasing(

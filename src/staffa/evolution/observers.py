@@ -20,7 +20,8 @@ class Observers:
 
     Attributes
     ----------
-    measure : measures of the state; by default those that the problem asks for.
+    measure : (session, moment) -> measures of the state; by default those that the problem asks
+        for, without knowing the step before.
     probe : values of the fields at points.
     save : (session, moment, converged) -> name of the file that was written, or None.
     quantities : numbers of the script's own quantities, by name; stops the run where one is none.
@@ -31,7 +32,7 @@ class Observers:
     pause : raises `StoppedError` where the run is to stop, on all ranks.
     """
 
-    measure: Callable[[Session], Measures | None] = measured
+    measure: Callable[[Session, Moment], Measures | None] = measured
     probe: Callable[[Session], tuple[tuple[float, ...], ...]] = lambda session: ()
     save: Callable[[Session, Moment, bool], str | None] = lambda session, moment, converged: None
     quantities: Callable[[Session], dict[str, tuple[float, ...]]] = lambda session: {}

@@ -166,11 +166,13 @@ class Measuring:
     depths : depths below the face at which cracks are counted (m).
     threshold : damage above which a point is cracked.
     cooled : boundaries that are cooled besides that face.
+    cools : False if these are cooled and that face is not.
     """
 
     depths: tuple[float, ...] = ()
     threshold: float = 0.8
     cooled: tuple[str, ...] = ()
+    cools: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -43,7 +43,7 @@ def accepted(
         status=outcome.status,
         reason=outcome.reason,
         audit=audited,
-        measures=observers.measure(session),
+        measures=observers.measure(session, moment),
         effort=outcome.effort,
         fields=fields,
         released=observers.release(session) if fields and outcome.converged else (),

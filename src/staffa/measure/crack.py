@@ -14,7 +14,7 @@ from staffa.measure.coarse import Local, coarse, local_length
 from staffa.measure.column_planes import Planes
 from staffa.measure.free_distance import room
 from staffa.measure.opening import REACH
-from staffa.measure.starting_faces import OtherFace, Starts, started
+from staffa.measure.starting_faces import Ahead, OtherFace, Starts, started
 from staffa.measure.statistics import cracks_on_line, layer_depth, tips
 from staffa.model.domain import Domain
 from staffa.model.energy import Energy
@@ -39,6 +39,7 @@ class Gauge:
     toughness_factor : effective Gc over Gc, measured on the same cells.
     local : mesh size and effective Gc of each cell, on a mesh of unequal cells; else None.
     others : cooled faces besides `face`; cracks that start there are counted apart.
+    cools : False if these are cooled and `face` is not: then no crack starts on it.
     """
 
     face: Face | None
@@ -49,6 +50,7 @@ class Gauge:
     toughness_factor: float
     local: Local | None = None
     others: tuple[OtherFace, ...] = ()
+    cools: bool = True
 
     @property
     def reach(self) -> float:
@@ -76,7 +78,12 @@ def planes(domain: Domain, gauge: Gauge, ell: float) -> Planes | None:
 
 
 def measures(
-    domain: Domain, state: State, energy: Energy, gauge: Gauge, below: Planes | None = None
+    domain: Domain,
+    state: State,
+    energy: Energy,
+    gauge: Gauge,
+    below: Planes | None = None,
+    before: Measures | None = None,
 ) -> Measures:
     """Measure a state. Collective.
 
@@ -87,8 +94,9 @@ def measures(
     energy : the energy of the same state.
     gauge : settings of the measures.
     below : depth planes of a 3-D body (see `planes`); None without any.
+    before : measures of the step before; None without one.
     """
-    found = cracks(domain, state, gauge) if gauge.face else MeasuredCracks()
+    found = cracks(domain, state, gauge, before) if gauge.face else MeasuredCracks()
     lines = gauge.depths if domain.dim == 2 else ()
     cells, too_long = gauge.local, None
     if cells is None:
@@ -206,7 +214,9 @@ class MeasuredCracks:
     starts: Starts | None = None
 
 
-def cracks(domain: Domain, state: State, gauge: Gauge) -> MeasuredCracks:
+def cracks(
+    domain: Domain, state: State, gauge: Gauge, before: Measures | None = None
+) -> MeasuredCracks:
     """Return the tip of each crack that leaves the damaged layer, in 2-D and 3-D. Collective.
 
     Parameters
@@ -214,10 +224,43 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> MeasuredCracks:
     domain : the mesh.
     state : the fields.
     gauge : settings of the measures; `face` is given.
+    before : measures of the step before; None without one.
     """
     assert gauge.face is not None
+    layer = damaged_layer(domain, state, gauge) if gauge.cools else 0.0
+    parts = _cracked(domain, state, gauge, layer)
+    kept: list[Starts] = []
+
+    def find() -> tuple[tuple[Tip, ...], Sequence[tuple[OtherCracks, Ahead | None]]]:
+        assert gauge.face is not None
+        known, points, pairs = (np.concatenate(part or []) for part in parts)
+        edges = np.searchsorted(known, np.unique(pairs, axis=0))
+        depth, ell = gauge.face.depth(points.T), gauge.prominence
+        if not gauge.others or not len(points):
+            return tips(points[:, : domain.dim], depth, edges, prominence=ell), ()
+        found = started(
+            points, edges, depth, gauge.others, layer=layer, reach=gauge.start, cools=gauge.cools
+        )
+        kept.append(found)
+        old = before.tips if before else ()
+        ends = found.own(depth, old, dim=domain.dim, prominence=ell)
+        return ends, found.others(before.others if before else (), prominence=ell)
+
+    found, others = on_root(domain.comm, find)
+    return MeasuredCracks(
+        tips=_with_room(domain, gauge, found) if found else (),
+        others=tuple(_with_other_room(domain, gauge, *one) for one in others),
+        starts=kept[0] if kept else None,
+    )
+
+
+def _cracked(
+    domain: Domain, state: State, gauge: Gauge, layer: float
+) -> tuple[list[np.ndarray] | None, ...]:
+    """Return the ranks' cracked points below the broken layer, on rank 0: their numbers, their
+    coordinates, and pairs of neighbors. Collective."""
+    assert gauge.face is not None
     space = state.alpha.function_space
-    layer = damaged_layer(domain, state, gauge)
     cracked = state.alpha.x.array > gauge.threshold
     if layer:  # without one cracks begin on the face
         cracked &= gauge.face.depth(vertices(space).T) > layer + SAME * gauge.h
@@ -228,45 +271,34 @@ def cracks(domain: Domain, state: State, gauge: Gauge) -> MeasuredCracks:
     numbers = index_map.local_to_global(pairs.ravel().astype(np.int32)).reshape(-1, 2)
     used = np.flatnonzero(cracked[: index_map.size_local])
     here = index_map.local_to_global(used.astype(np.int32))
-    all_numbers = gather(domain.comm, here)
-    all_points = gather(domain.comm, vertices(space)[used])
-    all_pairs = gather(domain.comm, numbers)
-
-    kept: list[Starts] = []
-
-    def find() -> tuple[tuple[Tip, ...], tuple[OtherCracks, ...]]:
-        assert gauge.face is not None
-        known = np.concatenate(all_numbers or [])
-        points = np.concatenate(all_points or [])
-        edges = np.searchsorted(known, np.unique(np.concatenate(all_pairs or []), axis=0))
-        depth = gauge.face.depth(points.T)
-        others: tuple[OtherCracks, ...] = ()
-        if gauge.others and len(points):
-            found = started(points, edges, depth - layer, gauge.others, reach=gauge.start)
-            kept.append(found)
-            others = found.others(prominence=gauge.prominence)
-            own, edges = found.own()
-            points, depth = points[own], depth[own]
-        return tips(points[:, : domain.dim], depth, edges, prominence=gauge.prominence), others
-
-    found, others = on_root(domain.comm, find)
-    apart = MeasuredCracks(tips=found, others=others, starts=kept[0] if kept else None)
-    if not found:
-        return apart
-    return replace(apart, tips=_with_room(domain, gauge, found))
+    found = (here, vertices(space)[used], numbers)
+    return tuple(gather(domain.comm, part) for part in found)
 
 
 def _with_room(domain: Domain, gauge: Gauge, found: Sequence[Tip]) -> tuple[Tip, ...]:
-    """Return tips with their distance to the end of the body. Collective."""
+    """Return tips with their distance to the end of the body, but for cracks that have met others.
+    Collective."""
     assert gauge.face is not None
     way = np.zeros(domain.dim)
     way[gauge.face.axis] = gauge.face.inward
     places = np.array([tip.position for tip in found])
     left = room(domain, places, way, reach=FARTHEST * gauge.prominence + gauge.h)
     return tuple(
-        replace(tip, room=float(r)) if np.isfinite(r) else tip
+        replace(tip, room=float(r)) if np.isfinite(r) and not tip.met else tip
         for tip, r in zip(found, left, strict=True)
     )
+
+
+def _with_other_room(
+    domain: Domain, gauge: Gauge, one: OtherCracks, ahead: Ahead | None
+) -> OtherCracks:
+    """Return cracks of another face with the free distance of their deepest tip. Collective."""
+    if ahead is None:
+        return one
+    place, way = ahead
+    reach = FARTHEST * gauge.prominence + gauge.h
+    left = room(domain, place[None, : domain.dim], way[: domain.dim], reach=reach)[0]
+    return replace(one, room=float(left)) if np.isfinite(left) else one
 
 
 def damaged_layer(domain: Domain, state: State, gauge: Gauge) -> float:

@@ -36,11 +36,13 @@ class Track:
     place : last position of its tip along the face (m).
     path : position of its tip at each step (m); None if it was not seen.
     depths : depth of its tip at each step (m); None if it was not seen.
+    met : True if it has met a crack of another cooled face, see `Tip.met`.
     """
 
     place: tuple[float, ...]
     path: tuple[tuple[float, ...] | None, ...]
     depths: tuple[float | None, ...]
+    met: bool = False
 
     @property
     def final(self) -> float:
@@ -121,7 +123,8 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_r
     that parts them no worse than one to two: depths of arrest grow in proportion from one
     generation to the next. If the medians of the two parts differ by less than ell, all cracks left
     are one generation. A generation counts if more than half of its cracks have stopped. The search
-    ends at the first that does not count, or with fewer than two cracks left.
+    ends at the first that does not count, or with fewer than two cracks left. Cracks that have met
+    one of another cooled face are in no generation, and not left.
 
     Parameters
     ----------
@@ -131,8 +134,9 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_r
     sharp : depth (m) of the sharp tip from that of the recorded tip (`Manifest.sharp`).
     """
     seen = [step for step in steps if step.measures is not None]
-    rest = sorted(tracks(seen, axis=axis, sharp=sharp), key=lambda track: track.final)
-    nucleation = _nucleation(seen, rest, sharp)
+    whole = sorted(tracks(seen, axis=axis, sharp=sharp), key=lambda track: track.final)
+    nucleation = _nucleation(seen, whole, sharp)
+    rest = [track for track in whole if not track.met]
     found: list[Generation] = []
     while len(rest) > 1:
         members = rest[: _doubling(rest, ell)]
@@ -183,6 +187,7 @@ def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> t
             depths=tuple(
                 None if seen is None else sharp(seen.depth, seen.room) for seen in history
             ),
+            met=tip.met,
         )
         for tip, history in zip(tips, followed, strict=True)
     )

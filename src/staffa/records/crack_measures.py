@@ -42,12 +42,16 @@ class Tip:
         Distance from the cooled face (m).
     room
         Distance from the tip to the end of the body, away from the cooled face (m); None if that
-        is more than 3 ell.
+        is more than 3 ell. 0 where the crack is parted from that of another face.
+    met
+        True if the crack has met one of another cooled face: it is no tip any more, but the place
+        to which it had grown by the step before, or halfway between the faces.
     """
 
     position: tuple[float, ...]
     depth: float
     room: float | None = None
+    met: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +66,28 @@ class OtherCracks:
         Number of their tips.
     deepest
         Largest distance of a recorded tip from that face (m).
+    room
+        As `Tip.room`, of that tip, away from that face.
+    joined
+        Largest depth (m) below the face of `Tip.depth` at which a crack that starts there touches
+        this face too; None without such a crack.
     """
 
     face: str
     cracks: int
     deepest: float
+    room: float | None = None
+    joined: float | None = None
+
+    def sharp(self, reach: float) -> float:
+        """Return the distance (m) of the sharp tip from its face; 0 stays 0.
+
+        Parameters
+        ----------
+        reach : distance of a sharp tip from the recorded one (m).
+        """
+        beyond = reach if self.room is None else min(reach, self.room)
+        return self.deepest + beyond if self.deepest else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -177,6 +177,8 @@ class Manifest:
         True for a mesh that follows the cracks: `cells`, `unknowns`, `mesh` are of the first one.
     cooled
         Sides of a box that are cooled besides the face that depths are measured from.
+    face_cools
+        False if other sides are cooled, and the face that depths are measured from is not.
     reservoir
         The reservoir before the first step; None where no water circulates.
     format
@@ -223,6 +225,7 @@ class Manifest:
     quantities: tuple[QuantityRecord, ...] = ()
     refined: bool = False
     cooled: tuple[str, ...] = ()
+    face_cools: bool = True
     reservoir: ReservoirFacts | None = None
     format: int = 1
 
@@ -248,7 +251,7 @@ class Manifest:
     @property
     def cools(self) -> bool:
         """True if the face that depths are measured from is cooled; it may be heated."""
-        return bool(self.scales.get("dT"))
+        return self.face_cools and bool(self.scales.get("dT"))
 
     @property
     def surface(self) -> str:

@@ -49,13 +49,16 @@ def spacing(run: Run) -> Table:
     if not found:
         if not step.energies.surface > 0:
             return _without("nothing is damaged")
-        return _without("no crack goes deeper than the layer at the face that is broken all over")
+        return _without(_no_depth(m, step.measures))
     unit = m.shown.length
     rows: list[tuple[Cell, ...]] = [(s.height, s.cracks, s.spacing) for s in found]
     notes = [ALONG, _by_damage(m) if step.measures.sections else BY_TIPS]
     notes += [RINGS] if m.axial else []
     if any(s.elsewhere for s in found):
         there = ", ".join(f"{s.elsewhere} at {unit.text(s.height)}" for s in found if s.elsewhere)
+        notes.append(f"Cracks that start on other cooled faces are not counted here: {there}.")
+    elif step.measures.others and not step.measures.sections:
+        there = _elsewhere(step.measures)
         notes.append(f"Cracks that start on other cooled faces are not counted here: {there}.")
     depth, apart = (Column(name=name, unit=unit) for name in ("depth", "spacing"))
     return Table(
@@ -64,6 +67,20 @@ def spacing(run: Run) -> Table:
         rows=tuple(rows),
         notes=tuple(notes),
     )
+
+
+def _elsewhere(measures: Measures) -> str:
+    """Return the numbers of the cracks that start on other cooled faces."""
+    return ", ".join(f"{one.cracks} from '{one.face}'" for one in measures.others)
+
+
+def _no_depth(m: Manifest, measures: Measures) -> str:
+    """Return why no crack has a depth below the face."""
+    if not measures.others:
+        return "no crack goes deeper than the layer at the face that is broken all over"
+    which = f"no crack starts on '{m.face}' and leaves the layer there that is broken all over"
+    own = which if m.face_cools else f"'{m.face}' is not cooled, so that no crack starts there"
+    return f"{own}; there are {_elsewhere(measures)}"
 
 
 def _by_damage(m: Manifest) -> str:

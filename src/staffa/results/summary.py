@@ -143,9 +143,13 @@ def _cracks(manifest: Manifest, measures: Measures) -> str:
     deepest = f", the deepest {unit.text(manifest.deepest(measures))}" if measures.tips else ""
     if not measures.others:
         return f"{len(measures.tips)}{deepest}"
-    told = [f"{len(measures.tips)} from '{manifest.face}'{deepest}"]
+    own = f"from '{manifest.face}'" if manifest.face_cools else "from no cooled face"
+    away = "" if manifest.face_cools or not deepest else f" from '{manifest.face}'"
+    met = sum(tip.met for tip in measures.tips)
+    joined = f", {met} of them joined with cracks of other faces" if met else ""
+    told = [f"{len(measures.tips)} {own}{deepest}{away}{joined}"]
     told += [
-        f"{one.cracks} from '{one.face}', the deepest {unit.text(one.deepest + reach)} from there"
+        f"{one.cracks} from '{one.face}', the deepest {unit.text(one.sharp(reach))} from there"
         for one in measures.others
     ]
     return "; ".join(told)
@@ -174,14 +178,21 @@ def _opposite_boundary(run: Run) -> Iterator[Fact]:
     manifest = run.manifest
     near = max(manifest.ell, manifest.h)
     for step in run.steps if manifest.face else ():
-        if step.measures is None or manifest.deepest(step.measures) < manifest.L - near:
+        front = _reached(manifest, step.measures) if step.measures else 0.0
+        if front < manifest.L - near:
             continue
-        length, front = manifest.shown.length, manifest.deepest(step.measures)
+        length = manifest.shown.length
         text = f"a crack reached it by step {step.index}, {_time(manifest, step)}, at a depth of "
         text += f"{length.of(front):.4g} of {length.text(manifest.L)}; later "
         text += "results are those of this body, no more of deep rock"
         yield Fact(name="opposite boundary", text=text, alarm=True)
         return
+
+
+def _reached(manifest: Manifest, measures: Measures) -> float:
+    """Return the depth (m) to which cracks from the face go, also joined with those of others."""
+    joined = (one.joined for one in measures.others if one.joined is not None)
+    return max([manifest.deepest(measures), *joined])
 
 
 def _heat(run: Run) -> Iterator[Fact]:

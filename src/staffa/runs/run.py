@@ -259,6 +259,7 @@ def describe(
         face=case.temperature.face if setup.face else None,
         side=case.outline.sides[case.temperature.face] if setup.face else None,
         cooled=tuple(filter(None, map(case.outline.sides.get, setup.measuring.cooled))),
+        face_cools=setup.measuring.cools,
         h=domain.h,
         ell=material.ell,
         L=derived.L,

@@ -12,7 +12,7 @@ from staffa.backend.parallel import any_over_ranks, best_candidate, on_root
 from staffa.case.schema.case import Case
 from staffa.case.schema.probe_keys import Line
 from staffa.errors import StoppedError
-from staffa.evolution.measures import releasing
+from staffa.evolution.measures import measured, releasing
 from staffa.evolution.observers import Observers
 from staffa.evolution.output_fields import field_values
 from staffa.evolution.schedule import Schedule
@@ -24,7 +24,7 @@ from staffa.io.reservoir_fields import write_reservoir
 from staffa.measure.probes import Probes
 from staffa.minimize.alternate import Sweep
 from staffa.records.manifest import Manifest, Probe
-from staffa.records.step import Moment, Step
+from staffa.records.step import Measures, Moment, Step
 from staffa.records.tip_release import Release
 from staffa.runs.checkpoints import CheckpointWriter, on_disk
 
@@ -94,6 +94,7 @@ def observers(
     quantities : those of a script, which are recorded at each step.
     """
     return Observers(
+        measure=_measuring(steps),
         probe=lambda session: session.tool(probing, manifest.probes)(session.state),
         quantities=lambda session: evaluated_quantities(session, quantities, manifest.quantities),
         save=_saving(case, session.problem.schedule, writer.directory, steps),
@@ -102,6 +103,24 @@ def observers(
         keep=writer.keep,
         pause=_pausing(session.comm, watcher),
     )
+
+
+def _measuring(steps: tuple[Step, ...]) -> Callable[[Session, Moment], Measures]:
+    """Return the function that measures a step, and knows the measures of the step before.
+
+    Parameters
+    ----------
+    steps : those that stand already.
+    """
+    known = [(step.index, step.measures) for step in steps]
+
+    def measure(session: Session, moment: Moment) -> Measures:
+        earlier = [(index, found) for index, found in known if index < moment.index]
+        found = measured(session, moment, earlier[-1][1] if earlier else None)
+        known[:] = [*earlier, (moment.index, found)]
+        return found
+
+    return measure
 
 
 def _saving(

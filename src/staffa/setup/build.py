@@ -13,7 +13,7 @@ from staffa.case.reading.inspect_mesh import mesh_of
 from staffa.case.rules import require_loaded
 from staffa.case.scales.case_scales import Numbers, derived_numbers, load
 from staffa.case.scales.pace import plan
-from staffa.case.scales.surface_cooling import cooled_besides
+from staffa.case.scales.surface_cooling import cooled_besides, face_cools
 from staffa.case.schema.case import Case, Prescribed
 from staffa.case.schema.refine_keys import multiple
 from staffa.case.schema.support_keys import DisplacementFile, DisplacementHistory
@@ -133,6 +133,7 @@ def problem(
             depths=tuple(float(d) for d in case.measures.depths),
             threshold=case.measures.threshold,
             cooled=cooled_besides(case) if temperature is None else (),
+            cools=temperature is not None or face_cools(case),
         ),
         refinement=_refinement(case, material.ell),
     )

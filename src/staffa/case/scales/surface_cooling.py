@@ -74,6 +74,14 @@ def cooled_besides(case: Case) -> tuple[str, ...]:
     return tuple(e for e in known if e in case.outline.faces and e != case.temperature.face)
 
 
+def face_cools(case: Case) -> bool:
+    """Return False if other boundaries are cooled, and the face that depths are measured from is
+    not."""
+    if not cooled_besides(case):
+        return True
+    return any(e.drop > 0 for e in surface_exchanges(case) if e.where == case.temperature.face)
+
+
 def strongest(found: Iterable[SurfaceExchange], face: str) -> SurfaceExchange | None:
     """Return the strongest cooling: at the face if that cools, else anywhere; None without one."""
     cooling = [e for e in found if e.drop > 0]
