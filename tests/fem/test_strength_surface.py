@@ -21,7 +21,7 @@ from staffa.loads.closed_form import AnyTemperature
 from staffa.minimize.alternate import support_reactions
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import cohesive, irwin_length
-from staffa.physics.split import driven_share
+from staffa.physics.split import SPLITS, driven_share
 from staffa.physics.strained import of_principal
 from staffa.physics.strength_surface import ROUND, StrengthSurface, least_biaxial
 from staffa.physics.trial import try_split
@@ -183,7 +183,7 @@ def loaded(name: str, ell: float, factors, *, state="plane stress", h=None, size
         for axis, side in enumerate(MOVED[dim][: loading.axes])
     ]
     law = cohesive(irwin=IRWIN, ell=ell)
-    split = StrengthSurface(BIAXIAL, COMPRESSIVE, residual=1e-6)
+    split = StrengthSurface(BIAXIAL, COMPRESSIVE)
     return body(
         (size,) * dim,
         h or ell / 4,
@@ -229,9 +229,18 @@ def test_other_states_have_the_strengths_asked_for(state: str, name: str) -> Non
     assert largest_stress(problem, name) == pytest.approx(1.0, rel=0.02)
 
 
+def test_residual_stiffness_leaves_intact_rock_as_it_is() -> None:
+    """A bar stores E/2 e^2, with the split by its name too, which knows no residual stiffness."""
+    problem = loaded("pulled", ELLS[0], (0.5,), h=0.1)
+    split, e = SPLITS[StrengthSurface.name], STRENGTH / STIFF / 2
+    material = replace(problem.material, split=split, residual_stiffness=0.05)
+    (step,) = run(replace(problem, material=material))
+    assert step.energies.elastic == pytest.approx(STIFF / 2 * e**2 * 0.2**2, rel=1e-9)
+
+
 def pulled_through(ell: float, h: float, factors, length: float = 1.0, **more) -> Problem:
     """Return a bar whose middle is a little weaker, pulled apart."""
-    law, split = cohesive(irwin=IRWIN, ell=ell), StrengthSurface(1.0, 10.0, residual=1e-6)
+    law, split = cohesive(irwin=IRWIN, ell=ell), StrengthSurface(1.0, 10.0)
     sides = (
         SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: STRENGTH / STIFF * length * t}),
@@ -294,7 +303,7 @@ def test_a_cooled_face_starts_to_crack_at_the_biaxial_strength(biaxial: float) -
     nu, ell = 0.2, 0.1
     exact = biaxial * STRENGTH * (1 - nu) / STIFF
     held = tuple(SideSupport(side=s, components={0: no_displacement}) for s in ("left", "right"))
-    split = StrengthSurface(biaxial, residual=1e-6)
+    split = StrengthSurface(biaxial)
     law = cohesive(irwin=IRWIN, ell=ell)
     material = rock(E=STIFF, nu=nu, ell=ell, law=law, split=split, state="plane strain")
     steps = run(
@@ -351,3 +360,11 @@ def test_check_tells_all_strengths_and_the_drop_that_they_give() -> None:
         assert facts["compression"] == pressed
     without = parse_case(GRANITE, [plane, STRENGTHS[0]])
     assert dict(fact[:2] for fact in preview(without).facts)["compression"] == "any"
+
+
+def test_residual_stiffness_is_no_strength() -> None:
+    """The lateral contraction adds none either, as it does with a split that is not made of it."""
+    case = parse_case(GRANITE, [*STRENGTHS, "damage.residual_stiffness=0.05"])
+    (told,) = [fact[1:] for fact in preview(case).facts if fact[0] == "sigma_c"]
+    assert float(told[0].removesuffix(" Pa")) == pytest.approx(10e6, rel=1e-5)
+    assert told[1] == "strength of a bar at any ell, with linear softening"

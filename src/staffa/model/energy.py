@@ -28,6 +28,7 @@ from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
 from staffa.physics.split import Contact, is_linear_in_g, is_quadratic_in_strain
 from staffa.physics.strained import Strained
+from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.step import Energies
 
 
@@ -99,6 +100,8 @@ class Energy(CrackFluid):
         at_rest = fem.Function(spaces.u)
 
         split = rock.split
+        if isinstance(split, StrengthSurface):
+            split = split.beside(rock.residual_stiffness)
         self.faces = None  # of cracks that touch
         if isinstance(split, Contact):
             self.faces = CrackFaces(alpha, split, ell=rock_ell, h=domain.h, given=rock.given)
