@@ -31,6 +31,9 @@ from staffa.physics.strained import Strained
 from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.step import Energies
 
+# Part of the residual stiffness that carries nothing worth a word.
+NEGLIGIBLE = 1e-3
+
 
 def _is_continuous(field: fem.Function) -> bool:
     """Return True if a field has a gradient, and is not one number in each cell."""
@@ -81,9 +84,9 @@ class Energy(CrackFluid):
         )
         # True if forces are linear in u, and if the energy is quadratic in alpha.
         self.linear = is_quadratic_in_strain(rock.split, plane_stress=rock.plane_stress)
-        self.quadratic = is_quadratic(rock.law) and is_linear_in_g(
-            rock.split, plane_stress=rock.plane_stress
-        )
+        linear_in_g = is_linear_in_g(rock.split, plane_stress=rock.plane_stress)
+        self.quadratic = is_quadratic(rock.law) and linear_in_g
+        self._negligible = 0.0 if linear_in_g else NEGLIGIBLE
         u, alpha, T = state.u, state.alpha, state.T
         dx, middle = axis.volume(domain, DEGREE), in_the_middle(domain)
 
@@ -261,9 +264,12 @@ class Energy(CrackFluid):
 
     @contextmanager
     def without_residual_stiffness(self) -> Iterator[None]:
-        """Set the residual stiffness of broken rock to zero in this context."""
+        """Set the residual stiffness of broken rock to zero in this context.
+
+        A split that is not linear in g may have no value there: it keeps a negligible part.
+        """
         kept = float(self._residual_stiffness.value)
-        self._residual_stiffness.value = 0.0
+        self._residual_stiffness.value = self._negligible * kept
         try:
             yield
         finally:
