@@ -7,7 +7,7 @@ import pytest
 
 from staffa.case.check import water_pressure
 from staffa.case.reading.read import parse_case
-from staffa.errors import PartedError
+from staffa.errors import PartedError, SolveError
 from staffa.evolution.loose_parts import SHARE, loose_part, number_parts
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem
@@ -16,7 +16,9 @@ from staffa.io.run_directory import open_run
 from staffa.loads.forces import Forces, Traction
 from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, no_displacement
-from staffa.physics.split import SPLITS
+from staffa.physics.damage import AT1, cohesive
+from staffa.physics.split import SPLITS, EnergySplit
+from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.status import Status
 from staffa.runs.run import run
 from support.bodies import body, rock
@@ -81,7 +83,9 @@ def cut_bar(**changes) -> Problem:
     def cut(x: np.ndarray) -> np.ndarray:
         return np.abs(x[0] - 0.525) < 0.03
 
-    material = rock(cracked=cut, split=changes.pop("split", SPLITS["none"]), rho=1.0, **SHARP)
+    split = changes.pop("split", SPLITS["none"])
+    law = cohesive(irwin=0.3, ell=SHARP["ell"]) if isinstance(split, StrengthSurface) else AT1()
+    material = rock(cracked=cut, split=split, law=law, rho=1.0, **SHARP)
     fields = {"material": material, "sides": (LEFT,), "times": (1.0,)}
     return body((1.0, 0.2), 0.05, **{**fields, **changes})
 
@@ -105,12 +109,40 @@ def ends(problem: Problem) -> str:
     return ""
 
 
-@pytest.mark.parametrize("split", ["none", "no-tension"])
-def test_a_part_that_is_pulled_off_is_told_of(split: str) -> None:
+STRENGTHS = [StrengthSurface(), StrengthSurface(compressive=10.0)]
+
+
+@pytest.mark.parametrize(
+    "split",
+    [SPLITS["none"], SPLITS["no-tension"], *STRENGTHS],
+    ids=["none", "no-tension", "strengths", "compressive strength"],
+)
+def test_a_part_that_is_pulled_off_is_told_of(split: EnergySplit) -> None:
     """With the place of it, and what pulls: issue 64 of peridigm (github.com/peridigm/peridigm)
     has such a bar, which ends in errors of the linear solver."""
-    said = ends(cut_bar(split=SPLITS[split], forces=pull(1.0)))
+    said = ends(cut_bar(split=split, forces=pull(1.0)))
     assert "around (0.775, 0.1), 48% of the body, against what acts on 'right'" in said, said
+
+
+@pytest.mark.parametrize("split", STRENGTHS, ids=["strengths", "compressive strength"])
+def test_strengths_have_an_energy_without_the_residual_stiffness(split: StrengthSurface) -> None:
+    """A pulled crack stores less than 1 % of what it stores with it."""
+    right = SideSupport(side="right", components={0: lambda x, t: 0.1 * t})
+    system = build(problem := cut_bar(split=split, sides=(LEFT, right)))
+    (step,) = march(problem, system)
+    assert step.status is Status.CONVERGED
+    with system.energy.without_residual_stiffness():
+        assert 0 <= system.energy.stored() < 0.01 * step.energies.elastic
+    system.destroy()
+
+
+def test_what_is_no_number_holds_no_body_together() -> None:
+    """It is refused where each comparison with it is False."""
+    system = build(problem := cut_bar(split=STRENGTHS[0], forces=pull(1.0)))
+    system.state.u.x.array[:] = np.nan
+    with pytest.raises(SolveError, match="no number"):
+        loose_part(problem, system)
+    system.destroy()
 
 
 def test_a_part_that_falls_is_told_of() -> None:
@@ -121,6 +153,7 @@ def test_a_part_that_falls_is_told_of() -> None:
 
 def test_a_part_that_is_pressed_on_stays_where_faces_carry() -> None:
     assert ends(cut_bar(split=SPLITS["no-tension"], forces=pull(-1.0))) == ""
+    assert ends(cut_bar(split=StrengthSurface(), forces=pull(-1.0))) == ""
     assert ends(cut_bar(forces=pull(-1.0))) != "", "without a split nothing carries it"
 
 

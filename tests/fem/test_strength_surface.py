@@ -17,15 +17,18 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Problem
 from staffa.evolution.system import build
+from staffa.io.run_directory import open_run
 from staffa.loads.closed_form import AnyTemperature
 from staffa.minimize.alternate import support_reactions
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.damage import cohesive, irwin_length
-from staffa.physics.split import driven_share
+from staffa.physics.split import SPLITS, driven_share
 from staffa.physics.strained import of_principal
 from staffa.physics.strength_surface import ROUND, StrengthSurface, least_biaxial
 from staffa.physics.trial import try_split
 from staffa.records.step import Stop, kept
+from staffa.results.crack_network import networks, words_on_openings
+from staffa.runs.run import run as run_case
 from support.bodies import body, rock, run
 
 E, NU = 2.0, 0.3
@@ -126,6 +129,9 @@ def test_open_cracks_carry_nothing_and_shut_ones_what_pressure_presses() -> None
         # The bulk modulus remains; without a compressive strength all that no-tension keeps.
         shut = density(split, -np.ones(3), 1e-9)
         assert shut == pytest.approx(E / (3 * (1 - 2 * NU)) / 2 * 9, rel=1e-6)
+    # In plane stress nothing remains with a compressive strength: what is crushed leaves the plane.
+    assert density(StrengthSurface(), -np.ones(2), 1e-9) == pytest.approx(E / (1 - NU))
+    assert density(StrengthSurface(1.0, 10.0), -np.ones(2), 1e-9) < 1e-5
     slid = np.array([0.5, 0.0, -0.5])
     assert density(StrengthSurface(1.0, 10.0), slid, 1e-9) < 1e-5
 
@@ -183,7 +189,7 @@ def loaded(name: str, ell: float, factors, *, state="plane stress", h=None, size
         for axis, side in enumerate(MOVED[dim][: loading.axes])
     ]
     law = cohesive(irwin=IRWIN, ell=ell)
-    split = StrengthSurface(BIAXIAL, COMPRESSIVE, residual=1e-6)
+    split = StrengthSurface(BIAXIAL, COMPRESSIVE)
     return body(
         (size,) * dim,
         h or ell / 4,
@@ -229,9 +235,18 @@ def test_other_states_have_the_strengths_asked_for(state: str, name: str) -> Non
     assert largest_stress(problem, name) == pytest.approx(1.0, rel=0.02)
 
 
+def test_residual_stiffness_leaves_intact_rock_as_it_is() -> None:
+    """A bar stores E/2 e^2, with the split by its name too, which knows no residual stiffness."""
+    problem = loaded("pulled", ELLS[0], (0.5,), h=0.1)
+    split, e = SPLITS[StrengthSurface.name], STRENGTH / STIFF / 2
+    material = replace(problem.material, split=split, residual_stiffness=0.05)
+    (step,) = run(replace(problem, material=material))
+    assert step.energies.elastic == pytest.approx(STIFF / 2 * e**2 * 0.2**2, rel=1e-9)
+
+
 def pulled_through(ell: float, h: float, factors, length: float = 1.0, **more) -> Problem:
     """Return a bar whose middle is a little weaker, pulled apart."""
-    law, split = cohesive(irwin=IRWIN, ell=ell), StrengthSurface(1.0, 10.0, residual=1e-6)
+    law, split = cohesive(irwin=IRWIN, ell=ell), StrengthSurface(1.0, 10.0)
     sides = (
         SideSupport(side="left", components={0: no_displacement}),
         SideSupport(side="right", components={0: lambda x, t: STRENGTH / STIFF * length * t}),
@@ -294,7 +309,7 @@ def test_a_cooled_face_starts_to_crack_at_the_biaxial_strength(biaxial: float) -
     nu, ell = 0.2, 0.1
     exact = biaxial * STRENGTH * (1 - nu) / STIFF
     held = tuple(SideSupport(side=s, components={0: no_displacement}) for s in ("left", "right"))
-    split = StrengthSurface(biaxial, residual=1e-6)
+    split = StrengthSurface(biaxial)
     law = cohesive(irwin=IRWIN, ell=ell)
     material = rock(E=STIFF, nu=nu, ell=ell, law=law, split=split, state="plane strain")
     steps = run(
@@ -354,3 +369,67 @@ def test_check_tells_all_strengths_and_the_drop_that_they_give() -> None:
     told = {name: meaning for name, _, meaning in without}
     assert told["two tensions"].endswith(", as asked for")
     assert told["compression"].endswith(", by default, without damage.compressive")
+
+
+def test_residual_stiffness_is_no_strength() -> None:
+    """The lateral contraction adds none either, as it does with a split that is not made of it."""
+    case = parse_case(GRANITE, [*STRENGTHS, "damage.residual_stiffness=0.05"])
+    (told,) = [fact[1:] for fact in preview(case).facts if fact[0] == "sigma_c"]
+    assert float(told[0].removesuffix(" Pa")) == pytest.approx(10e6, rel=1e-5)
+    assert told[1] == "strength of a bar at any ell, with linear softening"
+
+
+SHUT = """
+title = "A block that is cut in two, pressed"
+[domain]
+size = [2.0, 1.0]
+h = 0.1
+[material]
+E = 40e3
+nu = 0.25
+Gc = 1e-3
+[damage]
+law = "cohesive"
+strength = 6.0
+ell = 0.3
+[[cracks]]
+start = [1.0, 0.0]
+end = [1.0, 1.0]
+[temperature]
+profile = "none"
+[supports]
+left = { x = 0.0, y = 0.0 }
+right = { x = { t = [0.0, 1.0], u = [0.0, -5e-5] }, y = 0.0 }
+[time]
+t = [1.0]
+"""
+PRESSED, FLAT = "damage.compressive=60.0", "damage.biaxial=5.9"
+STRAINED = 'material.plane="strain"'
+
+
+@pytest.mark.parametrize(
+    ("settings", "left", "instead"),
+    [
+        ((PRESSED,), "carries nothing in plane stress", 'out, with damage.split = "strength-'),
+        ((PRESSED, FLAT), "carries nothing in plane stress", "compressive out: they"),
+        ((PRESSED, STRAINED), "keeps its bulk modulus alone", "strength-surface"),
+    ],
+)
+def test_check_warns_that_shut_cracks_have_no_compressive_strength(settings, left, instead) -> None:
+    found = preview(parse_case(SHUT, settings)).warnings
+    (said,) = [w for w in found if w.startswith("damage.compressive = 60.0 is that of rock")]
+    assert left in said and instead in said
+
+
+@pytest.mark.parametrize("settings", [(FLAT,), (PRESSED, "supports.right.x.u=[0.0,1e-6]")])
+def test_check_does_not_warn_where_no_crack_is_pressed_or_all_carry(settings) -> None:
+    assert "damage.compressive" not in " ".join(preview(parse_case(SHUT, settings)).warnings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("setting", "overlap"), [(PRESSED, True), (FLAT, False)])
+def test_sides_of_shut_cracks_that_overlap_are_told_of(tmp_path, setting: str, overlap) -> None:
+    run_case(parse_case(SHUT, [setting]), tmp_path / "run")
+    done = open_run(tmp_path / "run")
+    said = " ".join(words_on_openings(done, networks(done)[0]))
+    assert ("overlap, since with damage.compressive" in said) is overlap

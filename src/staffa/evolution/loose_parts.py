@@ -67,6 +67,8 @@ def require_whole(problem: Problem, system: System) -> None:
     ------
     PartedError
         A part is loose.
+    SolveError
+        Energy or forces are no numbers, so that nothing is known of it.
     """
     part = loose_part(problem, system)
     if part is not None:
@@ -85,8 +87,18 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
     ----------
     problem : the problem.
     system : its system.
-    solved : False if no displacement was found. Without a split none is needed.
+    solved : False if no displacement was found. Without a split none is needed; with one, None is
+        returned where the displacement gives no numbers.
     """
+    try:
+        return _loose_part(problem, system, solved)
+    except SolveError:
+        if solved:
+            raise
+        return None
+
+
+def _loose_part(problem: Problem, system: System, solved: bool) -> LoosePart | None:
     energy, alpha, comm = system.energy, system.state.alpha, problem.domain.comm
     # If the volume in cracks is given, the pressure falls as a part moves.
     dead = energy.loaded and not energy.external.controlled
@@ -94,7 +106,7 @@ def loose_part(problem: Problem, system: System, *, solved: bool = True) -> Loos
         return None
     known = solved or not energy.linear
     rest = _stored_without_cracks(system) if known else 0.0
-    if known and energy.stored() - rest <= SHARE * rest:
+    if known and _number(energy.stored()) - rest <= SHARE * rest:
         return None
     labels, number = number_parts(alpha, BROKEN)
     n_owned = system.spaces.nodes.dofmap.index_map.size_local
@@ -182,7 +194,18 @@ def _components(start: np.ndarray, end: np.ndarray, n: int) -> tuple[int, np.nda
 def _stored_without_cracks(system: System) -> float:
     """Return the elastic energy without the residual stiffness of cracks. Collective."""
     with system.energy.without_residual_stiffness():
-        return system.energy.stored()
+        return _number(system.energy.stored())
+
+
+def _number(value: float) -> float:
+    """Return the value; refuse one with which no comparison is True."""
+    if not np.isfinite(value):
+        raise SolveError(
+            f"energy or forces of the broken body are no number ({value}), so that nothing tells "
+            f"if a part of it has come loose; shorter time steps, or a larger "
+            f"damage.residual_stiffness, may find a state"
+        )
+    return value
 
 
 def _carried(system: System, part: np.ndarray) -> float:
@@ -237,7 +260,8 @@ def _net(
     found = np.zeros((number, modes.shape[1]))
     np.add.at(found, np.repeat(labels, len(modes) // max(len(labels), 1)), works)
     comm = energy.comm
-    return sum_over_ranks(comm, found), float(sum_over_ranks(comm, float(np.abs(works).sum())))
+    size = _number(float(sum_over_ranks(comm, float(np.abs(works).sum()))))
+    return sum_over_ranks(comm, found), size
 
 
 def _piece(problem: Problem, system: System, mine: np.ndarray, *, broken: bool) -> LoosePart:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from staffa.errors import PartedError
+from staffa.errors import SolveError
 from staffa.evolution.advance import advance_to
 from staffa.evolution.advanced_step import Advance
 from staffa.evolution.equilibrate import Loads
@@ -79,7 +79,7 @@ def _require_whole(problem: Problem, system: System, before: Snapshot) -> None:
     """The same as `require_whole`, after which the state is the one before."""
     try:
         require_whole(problem, system)
-    except PartedError:
+    except SolveError:  # a body in two is one
         restore(system, before)
         raise
 

@@ -28,7 +28,11 @@ from staffa.physics.damage import is_quadratic
 from staffa.physics.material import AXIAL
 from staffa.physics.split import Contact, is_linear_in_g, is_quadratic_in_strain
 from staffa.physics.strained import Strained
+from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.step import Energies
+
+# Part of the residual stiffness that carries nothing worth a word.
+NEGLIGIBLE = 1e-3
 
 
 def _is_continuous(field: fem.Function) -> bool:
@@ -80,9 +84,9 @@ class Energy(CrackFluid):
         )
         # True if forces are linear in u, and if the energy is quadratic in alpha.
         self.linear = is_quadratic_in_strain(rock.split, plane_stress=rock.plane_stress)
-        self.quadratic = is_quadratic(rock.law) and is_linear_in_g(
-            rock.split, plane_stress=rock.plane_stress
-        )
+        linear_in_g = is_linear_in_g(rock.split, plane_stress=rock.plane_stress)
+        self.quadratic = is_quadratic(rock.law) and linear_in_g
+        self._negligible = 0.0 if linear_in_g else NEGLIGIBLE
         u, alpha, T = state.u, state.alpha, state.T
         dx, middle = axis.volume(domain, DEGREE), in_the_middle(domain)
 
@@ -99,6 +103,8 @@ class Energy(CrackFluid):
         at_rest = fem.Function(spaces.u)
 
         split = rock.split
+        if isinstance(split, StrengthSurface):
+            split = split.beside(rock.residual_stiffness)
         self.faces = None  # of cracks that touch
         if isinstance(split, Contact):
             self.faces = CrackFaces(alpha, split, ell=rock_ell, h=domain.h, given=rock.given)
@@ -258,9 +264,12 @@ class Energy(CrackFluid):
 
     @contextmanager
     def without_residual_stiffness(self) -> Iterator[None]:
-        """Set the residual stiffness of broken rock to zero in this context."""
+        """Set the residual stiffness of broken rock to zero in this context.
+
+        A split that is not linear in g may have no value there: it keeps a negligible part.
+        """
         kept = float(self._residual_stiffness.value)
-        self._residual_stiffness.value = 0.0
+        self._residual_stiffness.value = self._negligible * kept
         try:
             yield
         finally:

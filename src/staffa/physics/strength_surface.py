@@ -1,5 +1,6 @@
 """Energy of rock whose strengths under other stresses than tension in one direction are given."""
 
+from copy import copy
 from math import inf, isinf, sqrt
 from typing import Any
 
@@ -29,18 +30,30 @@ class StrengthSurface:
     biaxial : strength under two equal tensions, over that of a bar; see `least_biaxial`.
     compressive : strength of a bar that is pressed, over that of one that is pulled; infinite for
         rock that pressure does not break.
-    residual : fraction of the stiffness that is added to g everywhere.
+
+    Attributes
+    ----------
+    residual : fraction of the stiffness that is added to g everywhere, see `beside`.
     """
 
     name, isotropic = "strength-surface", True
 
-    def __init__(
-        self, biaxial: float = 1.0, compressive: float = inf, residual: float = 0.0
-    ) -> None:
+    def __init__(self, biaxial: float = 1.0, compressive: float = inf) -> None:
         self.sheared = _squared_inverse(compressive)
         share = (biaxial**-2 - self.sheared) / (1 - self.sheared)
         self.hardening = max(2 * (share - 1) / (2 - share), ROUND)
-        self.residual = residual
+        self.residual: Any = 0.0
+
+    def beside(self, residual: Any) -> "StrengthSurface":
+        """Return this energy for rock where g is 1 + residual without damage.
+
+        Parameters
+        ----------
+        residual : fraction of the stiffness that is added to g everywhere.
+        """
+        found = copy(self)
+        found.residual = residual
+        return found
 
     def density(self, e: Strained, g: Any) -> Any:
         """Return the density, see `EnergySplit`; in plane stress without any stress across."""

@@ -81,4 +81,4 @@ def _strength_surface(case: Case) -> StrengthSurface:
     keys = case.damage
     assert keys.strength is not None
     given = {n: float(getattr(keys, n) / keys.strength) for n in given_strengths(case)}
-    return StrengthSurface(**given, residual=float(keys.residual_stiffness))
+    return StrengthSurface(**given)
