@@ -17,6 +17,7 @@ from staffa.evolution.effective_toughness import effective_gc
 from staffa.evolution.march import march
 from staffa.evolution.problem import Backtracking, Problem
 from staffa.evolution.system import build
+from staffa.io.run_directory import open_run
 from staffa.loads.closed_form import AnyTemperature
 from staffa.minimize.alternate import support_reactions
 from staffa.model.supports import SideSupport, no_displacement
@@ -26,6 +27,8 @@ from staffa.physics.strained import of_principal
 from staffa.physics.strength_surface import ROUND, StrengthSurface, least_biaxial
 from staffa.physics.trial import try_split
 from staffa.records.step import Stop, kept
+from staffa.results.crack_network import networks, words_on_openings
+from staffa.runs.run import run as run_case
 from support.bodies import body, rock, run
 
 E, NU = 2.0, 0.3
@@ -126,6 +129,9 @@ def test_open_cracks_carry_nothing_and_shut_ones_what_pressure_presses() -> None
         # The bulk modulus remains; without a compressive strength all that no-tension keeps.
         shut = density(split, -np.ones(3), 1e-9)
         assert shut == pytest.approx(E / (3 * (1 - 2 * NU)) / 2 * 9, rel=1e-6)
+    # In plane stress nothing remains with a compressive strength: what is crushed leaves the plane.
+    assert density(StrengthSurface(), -np.ones(2), 1e-9) == pytest.approx(E / (1 - NU))
+    assert density(StrengthSurface(1.0, 10.0), -np.ones(2), 1e-9) < 1e-5
     slid = np.array([0.5, 0.0, -0.5])
     assert density(StrengthSurface(1.0, 10.0), slid, 1e-9) < 1e-5
 
@@ -368,3 +374,59 @@ def test_residual_stiffness_is_no_strength() -> None:
     (told,) = [fact[1:] for fact in preview(case).facts if fact[0] == "sigma_c"]
     assert float(told[0].removesuffix(" Pa")) == pytest.approx(10e6, rel=1e-5)
     assert told[1] == "strength of a bar at any ell, with linear softening"
+
+
+SHUT = """
+title = "A block that is cut in two, pressed"
+[domain]
+size = [2.0, 1.0]
+h = 0.1
+[material]
+E = 40e3
+nu = 0.25
+Gc = 1e-3
+[damage]
+law = "cohesive"
+strength = 6.0
+ell = 0.3
+[[cracks]]
+start = [1.0, 0.0]
+end = [1.0, 1.0]
+[temperature]
+profile = "none"
+[supports]
+left = { x = 0.0, y = 0.0 }
+right = { x = { t = [0.0, 1.0], u = [0.0, -5e-5] }, y = 0.0 }
+[time]
+t = [1.0]
+"""
+PRESSED, FLAT = "damage.compressive=60.0", "damage.biaxial=5.9"
+STRAINED = 'material.plane="strain"'
+
+
+@pytest.mark.parametrize(
+    ("settings", "left", "instead"),
+    [
+        ((PRESSED,), "carries nothing in plane stress", 'out, with damage.split = "strength-'),
+        ((PRESSED, FLAT), "carries nothing in plane stress", "compressive out: they"),
+        ((PRESSED, STRAINED), "keeps its bulk modulus alone", "strength-surface"),
+    ],
+)
+def test_check_warns_that_shut_cracks_have_no_compressive_strength(settings, left, instead) -> None:
+    found = preview(parse_case(SHUT, settings)).warnings
+    (said,) = [w for w in found if w.startswith("damage.compressive = 60.0 is that of rock")]
+    assert left in said and instead in said
+
+
+@pytest.mark.parametrize("settings", [(FLAT,), (PRESSED, "supports.right.x.u=[0.0,1e-6]")])
+def test_check_does_not_warn_where_no_crack_is_pressed_or_all_carry(settings) -> None:
+    assert "damage.compressive" not in " ".join(preview(parse_case(SHUT, settings)).warnings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("setting", "overlap"), [(PRESSED, True), (FLAT, False)])
+def test_sides_of_shut_cracks_that_overlap_are_told_of(tmp_path, setting: str, overlap) -> None:
+    run_case(parse_case(SHUT, [setting]), tmp_path / "run")
+    done = open_run(tmp_path / "run")
+    said = " ".join(words_on_openings(done, networks(done)[0]))
+    assert ("overlap, since with damage.compressive" in said) is overlap
