@@ -5,7 +5,7 @@
 runs the slab on a mesh that follows the cracks (a quarter of an hour on one core) and keeps place
 and depth of each crack at each step; then grows sharp cracks at these places (five minutes) and
 keeps their lengths. A run in runs/verification/uneven is taken as it is. `make verify ONLY=uneven`
-looks at what is kept, and grows an even array, for which a table is at hand.
+looks at what is kept, and grows an even array, for which there is a table.
 """
 
 import json
@@ -286,10 +286,10 @@ def table(slab: dict, rows: list[dict]) -> str:
     rows : depths of the sharp cracks, one row for each compared step.
     """
     lines = [
-        "Mean length of the cracks that grow, and by how much it differs from that of sharp ones: "
-        "of the even array of their spacing; at their places, with the others as deep as in the "
-        "run; all of them sharp since the first of these times. In brackets how many of the cracks "
-        "that grow are within the larger of ell and 3 %.",
+        "Mean length of the cracks that grow, and by how much it differs from that of sharp ones. "
+        "These stand in an even array of the same spacing; at the places of the run, the others as "
+        "deep as in the run; or there, all of them sharp since the first of these times. In "
+        "brackets: how many of the cracks are within the larger of ell and 3 %.",
         "",
         "| tau | cracks | length | even array | the others as in the run | all sharp |",
         "|" + " --- |" * 6,

@@ -14,6 +14,7 @@ from staffa.io.vtkhdf import VtkMesh, read_vtkhdf
 from staffa.measure.network import Network, normals, polylines
 from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
+from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.step import Step
 from staffa.results.network_exchange import write_outline, write_polygons, write_traces
 from staffa.results.series import clock_columns, time_columns
@@ -27,6 +28,14 @@ QUOTED = (
     "energy over the effective Gc, counts them, of a crack along a side half; where the two differ "
     "by more than 10 %, quote both. That by geometry is half the variation of the damage, a check."
 )
+# Splits with which the sides of closed cracks may overlap, and what prevents it.
+OVERLAP = {
+    "none": "which only an energy split (damage.split) prevents",
+    StrengthSurface.name: (
+        "since with damage.compressive a crack that is pressed shut keeps no more than its bulk "
+        "modulus, and nothing in plane stress; without that key its sides do not overlap"
+    ),
+}
 FOLDER = "network"
 BODY = "body.geojson"
 OURS = re.compile(r"(cracks|polygons|polygon-corners)-\d{4,}\.(vtp|csv|geojson)|body\.geojson")
@@ -179,12 +188,17 @@ def words_on_openings(run: Run, found: Sequence[Drawing]) -> list[str]:
                 f"{step}: on {part:.0%} of the network the bands of cracks are too wide to say how "
                 "far they are open: less than their uncertainty"
             )
-        if cracks.volume < 0 and run.manifest.split == "none":
+        if run.manifest.split in OVERLAP and cracks.volume < -_unknown_volume(run, cracks):
             said.append(
-                f"{step}: the mean opening is negative: the sides of closed cracks overlap, which "
-                "only an energy split (damage.split) prevents"
+                f"{step}: the mean opening is negative: the sides of closed cracks overlap, "
+                f"{OVERLAP[run.manifest.split]}"
             )
     return said
+
+
+def _unknown_volume(run: Run, cracks: Network) -> float:
+    """Return the volume of cracks up to which nothing is said of its sign."""
+    return 0.0 if run.manifest.split == "none" else cracks.uncertain_volume
 
 
 def _write_vtp(path: Path, cracks: Network) -> None:

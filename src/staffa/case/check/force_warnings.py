@@ -24,6 +24,7 @@ SAMPLES = 25  # times at which what acts is looked at
 def force_warnings(case: Case, derived: Numbers) -> Iterator[str]:
     """Yield all warnings about forces."""
     yield from _of_split(case, derived)
+    yield from _of_shut_cracks(case)
     if case.forces is None:
         return
     yield from _of_signs(case, derived)
@@ -106,6 +107,25 @@ def _of_split(case: Case, derived: Numbers) -> Iterator[str]:
             f"{amount(case, shear, 'Pa')} where a pulled one does at "
             f'{amount(case, derived.sigma_c, "Pa")}; take "{stronger}"{finer}'
         )
+
+
+def _of_shut_cracks(case: Case) -> Iterator[str]:
+    """Warn of a strength under pressure, which a crack that is pressed shut has not."""
+    may_shut = (pressing(case) or case.cracks) and not only_pulled(case)
+    if case.damage.compressive is None or not may_shut:
+        return
+    left = (
+        "carries nothing in plane stress, and its faces overlap"
+        if case.plane_stress
+        else "keeps its bulk modulus alone, and its faces slide"
+    )
+    instead = f', with damage.split = "{case.damage.split}"' if case.damage.biaxial is None else ""
+    yield (
+        f"damage.compressive = {inline(case.damage.compressive)} is that of rock without cracks: a "
+        f"crack that is pressed shut {left}, so that a body with such cracks breaks far below it; "
+        f"where cracks may be pressed shut leave damage.compressive out{instead}: they then carry "
+        f"all that rock without tension would, and pressure breaks no rock"
+    )
 
 
 def _of_shear(case: Case, derived: Numbers) -> Iterator[str]:
