@@ -17,7 +17,7 @@ import numpy as np
 from verification.common.sharp import DATA, PAIR, array_growth, first_doubling, length_at
 
 HERE = Path(__file__).parent
-REFERENCE, SHARP = HERE / "reference", HERE / "sharp"
+REFERENCE, SHARP, ROCK = HERE / "reference", HERE / "sharp", HERE / "rock"
 VERIFICATION = HERE.parent / "verification"
 P = 0.1285
 # A row: quantity, place (None for a single number), value, tolerance (absolute), bound.
@@ -128,6 +128,16 @@ def rows_of(case: str) -> list[list[str]]:
     ]
 
 
+def rock() -> list[list[str]]:
+    """The random toughness of `energies` at the nodes of its mesh, as texts."""
+    from staffa.properties.random_field import random_factor
+
+    factor = random_factor("lognormal", 0.05, lengths=(0.06, 0.06), axes=np.eye(2), seed=0)
+    y, x = (axis.ravel() for axis in np.mgrid[0:51, 0:151] * 0.02)
+    values = factor(np.array([x, y, np.zeros_like(x)]))
+    return [[f"{a:g}", f"{b:g}", f"{c:.4f}"] for a, b, c in zip(x, y, values, strict=True)]
+
+
 def main() -> None:
     """Write all tables."""
     for case in TABLES:
@@ -135,6 +145,10 @@ def main() -> None:
             to = csv.writer(opened, lineterminator="\n")
             to.writerow(("quantity", "at", "value", "tolerance", "bound"))
             to.writerows(rows_of(case))
+    with (ROCK / "energies.csv").open("w", newline="") as opened:
+        to = csv.writer(opened, lineterminator="\n")
+        to.writerow(("x", "y", "Gc"))
+        to.writerows(rock())
     SHARP.mkdir(exist_ok=True)
     for name in ("array_growth.csv", "spacing_and_doubling.csv"):
         shutil.copyfile(DATA / name, SHARP / name)

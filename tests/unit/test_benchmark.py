@@ -6,10 +6,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+from staffa.backend.stack import MPI  # noqa: F401
+
+import numpy as np
 import pytest
 
 from benchmarks import make_tables, score, update_scores
+from staffa import parse_case
+from staffa.setup.toughness_and_cracks import toughness_factor
 from verification.common.sharp import DATA
+from verification.energies.run import BODIES
 
 FOLDER = Path(score.__file__).parent
 SUBMISSIONS = sorted(update_scores.SUBMISSIONS.iterdir())
@@ -164,6 +170,18 @@ def test_the_script_needs_nothing_but_python(tmp_path: Path) -> None:
 def test_the_tables_are_those_of_the_verification(case: str) -> None:
     with (score.REFERENCE / f"{case}.csv").open() as file:
         assert list(csv.reader(file))[1:] == make_tables.rows_of(case)
+
+
+def test_the_rock_of_energies_is_that_of_our_runs() -> None:
+    """By the keys that the runs were made with: another seed or length is another rock."""
+    file, *settings = BODIES["slab"]
+    case = parse_case(Path(file).read_text(), [str(setting) for setting in settings])
+    with (make_tables.ROCK / "energies.csv").open() as file:
+        x, y, told = np.array(list(csv.reader(file))[1:], dtype=float).T
+    assert len(x) == 51 * 151 and x.max() == 3 and y.max() == 1
+    ours = toughness_factor(case)(np.array([x, y, np.zeros_like(x)]))
+    assert told == pytest.approx(ours, abs=1e-4)
+    assert np.std(ours) == pytest.approx(0.05, rel=0.1)
 
 
 def test_lengths_are_asked_for_where_the_crack_has_grown() -> None:
