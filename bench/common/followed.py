@@ -155,5 +155,5 @@ class Followed:
         }
 
 
-def no_measures(session: Session) -> None:
+def no_measures(session: Session, moment: Moment) -> None:
     """Measure nothing: the script does not either."""

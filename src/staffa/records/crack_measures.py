@@ -116,8 +116,6 @@ class Measures:
         Lines across a 2-D body, from the cooled face inwards.
     tips
         The tips of the cracks, but for those that start on other cooled faces.
-    others
-        The cracks that start on other cooled faces, face by face.
     front
         Depth of the deepest crack (m), 0 without one.
     length_surface
@@ -134,6 +132,8 @@ class Measures:
         Planes through a 3-D body, from the cooled face inwards.
     coarse
         Cracks in cells that are too long for them; None without any.
+    others
+        The cracks that start on other cooled faces, face by face.
     """
 
     sections: tuple[CracksAtHeight, ...]
