@@ -54,14 +54,12 @@ class DamageKeys(CaseTable):
     )
     biaxial: Strength | None = Field(
         default=None,
-        description="cohesive only: two equal tensions that the rock bears; default: by the energy "
-        "split, with strength-surface about 0.5 % below strength",
+        description="cohesive only: two equal tensions that rock bears; default: by damage.split",
         examples=["9 MPa"],
     )
     compressive: Strength | None = Field(
         default=None,
-        description="cohesive only: pressure that a bar of the rock bears; default: by the energy "
-        "split, with strength-surface any",
+        description="cohesive only: pressure that a bar of rock bears; default: by damage.split",
         examples=["120 MPa"],
     )
     softening: Annotated[str, one_of(SOFTENING)] | None = Field(
