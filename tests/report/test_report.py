@@ -576,8 +576,9 @@ def test_a_network_that_leaves_damage_out_is_quoted_with_the_length_by_energy(tm
         (run.path / "network.csv").write_text(f"{header}8,0,0,4,{length:.6g},0\n")
         return next(fact.text for fact in summary(run) if fact.name == "crack length")
 
-    half = f"{energy / 2:.4g} of the network at step 8 and {energy:.4g} by energy, 100% apart: "
-    assert told(energy / 2).startswith(f"{half}quote both; the network leaves out cracks along")
+    half = f"{energy / 2:.4g} of the network at step 8, 100% off that by energy: quote both; "
+    assert told(energy / 2).startswith(f"{half}the network leaves out cracks along a side")
+    assert told(energy / 2).count(f"{energy:.4g} by energy") == 1
     assert "quote both; look at the picture" in told(2 * energy)
     assert told(0.0).startswith("no crack is traced in the network at step 8: the network leaves")
 

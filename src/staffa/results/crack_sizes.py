@@ -61,10 +61,9 @@ def _to_quote(run: Run, step: Step, size: float) -> str:
     quoted = f"{size:.4g}{unit.behind} of the network at step {step.index}"
     if abs(energy - size) <= APART * size:
         return f"{quoted}, to be quoted"
-    part = abs(energy - size) / size
-    return (
-        f"{quoted} and {energy:.4g}{unit.behind} by energy, {part:.0%} apart: quote both; {reason}"
-    )
+    if step.index < run.steps[-1].index:  # else it follows
+        quoted += f", {energy:.4g}{unit.behind} by energy then"
+    return f"{quoted}, {abs(energy - size) / size:.0%} off that by energy: quote both; {reason}"
 
 
 def _of_network(run: Run) -> tuple[Step, float] | None:

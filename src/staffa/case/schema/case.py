@@ -54,12 +54,12 @@ class DamageKeys(CaseTable):
     )
     biaxial: Strength | None = Field(
         default=None,
-        description="cohesive only: strength under two equal tensions; default: that of the split",
+        description="cohesive only: two equal tensions that rock bears; default: by damage.split",
         examples=["9 MPa"],
     )
     compressive: Strength | None = Field(
         default=None,
-        description="cohesive only: pressure that a bar bears; default: that of the split",
+        description="cohesive only: pressure that a bar of rock bears; default: by damage.split",
         examples=["120 MPa"],
     )
     softening: Annotated[str, one_of(SOFTENING)] | None = Field(
