@@ -342,7 +342,26 @@ REFUSED = [
         'damage.split = "no-tension" takes no damage.compressive',
         "leave one of the two out",
     ),
-    ((*TOLD, "damage.biaxial=1.0", "material.nu=-0.1"), "is for nu >= 0", "take"),
+    (
+        (*TOLD, "damage.biaxial=1.0", "material.nu=-0.1"),
+        "is for nu >= 0",
+        "leave damage.biaxial out",
+    ),
+    (
+        (*TOLD, "damage.compressive=10.0", "material={E=[1,2], nu=[0.2], G=[1]}"),
+        "that of damage.compressive, is for isotropic rock",
+        "leave damage.compressive out",
+    ),
+    (
+        (
+            *TOLD,
+            "damage.compressive=10.0",
+            "damage.split=strength-surface",
+            "material={E=[1,2], nu=[0.2], G=[1]}",
+        ),
+        "is for isotropic rock",
+        "leave damage.compressive and damage.split out",
+    ),
 ]
 
 

@@ -13,7 +13,12 @@ from staffa.case.schema.force_keys import ForceKeys, StressWithDepth
 from staffa.case.schema.heat_keys import InTime
 from staffa.case.schema.toml_text import as_toml, inline
 from staffa.case.values.applied_forces import COMPONENTS
-from staffa.case.values.default_split import default_split, is_anisotropic, presses
+from staffa.case.values.default_split import (
+    default_split,
+    given_strengths,
+    is_anisotropic,
+    presses,
+)
 from staffa.case.values.diffusion_time import times_in
 from staffa.case.values.subdomains import averages, subdomains_of
 from staffa.errors import InputError
@@ -23,6 +28,7 @@ from staffa.units import Quantity, parse
 
 # Values that do not change with time: the rock is in equilibrium under them.
 STILL = "prestress"
+BY_DEFAULT = "the default where something may be pressed"
 
 
 def forces_say_something(case: Case) -> None:
@@ -138,19 +144,32 @@ def split_fits_the_rock(case: Case) -> None:
         return
     if is_anisotropic(case):
         raise InputError(
-            f'damage.split = "{name}" is for isotropic rock, and this one is not; take '
-            f'"volumetric-deviatoric"'
+            f'damage.split = "{name}"{_by_default(case)} is for isotropic rock, and this one is '
+            f"not; {_for_any_rock(case)}"
         )
     for subdomain in subdomains_of(case):
         if (nu := averages(subdomain).nu) < 0:
             raise InputError(
-                f'damage.split = "{name}" is for nu >= 0, and {subdomain.where}.nu = {nu:g}; take '
-                f'"volumetric-deviatoric"'
+                f'damage.split = "{name}"{_by_default(case)} is for nu >= 0, and '
+                f"{subdomain.where}.nu = {nu:g}; {_for_any_rock(case)}"
             )
 
 
 def _by_default(case: Case) -> str:
-    return "" if case.damage.split else ", the default where something may be pressed,"
+    if case.damage.split:
+        return ""
+    strengths = given_strengths(case)
+    of = f"that of damage.{' and damage.'.join(strengths)}" if strengths else BY_DEFAULT
+    return f", {of},"
+
+
+def _for_any_rock(case: Case) -> str:
+    """Return the way out of a split that is for isotropic rock with nu >= 0."""
+    keys = [f"damage.{name}" for name in given_strengths(case)]
+    if not keys:
+        return 'take "volumetric-deviatoric"'
+    keys += ["damage.split"] if case.damage.split else []
+    return f"such rock has no strengths but damage.strength: leave {' and '.join(keys)} out"
 
 
 def _values(keys: ForceKeys) -> Iterator[tuple[str, Any, str | None]]:
