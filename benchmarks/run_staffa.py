@@ -18,6 +18,7 @@ from staffa.backend.stack import MPI  # noqa: F401
 
 import numpy as np
 
+from benchmarks.make_tables import STARTS
 from staffa.evolution.problem import Problem
 from staffa.io.run_directory import Run
 from verification.arrays.run import sharp_tip, stopped
@@ -120,15 +121,15 @@ def array(way: str) -> list[Row]:
     return rows
 
 
-# Spacing: columns of cells (odd: the crack is the middle one), and depth of the initial crack.
-SPACINGS = {0.2: (65, 0.1), 0.3: (97, 0.12)}
+# Columns of cells by the spacing; odd: the crack is the middle one.
+COLUMNS = {0.2: 65, 0.3: 97}
 
 
 def spacing(way: str) -> list[Row]:
     """Length of an even array's cracks at other spacings."""
     rows = []
-    for p, (columns, depth) in SPACINGS.items():
-        h, middle = p / columns, p / 2
+    for p, columns in COLUMNS.items():
+        h, middle, depth = p / columns, p / 2, STARTS[p]
         # As in the ready case `array`: rock beside the initial crack is too tough to break.
         shallow, near = depth - 0.03, 0.02
         sides = ((0.0, middle - near), (middle + near, p))

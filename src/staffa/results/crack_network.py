@@ -16,6 +16,7 @@ from staffa.measure.tip import damage_at_tip, falls
 from staffa.measure.tracing import network
 from staffa.physics.strength_surface import StrengthSurface
 from staffa.records.step import Step
+from staffa.results.crack_sizes import APART, LEFT_OUT
 from staffa.results.network_exchange import write_outline, write_polygons, write_traces
 from staffa.results.series import clock_columns, time_columns
 from staffa.results.tables import Cell, Column, Table
@@ -23,10 +24,10 @@ from staffa.results.tables import Cell, Column, Table
 STRAINS = ("opening_strain", "intact_strain")
 UNKNOWN = 0.01  # a part of the network so small is not worth a word
 QUOTED = (
-    "Quote this {name} for that of the cracks. It leaves out cracks along a side of the body, "
-    "layers that are broken all over, and damage below the threshold. That by energy, the surface "
-    "energy over the effective Gc, counts them, of a crack along a side half; where the two differ "
-    "by more than 10 %, quote both. That by geometry is half the variation of the damage, a check."
+    f"Quote this {{name}} for that of the cracks. It leaves out {LEFT_OUT}. That by energy, the "
+    f"surface energy over the effective Gc, counts them, of a crack along a side half; where the "
+    f"two differ by more than {100 * APART:g} %, quote both. That by geometry is half the "
+    f"variation of the damage, a check."
 )
 # Splits with which the sides of closed cracks may overlap, and what prevents it.
 OVERLAP = {

@@ -8,8 +8,8 @@ from staffa.records.step import Measures, Step
 
 APART = 0.1  # part by which network and energy differ where both are to be quoted
 LEFT_OUT = (
-    "the network leaves out cracks along a side of the body, layers that are broken all over, and "
-    "damage below the threshold"
+    "cracks along a side of the body, layers that are broken all over, and damage below the "
+    "threshold"
 )
 
 
@@ -54,7 +54,11 @@ def _to_quote(run: Run, step: Step, size: float) -> str:
     """
     unit = run.manifest.shown.crack
     energy = unit.of(step.measures.length_surface) if step.measures else size
-    reason = LEFT_OUT if energy > size else "look at the picture of the damage"
+    reason = (
+        f"the network leaves out {LEFT_OUT}"
+        if energy > size
+        else "look at the picture of the damage"
+    )
     if not size:
         none = f"no crack is traced in the network at step {step.index}"
         return f"{none}: {reason}" if energy else none
