@@ -193,13 +193,14 @@ def test_the_cracks_of_a_solid_can_be_turned(pages: dict[str, Path], opened: Ope
     scene = page.locator("[data-chart='chart-network-1']")
     scene.scroll_into_view_if_needed()
     eye = "chart => chart._fullLayout.scene._scene.getCamera().eye"
-    before, box = scene.evaluate(eye), scene.bounding_box()
-    drag(page, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), by=150)
-    page.wait_for_function(
-        f"before => Math.abs(({eye})(document.querySelector('[data-chart=chart-network-1]')).x"
-        " - before) > .1",
-        arg=before["x"],
-    )
+    before, here = scene.evaluate(eye), "document.querySelector('[data-chart=chart-network-1]')"
+    turned = f"before => Math.abs(({eye})({here}).x - before) > .1"
+    for _ in range(20):  # a slow machine may not have drawn, or placed, the scene at the first one
+        box = scene.bounding_box()
+        drag(page, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), by=150)
+        if page.evaluate(turned, before["x"]):
+            break
+    page.wait_for_function(turned, arg=before["x"])
     titles = scene.evaluate(
         "c => ['x', 'y', 'z'].map(n => c._fullLayout.scene[n + 'axis'].title.text)"
     )
