@@ -51,6 +51,19 @@ def test_no_coarse_cell_is_damaged_in_any_step(refined: Run) -> None:
     assert cells.alpha.max() > 0.9, "cracks have grown"
 
 
+def test_the_damage_of_a_try_on_coarser_cells_is_a_first_guess_of_the_next(tmp_path: Path) -> None:
+    """Steps end at the same minimum as from their own start, in fewer sweeps of the last try."""
+    late = "domain.refine.drive=0.9"  # cells are split once cracks have run into them
+    steps = whole_run(refining(late), tmp_path / "guessed").steps
+    alone = whole_run(refining(late, "solver.guess=none"), tmp_path / "alone").steps
+    assert steps[-1].effort.guesses == 1 and all(step.effort.guesses == 0 for step in alone)
+    assert steps[-1].sweeps < alone[-1].sweeps / 2
+    for step, other in zip(steps, alone, strict=True):
+        assert step.energies.total == pytest.approx(other.energies.total, rel=1e-5)
+        assert step.sweeps <= other.sweeps and step.mesh.cells == other.mesh.cells
+        assert not step.audit.violations
+
+
 def test_each_file_has_its_mesh_which_grows_alone(refined: Run) -> None:
     """All vertices before are vertices after, and new ones come; a probe reads each of them."""
     sizes = [step.mesh.cells for step in refined.steps]

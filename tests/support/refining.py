@@ -35,8 +35,6 @@ tau = [0.002, 0.01, 0.04, 0.2]
 [output]
 steps = "all"
 at = []
-[solver]
-guess = "none"
 """
 
 

@@ -56,7 +56,8 @@ def advance_to(
         All of it failed; the state is the one at the start again.
     """
     kept = snapshot(system)
-    proposes = system.alternation.newton is not None or system.coarser is not None
+    guesses = system.coarser is not None or system.tried is not None
+    proposes = guesses or system.alternation.newton is not None
     try:
         return _sound(problem, system, kept, start, end, watch)
     except LoadError:
@@ -69,6 +70,7 @@ def advance_to(
         restore(system, kept)
         if loose is not None:
             raise PartedError(loose.sentence()) from error
+    system = replace(system, tried=None)
     if proposes:
         plain = replace(system, alternation=replace(system.alternation, newton=None), coarser=None)
         try:

@@ -1,6 +1,8 @@
 """Minimization at fixed loads from frozen cracks, with a first guess from a coarser mesh."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -60,11 +62,12 @@ def settle(
     Parameters
     ----------
     problem : the problem.
-    system : its system.
+    system : its system. If a try of the step on coarser cells came to some damage, it starts from
+        that, if its energy is lower.
     loads : the current loads.
     watch : called after each sweep.
-    guess : True to start from the result of a coarser mesh, if there is one and its energy is
-        lower.
+    guess : True to start from the result of a coarser mesh otherwise, if there is one and its
+        energy is lower.
     damage : damage to start from, if it is above that of the frozen state; ghosts included, shape
         (n_local,); None for the frozen state.
 
@@ -78,9 +81,13 @@ def settle(
     if damage is not None:
         system.state.alpha.x.array[:] = np.maximum(damage, system.bounds.lower.x.array)
         equilibrium(parts, loads.values)
+    elif system.tried is not None:
+        before, gain = system.energy.total(), system.tried - system.state.alpha.x.array
+        guessed = _first_guess(system, loads, lambda: (gain, SolverStatistics()))
     elif guess and system.coarser and _moves(problem, system):
         before = system.energy.total()
-        guessed = _first_guess(system, system.coarser, loads, watch)
+        gain = partial(_coarse_gain, system.coarser, system.state, loads.time, watch)
+        guessed = _first_guess(system, loads, gain)
     outcome, healing = descend(problem, system, loads, watch)
     before = outcome.before if before is None else before
     return replace(outcome, before=before, effort=guessed + outcome.effort), healing
@@ -131,17 +138,14 @@ def _moves(problem: Problem, system: System) -> bool:
 
 
 def _first_guess(
-    system: System,
-    coarser: Coarser,
-    loads: Loads,
-    watch: Watch = lambda sweep: None,
+    system: System, loads: Loads, guess: Callable[[], tuple[np.ndarray, SolverStatistics]]
 ) -> SolverStatistics:
-    """Add the growth of the damage on the coarser mesh, if that lowers the energy."""
+    """Add a guessed growth to the damage, within its bounds, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
     u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
     before, effort = system.energy.total(), SolverStatistics()
     try:
-        gain, effort = _coarse_gain(coarser, state, loads.time, watch)
+        gain, effort = guess()
         if max_over_ranks(system.energy.comm, np.abs(gain)) <= NO_GAIN:
             return effort
         state.alpha.x.array[:] = np.clip(alpha + gain, bounds.lower.x.array, bounds.upper.x.array)

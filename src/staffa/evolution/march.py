@@ -7,7 +7,7 @@ from time import perf_counter
 from types import NoneType
 
 from staffa.arguments import require
-from staffa.backend.parallel import require_together
+from staffa.backend.parallel import max_over_ranks, require_together
 from staffa.errors import PartedError, SolveError, StoppedError
 from staffa.evolution.advanced_step import Advance
 from staffa.evolution.audit import Before, audit
@@ -188,14 +188,20 @@ def _start(
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
     """Split cells, and go back to the state with which the step began. Collective.
 
-    An earlier step is looked for again: on the finer mesh another one may be better, or none.
+    What damage grew to is a first guess for the next try, if guesses are asked for. An earlier step
+    is looked for again: on the finer mesh another one may be better, or none.
     """
+    damage = None
+    if session.problem.solvers.guess != "none" and not started.better:
+        damage = session.state.alpha.x.array.copy()
+        if not max_over_ranks(session.comm, damage - started.restart.kept.alpha) > 0:
+            damage = loop.tried  # this try ended before cracks grew
     restore(session.system, started.restart.kept)
     if loop.history and started.better:
         index = started.better.index
         loop.history.returns[index] = started.restart.returns.get(index, 0)
         loop.better, loop.due = None, True
-    session.refine(error.wanted)
+    loop.tried = session.refine(error.wanted, damage)
     try:
         loop.meet_mesh()
     except SolveError as failure:
@@ -206,7 +212,7 @@ def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError
 
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
     """Take a step to a later time. Collective."""
-    problem, system = session.problem, session.system
+    problem, system = session.problem, replace(session.system, tried=loop.tried)
     linear, watch = (
         system.alternation.elastic.linear,
         partial(_watch, session, observers, started.moment),
@@ -226,6 +232,7 @@ def _advance(session: Session, observers: Observers, loop: Loop, started: _Start
         system.require_fine()
     seconds = perf_counter() - started.clock
     if tried.rejected:
+        loop.tried = None
         return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
     advance = tried.advance.after(SolverStatistics(direct=linear.takeovers - direct))
     taken = _stands(session, observers, loop, started, advance, tried.stability, seconds)
@@ -307,7 +314,7 @@ def _go_on(session: Session, loop: Loop, started: _Start, advance: Advance) -> N
     index, history = started.moment.index, loop.history
     loop.index, loop.better = index + 1, None
     loop.total = advance.outcome.energies.total
-    loop.finer = Finer()
+    loop.finer, loop.tried = Finer(), None
     if history:
         history.drop(index)
         history.keep(started.end, advance, session.system)

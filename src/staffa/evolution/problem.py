@@ -117,8 +117,8 @@ class Solvers:
     Attributes
     ----------
     displacement, damage, acceleration : names of presets in `petsc_options`.
-    guess : "coarser" for a first guess from a coarser mesh after a large change of loads, or
-        "none".
+    guess : "coarser" for a first guess from a coarser mesh after a large change of loads, and
+        from a try of a step on cells that were too coarse; or "none".
     stop : tolerances of a minimum.
     """
 

@@ -27,8 +27,9 @@ from staffa.records.energies import Energies
 from staffa.records.json_form import json_form, made
 
 # Kept numbers of the faces of cracks, for each cell, where faces touch; and those of the source of
-# temperatures, which belong to no place, where it has some.
-FACES, MEMORY = "faces", "memory"
+# temperatures, which belong to no place, where it has some; and the damage that a try of the next
+# step came to.
+FACES, MEMORY, TRIED = "faces", "memory", "tried"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +49,7 @@ class RestartState:
     failed : indices of steps to which a return failed.
     due : True if earlier steps must still be compared with the last one.
     finer : what other meshes changed since the step before.
+    tried : damage that a try of the next step on coarser cells came to; None without.
     history : kept steps; None without backtracking.
     """
 
@@ -64,6 +66,7 @@ class RestartState:
     failed: tuple[int, ...] = ()
     due: bool = False
     finer: Finer = field(default_factory=Finer)
+    tried: np.ndarray | None = None
     states: tuple[int, ...] = ()
     history: StepHistory | None = None
 
@@ -92,6 +95,7 @@ class RestartState:
             "u": kept.u.reshape(-1, self.components),
             "alpha": kept.alpha,
             "lower": kept.lower,
+            **({} if self.tried is None else {TRIED: self.tried}),
             **kept.thermal.fields(),
         }
 
@@ -126,6 +130,7 @@ class RestartState:
             better=self.better if problem.backtracking else None,
             due=self.due and session.history is not None,
             finer=self.finer,
+            tried=self.tried,
             changes=session.changes,
         )
 
@@ -176,6 +181,7 @@ def restart_state(
         failed=told.failed,
         due=told.due,
         finer=told.finer,
+        tried=fields.get(TRIED),
         states=tuple(history.states) if history else (),
         history=history,
     )
@@ -209,6 +215,7 @@ class Loop:
     better : earlier step to go back to.
     due : True if the last step is still to be looked back from.
     finer : what other meshes changed since the step before.
+    tried : damage that a try of the next step on coarser cells came to; None without.
     changes : those of the session's mesh that the loop knows of.
     """
 
@@ -219,6 +226,7 @@ class Loop:
     better: Better | None = None
     due: bool = False
     finer: Finer = field(default_factory=Finer)
+    tried: np.ndarray | None = None
     changes: int = 0
 
     @property
@@ -285,6 +293,7 @@ class Loop:
             failed=tuple(sorted(history.failed)) if history else (),
             due=self.due,
             finer=self.finer,
+            tried=self.tried,
             states=tuple(history.states) if history else (),
             history=history,
         )

@@ -139,7 +139,7 @@ class Session:
         tensor[:, :size, :size] = found.reshape(len(cells), size, size)
         return tensor.reshape(-1, 9)
 
-    def refine(self, wanted: Wanted) -> None:
+    def refine(self, wanted: Wanted, damage: np.ndarray | None = None) -> np.ndarray | None:
         """Split cells, and put the finer mesh in place of the current one. Collective.
 
         The state and earlier states are carried over exactly. Between two steps alone.
@@ -147,13 +147,22 @@ class Session:
         Parameters
         ----------
         wanted : what the cells that this rank owns should become.
+        damage : another damage to carry over, ghosts included, shape (n_local,); None for none.
+
+        Returns
+        -------
+        np.ndarray | None
+            That damage on the finer mesh.
         """
         rules, before, factor = self.problem.refinement, self.domain, self._toughness_factor
         assert rules is not None
         domain, nested = refined(before, wanted, ahead=rules.ahead)
         problem, lift = replace(self.problem, domain=domain), Lift(before, nested)
-        self.replace(problem, carried(self.system, problem, lift), lift)
+        new = carried(self.system, problem, lift)
+        lifted = None if damage is None else lift(self.state.alpha, new.state.alpha, damage)
+        self.replace(problem, new, lift)
         self._toughness_factor = factor  # of the finest cells, which are those of before
+        return lifted
 
     def take_up(self, whole: Simplices | None) -> None:
         """Put a finer mesh in place of the first one, with the state that it starts with.

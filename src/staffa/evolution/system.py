@@ -76,6 +76,8 @@ class System:
     thermal : thermal state that the body has now.
     alternation : both halves of the minimization.
     coarser : system for first guesses; None without.
+    tried : damage that a try of this step on coarser cells came to, ghosts included, shape
+        (n_local,); None without.
     hoop : share of damage that hoop tension drives; None but for a body of revolution.
     resolution : test whether the mesh is fine enough; None for a mesh that stays as it is.
     """
@@ -89,6 +91,7 @@ class System:
     thermal: ThermalFields
     alternation: Alternation
     coarser: Coarser | None
+    tried: np.ndarray | None = None
     hoop: Hoop | None = None
     resolution: Resolution | None = None
 

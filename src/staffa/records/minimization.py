@@ -51,7 +51,7 @@ class SolverStatistics:
     halvings
         Times that a time step was cut in two.
     guesses
-        First guesses of a coarser mesh that were taken.
+        First guesses that were taken: of a coarser mesh, or of a try of the step on coarser cells.
     coarse_sweeps
         Sweeps on the coarser mesh.
     direct

@@ -248,7 +248,7 @@ class SolverKeys(CaseTable):
     guess: Literal["coarser", "none"] = Field(
         default="coarser",
         description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
-        "where ell is 6 h at least), or none",
+        "where ell is 6 h at least) or a try of the step on coarser cells (domain.refine), or none",
     )
     stability: Literal["test", "report", "follow", "none"] = Field(
         default="test",
