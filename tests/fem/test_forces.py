@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from staffa.errors import LoadError, StoppedError
+from staffa.evolution.equilibrate import Loads, _first_guess
 from staffa.evolution.initial_equilibrium import come_to_rest
 from staffa.evolution.march import Observers, march
 from staffa.evolution.problem import Problem
@@ -17,7 +18,7 @@ from staffa.model.initial_cracks import FlatCrack
 from staffa.model.supports import SideSupport, no_displacement
 from staffa.physics.elasticity import Isotropic
 from staffa.physics.split import SPLITS
-from staffa.records.step import Step, Stop
+from staffa.records.step import SolverStatistics, Step, Stop
 from support.bodies import body, rock
 
 E, NU = 2.0, 0.25
@@ -314,6 +315,18 @@ def test_a_fluid_does_not_pull() -> None:
     assert step.energies.loads == 0.0
     assert float(system.energy.external.pressure.value) == 0.0
     assert system.energy.crack_volume() > 1e-3
+    system.destroy()
+
+
+def test_a_refused_guess_leaves_the_pressure_of_a_given_volume() -> None:
+    system, step = last(edge_crack(Forces(crack_volume=lambda t: 1e-4 * t)))
+    pressure, alpha = float(system.energy.external.pressure.value), system.state.alpha.x.array
+    assert pressure > 0
+    loads = Loads(time=step.time, values=system.supports.values(step.time))
+    broken = 1 - alpha
+    effort = _first_guess(system, loads, lambda: (broken, SolverStatistics()))
+    assert effort == SolverStatistics(refused=1)
+    assert float(system.energy.external.pressure.value) == pressure
     system.destroy()
 
 

@@ -15,9 +15,11 @@ from staffa.evolution.audit import _second_order
 from staffa.evolution.equilibrate import Loads, raise_bounds
 from staffa.evolution.march import march
 from staffa.evolution.problem import Problem, SecondOrder
-from staffa.evolution.second_order import modes
+from staffa.evolution.resolution import TooCoarseError
+from staffa.evolution.second_order import examine, modes
 from staffa.evolution.system import System, build
 from staffa.minimize.coupled import CoupledModel
+from staffa.model.refinement import Wanted
 from staffa.records.status import Status
 from staffa.records.step import Curvature, Energies, Outcome, Step
 from staffa.results.audit_facts import _curvature
@@ -173,6 +175,27 @@ def test_an_even_layer_whose_damage_cannot_heal_is_left_where_the_cone_says_so(t
     assert found.bifurcation == stable and (found.escapes == 0) == stable, found
     assert (system.energy.total() < before * (1 - 1e-4)) != stable
     assert (system.state.alpha.x.array >= alpha).all()
+    system.destroy()
+
+
+def test_where_cells_are_too_coarse_beside_a_saddle_it_is_left_on_finer_ones(monkeypatch) -> None:
+    """The state is the one before all starts: none of them alone may become a first guess."""
+    case = even("quadrilateral", *SMALL, "time.tau=[0.24]")
+    problem = replace(case, second_order=None)
+    system = build(problem)
+    list(march(problem, system))
+    _, loads = at_its_bounds(system, problem)
+    alpha, started = system.state.alpha.x.array.copy(), []
+
+    def run_into_coarse_cells(*args) -> None:
+        started.append(np.abs(system.state.alpha.x.array - alpha).max())
+        raise TooCoarseError(Wanted.nothing(0))
+
+    monkeypatch.setattr(saddle, "descend", run_into_coarse_cells)
+    with pytest.raises(TooCoarseError):
+        examine(case, system, loads, reached(system))
+    assert len(started) == 1 and started[0] > 1e-3
+    assert np.array_equal(system.state.alpha.x.array, alpha)
     system.destroy()
 
 

@@ -1,13 +1,16 @@
 """Runs whose mesh follows the cracks, cut short: resumed on the mesh that they had."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from restart.test_killed import MANY, kill_and_resume
+from staffa.io import checkpoint
 from staffa.io.run_directory import Run, open_run
 from staffa.io.vtkhdf import read_vtkhdf
+from staffa.runs.resume import resume
 from support.refining import REFINED, refining
 from support.restarting import assert_same, cut_run, finish, whole_run
 
@@ -48,6 +51,31 @@ def test_a_run_that_is_stopped_again_and_again_has_the_same_bits(
         assert_same(found, expected, EXACT)
         assert_same_meshes(found, expected)
     assert max(times) > 1, times
+
+
+@pytest.mark.slow
+def test_a_run_that_is_stopped_in_a_second_try_keeps_its_guess_unless_told_otherwise(
+    tmp_path: Path,
+) -> None:
+    """The damage of the first try is in the checkpoint; other solvers or times do without it."""
+    case = refining("domain.refine.drive=0.9", "time.tau=[0.002,0.01]")
+    cut_run(case, tmp_path / "cut", 8)
+    folder = tmp_path / "cut" / checkpoint.FOLDER
+    page = checkpoint.read_page(folder, checkpoint.checkpoint_numbers(folder)[0])
+    kept = checkpoint.read_part(folder, page["state"])
+    assert page["lines"] == 0 and kept["tried"].max() > 0.1 + kept["alpha"].max()
+    expected = whole_run(case, tmp_path / "whole").steps[0]
+    for name, settings, guesses in (
+        ("same", (), 1),
+        ("output", ("output.at=[0.01]",), 1),
+        ("none", ("solver.guess=none",), 0),
+        ("times", ("time.tau=[0.001,0.002,0.01]",), 0),
+    ):
+        copy = shutil.copytree(tmp_path / "cut", tmp_path / name)
+        resume(copy, settings=settings)
+        first = open_run(copy).steps[0]
+        assert first.effort.guesses == guesses, name
+        assert (first.energies.total == expected.energies.total) == (guesses == 1), name
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Minimization at fixed loads from frozen cracks, with a first guess from a coarser mesh."""
+"""Minimization at fixed loads from frozen cracks, with a first guess from coarser cells."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -140,9 +140,10 @@ def _moves(problem: Problem, system: System) -> bool:
 def _first_guess(
     system: System, loads: Loads, guess: Callable[[], tuple[np.ndarray, SolverStatistics]]
 ) -> SolverStatistics:
-    """Add a guessed growth to the damage, within its bounds, if that lowers the energy."""
+    """Add a guessed change to the damage, within its bounds, if that lowers the energy."""
     state, bounds, parts = system.state, system.bounds, system.alternation
-    u, alpha = state.u.x.array.copy(), state.alpha.x.array.copy()
+    u, alpha, held = state.u.x.array.copy(), state.alpha.x.array.copy(), parts.held
+    pressure = held.pressure() if held else 0.0
     before, effort = system.energy.total(), SolverStatistics()
     try:
         gain, effort = guess()
@@ -155,6 +156,8 @@ def _first_guess(
     except SolveError:  # a guess may fail: the step continues without it
         pass
     state.u.x.array[:], state.alpha.x.array[:] = u, alpha
+    if held:
+        held.press(pressure)
     read_vector(state.u, parts.u)
     return effort + SolverStatistics(refused=1)
 

@@ -87,6 +87,9 @@ class LoopNumbers:
         True if the last step is still to be looked back from.
     finer
         What other meshes changed since the step before.
+    tried
+        Time (s) of the step whose try on coarser cells came to the damage that is kept; None
+        without.
     """
 
     index: int
@@ -101,3 +104,4 @@ class LoopNumbers:
     failed: tuple[int, ...] = ()
     due: bool = False
     finer: Finer = field(default_factory=Finer)
+    tried: float | None = None

@@ -19,7 +19,7 @@ from staffa.evolution.problem import Problem
 from staffa.evolution.rejected_steps import not_returned, rejected
 from staffa.evolution.resolution import TooCoarseError
 from staffa.evolution.rest import rest_on_fine_mesh
-from staffa.evolution.restart_state import Loop, RestartState
+from staffa.evolution.restart_state import FirstGuess, Loop, RestartState
 from staffa.evolution.schedule import AdaptiveSteps
 from staffa.evolution.second_order import examine
 from staffa.evolution.session import Session
@@ -188,20 +188,21 @@ def _start(
 def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError) -> None:
     """Split cells, and go back to the state with which the step began. Collective.
 
-    What damage grew to is a first guess for the next try, if guesses are asked for. An earlier step
-    is looked for again: on the finer mesh another one may be better, or none.
+    What damage grew to is a first guess for the next try. An earlier step is looked for again: on
+    the finer mesh another one may be better, or none.
     """
-    damage = None
-    if session.problem.solvers.guess != "none" and not started.better:
+    time, damage = started.moment.time, None
+    if not started.better:
         damage = session.state.alpha.x.array.copy()
         if not max_over_ranks(session.comm, damage - started.restart.kept.alpha) > 0:
-            damage = loop.tried  # this try ended before cracks grew
+            damage = loop.guess(time)  # this try ended before cracks grew
     restore(session.system, started.restart.kept)
     if loop.history and started.better:
         index = started.better.index
         loop.history.returns[index] = started.restart.returns.get(index, 0)
         loop.better, loop.due = None, True
-    loop.tried = session.refine(error.wanted, damage)
+    damage = session.refine(error.wanted, damage)
+    loop.tried = None if damage is None else FirstGuess(time=time, alpha=damage)
     try:
         loop.meet_mesh()
     except SolveError as failure:
@@ -212,7 +213,8 @@ def _refine(session: Session, loop: Loop, started: _Start, error: TooCoarseError
 
 def _advance(session: Session, observers: Observers, loop: Loop, started: _Start) -> _Taken:
     """Take a step to a later time. Collective."""
-    problem, system = session.problem, replace(session.system, tried=loop.tried)
+    problem, guess = session.problem, loop.guess(started.moment.time)
+    system = replace(session.system, tried=guess)
     linear, watch = (
         system.alternation.elastic.linear,
         partial(_watch, session, observers, started.moment),
@@ -232,7 +234,6 @@ def _advance(session: Session, observers: Observers, loop: Loop, started: _Start
         system.require_fine()
     seconds = perf_counter() - started.clock
     if tried.rejected:
-        loop.tried = None
         return _Taken(step=rejected(problem, started.moment, tried.advance, tried.ran, seconds))
     advance = tried.advance.after(SolverStatistics(direct=linear.takeovers - direct))
     taken = _stands(session, observers, loop, started, advance, tried.stability, seconds)

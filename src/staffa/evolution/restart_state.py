@@ -1,8 +1,9 @@
 """Restart state of the time loop: all that its next step needs besides the case and the mesh.
 
 Case, mesh, forms and solvers are made again. Each step starts with new preconditioners and takes
-its first guesses from the state alone. So a resumed run gives the results of an uninterrupted one:
-on one rank to the last bit, on the same number of ranks to round-off.
+its first guesses from the state, or from the damage of a try that is kept with it. So a resumed run
+gives the results of an uninterrupted one: on one rank to the last bit, on the same number of ranks
+to round-off.
 """
 
 from collections import Counter
@@ -33,6 +34,20 @@ FACES, MEMORY, TRIED = "faces", "memory", "tried"
 
 
 @dataclass(frozen=True, kw_only=True)
+class FirstGuess:
+    """Damage that a try of a step on coarser cells came to.
+
+    Attributes
+    ----------
+    time : time of the step (s).
+    alpha : the damage on the current mesh, ghosts included, shape (n_local,).
+    """
+
+    time: float
+    alpha: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True)
 class RestartState:
     """Restart state of the time loop.
 
@@ -49,7 +64,7 @@ class RestartState:
     failed : indices of steps to which a return failed.
     due : True if earlier steps must still be compared with the last one.
     finer : what other meshes changed since the step before.
-    tried : damage that a try of the next step on coarser cells came to; None without.
+    tried : what a try of the next step on coarser cells came to; None without.
     history : kept steps; None without backtracking.
     """
 
@@ -66,7 +81,7 @@ class RestartState:
     failed: tuple[int, ...] = ()
     due: bool = False
     finer: Finer = field(default_factory=Finer)
-    tried: np.ndarray | None = None
+    tried: FirstGuess | None = None
     states: tuple[int, ...] = ()
     history: StepHistory | None = None
 
@@ -85,6 +100,7 @@ class RestartState:
             failed=self.failed,
             due=self.due,
             finer=self.finer,
+            tried=self.tried.time if self.tried else None,
         )
         return json_form(told)
 
@@ -95,7 +111,7 @@ class RestartState:
             "u": kept.u.reshape(-1, self.components),
             "alpha": kept.alpha,
             "lower": kept.lower,
-            **({} if self.tried is None else {TRIED: self.tried}),
+            **({TRIED: self.tried.alpha} if self.tried else {}),
             **kept.thermal.fields(),
         }
 
@@ -181,7 +197,7 @@ def restart_state(
         failed=told.failed,
         due=told.due,
         finer=told.finer,
-        tried=fields.get(TRIED),
+        tried=None if told.tried is None else FirstGuess(time=told.tried, alpha=fields[TRIED]),
         states=tuple(history.states) if history else (),
         history=history,
     )
@@ -215,7 +231,7 @@ class Loop:
     better : earlier step to go back to.
     due : True if the last step is still to be looked back from.
     finer : what other meshes changed since the step before.
-    tried : damage that a try of the next step on coarser cells came to; None without.
+    tried : what a try of the next step on coarser cells came to; None without.
     changes : those of the session's mesh that the loop knows of.
     """
 
@@ -226,7 +242,7 @@ class Loop:
     better: Better | None = None
     due: bool = False
     finer: Finer = field(default_factory=Finer)
-    tried: np.ndarray | None = None
+    tried: FirstGuess | None = None
     changes: int = 0
 
     @property
@@ -249,6 +265,12 @@ class Loop:
             energy=self.finer.energy + (0.0 if before is None else total - before),
         )
         self.changes, self.total = self.session.changes, total
+
+    def guess(self, time: float) -> np.ndarray | None:
+        """Return the first guess of the damage of a step to a time (s), if there is one and the
+        case asks for guesses."""
+        asked = self.session.problem.solvers.guess != "none"
+        return self.tried.alpha if asked and self.tried and self.tried.time == time else None
 
     @property
     def next_index(self) -> int:

@@ -11,8 +11,9 @@ from staffa.evolution.advanced_step import Advance
 from staffa.evolution.agree import agree
 from staffa.evolution.equilibrate import Loads, descend
 from staffa.evolution.problem import Problem, SecondOrder
+from staffa.evolution.resolution import TooCoarseError
 from staffa.evolution.saddle import MOST, go_along, tested
-from staffa.evolution.snapshot import restore, snapshot
+from staffa.evolution.snapshot import copied, restore, snapshot
 from staffa.evolution.system import System
 from staffa.minimize.alternate import Watch, equilibrium
 from staffa.minimize.stability import Mode, SecondVariation
@@ -33,6 +34,8 @@ def examine(
     """Find the second order of a converged state, and leave it if that is asked for. Collective.
 
     If it cannot be found, the state stays the last that converged, and the record has the reason.
+    Where cells are too coarse for what leads away from it, it is the state that the search began
+    with: the search is repeated on finer cells.
 
     Parameters
     ----------
@@ -41,10 +44,27 @@ def examine(
     loads : the current loads.
     advance : the step.
     watch : called after each sweep.
+
+    Raises
+    ------
+    TooCoarseError
+        Cells must be split.
     """
-    rule = problem.second_order
     if not advance.outcome.converged:
         return advance, None
+    kept = copied(system)
+    try:
+        return _examined(problem, system, loads, advance, watch)
+    except TooCoarseError:
+        restore(system, kept)
+        raise
+
+
+def _examined(
+    problem: Problem, system: System, loads: Loads, advance: Advance, watch: Watch
+) -> tuple[Advance, Stability | None]:
+    """Do what `examine` is asked for, which may leave the system in a state on the way."""
+    rule = problem.second_order
     if rule is None or rule.kind == "test":
         return tested(problem, system, loads, advance, watch), None
     if system.alternation.held:

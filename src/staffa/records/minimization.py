@@ -40,7 +40,7 @@ class SolverStatistics:
     moves
         Proposals of Newton's method that were taken.
     refused
-        Proposals of Newton's method or of a coarser mesh that did not lower the energy, so that a
+        Proposals of Newton's method, and first guesses, that did not lower the energy, so that a
         plain sweep followed.
     iterations
         Iterations of the linear solver within Newton's proposals.
