@@ -86,8 +86,8 @@ def settle(
         guessed = _first_guess(system, loads, lambda: (gain, SolverStatistics()))
     elif guess and system.coarser and _moves(problem, system):
         before = system.energy.total()
-        gain = partial(_coarse_gain, system.coarser, system.state, loads.time, watch)
-        guessed = _first_guess(system, loads, gain)
+        coarse = partial(_coarse_gain, system.coarser, system.state, loads.time, watch)
+        guessed = _first_guess(system, loads, coarse)
     outcome, healing = descend(problem, system, loads, watch)
     before = outcome.before if before is None else before
     return replace(outcome, before=before, effort=guessed + outcome.effort), healing

@@ -63,7 +63,7 @@ def examine(
 def _examined(
     problem: Problem, system: System, loads: Loads, advance: Advance, watch: Watch
 ) -> tuple[Advance, Stability | None]:
-    """Do what `examine` is asked for, which may leave the system in a state on the way."""
+    """Do the same as `examine`; where cells are too coarse, the state is one on the way."""
     rule = problem.second_order
     if rule is None or rule.kind == "test":
         return tested(problem, system, loads, advance, watch), None

@@ -247,8 +247,8 @@ class SolverKeys(CaseTable):
     )
     guess: Literal["coarser", "none"] = Field(
         default="coarser",
-        description="first guess where new loads overwhelm the state: from a coarser mesh (2-D, "
-        "where ell is 6 h at least) or a try of the step on coarser cells (domain.refine), or none",
+        description="first guess: from a coarser mesh where new loads overwhelm the state (2-D, "
+        "ell of 6 h at least), or with domain.refine a try of the step on coarser cells; or none",
     )
     stability: Literal["test", "report", "follow", "none"] = Field(
         default="test",
