@@ -142,7 +142,9 @@ def tips() -> Found:
                 Figure(what=what, source=theory, reference=1.0, measured=measured, tolerance=0.03)
             )
         lines.append(f"| {on} | {row(found.beyond, ':.3f')} |")
-        lines.append(f"| in use | {row(tip_distances(law) or (), ':.3f')} |")
+        in_use = tip_distances(law, h=1 / 4)
+        assert in_use is not None
+        lines.append(f"| in use | {row(in_use, ':.3f')} |")
     return Found(figures=figures, text="\n".join(lines))
 
 

@@ -11,12 +11,14 @@ THEORY = "mode I field of a sharp crack"
 def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
     """The crack's cost and speed, and how far the sharp tip is beyond the damage."""
     from fem.test_surfing import ride
-    from staffa.measure.tip import BEYOND, THRESHOLDS
+    from staffa.measure.tip import THRESHOLDS, tip_distances
 
     figures = []
     for cells_per_ell in meshes:
         found = ride(law, cells_per_ell=cells_per_ell, radius=8, cells=CELLS[law])
         on = f"{law}, h = ell/{cells_per_ell}"
+        in_use = tip_distances(law, h=1 / cells_per_ell)
+        assert in_use is not None
         rows = [
             (
                 f"energy of a new unit of crack, {on}",
@@ -29,7 +31,7 @@ def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
         ]
         rows += [
             (f"sharp tip beyond alpha = {t:g}, less h/2, over ell, {on}", "in use", used, b, 0.05)
-            for t, used, b in zip(THRESHOLDS, BEYOND[law], found.beyond.tolist(), strict=True)
+            for t, used, b in zip(THRESHOLDS, in_use.tolist(), found.beyond.tolist(), strict=True)
         ]
         figures += [
             Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)

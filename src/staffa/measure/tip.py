@@ -8,12 +8,14 @@ from staffa.physics.damage import Cohesive, DamageLaw
 # is the distance, over ell, of this point from the last point of a given damage. It was measured
 # on a known sharp crack: a long one, driven by the displacements of a moving tip (`make verify
 # ONLY=surfing`). Between vertices h apart, the last vertex above the threshold lies h/2 before the
-# threshold on average; this is added.
+# threshold on average; this is added. Damage near 1 ends earlier on coarser cells: WITH_H, in h, is
+# added too. It is the slope of five meshes, of 3 to 8 cells in ell (AT1; of AT2 one was measured).
 THRESHOLDS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 BEYOND = {
-    "AT1": (0.15, 0.35, 0.55, 0.75, 0.97, 1.15),
+    "AT1": (0.15, 0.35, 0.55, 0.75, 0.92, 0.96),
     "AT2": (0.91, 1.25, 1.54, 1.80, 2.11, 2.35),
 }
+WITH_H = {"AT1": (0.0, 0.0, 0.0, 0.0, 0.38, 1.02)}
 # The same of a cohesive law, by its softening and Irwin's length over ell (`make verify
 # ONLY=cohesive-tip`): ahead of the open part lies one that still bears stress, which is longer the
 # longer Irwin's length is.
@@ -54,8 +56,8 @@ def damage_at_tip(law: str, *, threshold: float) -> float:
     return AT_TIP.get(law, threshold)
 
 
-def tip_distances(law: str | DamageLaw) -> tuple[float, ...] | None:
-    """Return the distances of the sharp tip beyond each of THRESHOLDS, over ell.
+def tip_distances(law: str | DamageLaw, *, h: float) -> np.ndarray | None:
+    """Return the distances of the sharp tip beyond each of THRESHOLDS, less h/2, over ell.
 
     None for a law that was not measured. A cohesive law takes those of Irwin's lengths beside its
     own, and None beyond the longest that was measured.
@@ -63,14 +65,18 @@ def tip_distances(law: str | DamageLaw) -> tuple[float, ...] | None:
     Parameters
     ----------
     law : damage law, or its name if it is no cohesive one.
+    h : mesh size over ell.
     """
     if isinstance(law, str) or not isinstance(law, Cohesive):
-        return BEYOND.get(law if isinstance(law, str) else law.name)
+        name = law if isinstance(law, str) else law.name
+        if name not in BEYOND:
+            return None
+        return np.array(BEYOND[name]) + h * np.array(WITH_H.get(name, 0.0))
     rows = BEYOND_COHESIVE.get(law.softening, {})
     if not rows or law.irwin_over_ell > max(rows) * (1 + 1e-9):
         return None
     at, columns = sorted(rows), np.array([rows[ratio] for ratio in sorted(rows)]).T
-    return tuple(float(np.interp(law.irwin_over_ell, at, column)) for column in columns)
+    return np.array([np.interp(law.irwin_over_ell, at, column) for column in columns])
 
 
 def reach(law: str | DamageLaw, *, threshold: float, ell: float, h: float) -> float | None:
@@ -85,7 +91,7 @@ def reach(law: str | DamageLaw, *, threshold: float, ell: float, h: float) -> fl
     ell : regularization length (m).
     h : mesh size (m).
     """
-    distances = tip_distances(law)
+    distances = tip_distances(law, h=h / ell)
     if distances is None or not THRESHOLDS[0] <= threshold <= THRESHOLDS[-1]:
         return None
     return float(np.interp(threshold, THRESHOLDS, distances)) * ell + h / 2
