@@ -20,9 +20,15 @@ from staffa.results.crack_network import networks
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, keep, run_once
 from verification.common.sharp import SHARP
-from verification.slabs.run import CASE
-from verification.uneven.run import KEPT as SLAB
-from verification.uneven.run import MEMBER, crack_paths, depths, running, slab_settings
+from verification.slabs.members import CASE
+from verification.uneven.run import (
+    MEMBERS,
+    crack_paths,
+    depths,
+    kept_lengths,
+    running,
+    slab_settings,
+)
 from verification.uneven.sharp_cracks import SHIFT, CrackedBlock, SlabBlock
 
 KEPT = Path(__file__).parent / "kept.json"
@@ -56,8 +62,8 @@ def opened_cracks(network: Network) -> np.ndarray:
 
 def measured_openings() -> dict:
     """Return the mean openings of the cracks at each step with fields, and of sharp ones there."""
-    slab = json.loads(SLAB.read_text())["slab"]
-    found, _ = networks(run_once(CASE, f"uneven/{MEMBER}", slab_settings()))
+    slab = kept_lengths("triangle").slab
+    found, _ = networks(run_once(CASE, MEMBERS["triangle"], slab_settings("triangle")))
     paths = crack_paths(slab)
     order = np.argsort([path.x for path in paths])
     body = CrackedBlock(SlabBlock(width=slab["width"]), [paths[k] for k in order], H)
@@ -107,7 +113,7 @@ def at_rest_since(slab: dict) -> np.ndarray:
 
 def openings() -> Found:
     """Return openings beside sharp ones, closing of cracks at rest, widening as spacing doubles."""
-    slab = json.loads(SLAB.read_text())["slab"]
+    slab = kept_lengths("triangle").slab
     kept = json.loads(KEPT.read_text())["steps"]
     figures, rows = [], []
     for row in kept:

@@ -10,11 +10,9 @@ verification/slabs/kept. `make verify ONLY=slabs` looks at what is kept, and run
 
 import json
 import sys
-from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 from scipy.stats import ks_2samp
 
@@ -24,18 +22,14 @@ from staffa.measure.tip import reach
 from staffa.results.published import BAHR, PAPER
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, as_typed, staffa
-from verification.common.sharp import SHARP, first_doubling, half_space_spacing, length_at
+from verification.common.sharp import SHARP, first_doubling, half_space_spacing
+from verification.slabs.members import CASE, COUNTED, SEGMENT, settings
+from verification.uneven.run import draw, kept_lengths, mean_lengths
+from verification.uneven.run import table as table_of_lengths
 
 PICTURE = ROOT / "docs" / "pictures" / "verify-growth.png"
-CASE = "verification/slabs/case.toml"
 KEPT = Path(__file__).parent / "kept"
-# What a crack costs on cells of ell/4, over Gc; `staffa run` measures it.
-FACTOR = {"quadrilateral": 1.0956, "unstructured": 1.111}
-LAST = {"stretch": (0.30, 30), "free": (0.32, 32)}
-# A segment of a crack's path this long, over ell, has a direction to five degrees.
-SEGMENT = 3.0
-COUNTED = (0.1, 0.2, 0.3)
-WITHIN = 0.03  # of a length, or ell where that is more
+GROWTH = "free-0.013-quadrilateral-1"  # whose lengths are held against sharp ones
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,23 +40,6 @@ class Growing:
     cracks: int
     spacing: float
     depth: float
-
-
-def settings(name: str) -> list[str]:
-    """Return the settings by which a member differs from verification/slabs/case.toml."""
-    section, ell, cells, seed = name.split("-")
-    stop, steps = LAST[section]
-    held = "rollers" if section == "free" else "free"
-    return [
-        f"damage.ell={ell}",
-        f"domain.h={float(ell) / 4}",
-        f"domain.cells={cells}",
-        f"material.Gc={1 / FACTOR[cells]:.5f}",
-        f"toughness.seed={seed}",
-        f"supports.left={held}",
-        f"supports.section={'none' if section == 'free' else section}",
-        f"time.tau={{start=0.01,stop={stop},steps={steps}}}",
-    ]
 
 
 def run_member(name: str) -> dict:
@@ -149,25 +126,12 @@ def kept() -> dict[str, dict]:
 
 
 def growth() -> Found:
-    """Half a slab with free ends: lengths at the spacing that it has, spacings at each depth."""
-    found = kept()["free-0.013-quadrilateral-1"]
+    """Half a slab with free ends: lengths beside sharp cracks, spacings at each depth."""
+    found, beside = kept()[GROWTH], kept_lengths("quadrilateral")
     ell = found["ell"]
     beyond = reach("AT1", threshold=0.8, ell=ell, h=ell / 4)
     assert beyond is not None
-    figures = []
-    for g in found["growing"]:
-        if g["depth"] < 3 * ell:
-            continue
-        expected = length_at("free", g["spacing"], g["tau"])
-        figures.append(
-            Figure(
-                what=f"mean length of the {g['cracks']} cracks that grow at tau = {g['tau']:.2f}",
-                source=f"{SHARP}, even array of spacing {g['spacing']:.3f}",
-                reference=expected,
-                measured=g["depth"],
-                tolerance=max(ell, WITHIN * expected),
-            )
-        )
+    figures = mean_lengths(beside)
     for height, cracks, spacing in found["sections"]:
         depth = height + beyond
         if depth > 3 * ell and cracks > 2:
@@ -181,32 +145,9 @@ def growth() -> Found:
                     tolerance=0.5 * p,
                 )
             )
-    draw(found)
-    return Found(figures=figures, text=f"![Length against tau](pictures/{PICTURE.name})")
-
-
-def draw(found: dict) -> None:
-    """Mean length of the growing cracks beside sharp ones."""
-    figure, axes = plt.subplots(figsize=(7, 4.5))
-    on = found["growing"]
-    tau = [g["tau"] for g in on]
-    axes.plot(tau, [g["depth"] for g in on], "ko", markersize=4, label="staffa, cracks that grow")
-    equal = np.array([length_at("free", g["spacing"], g["tau"]) for g in on])
-    axes.plot(tau, equal, "C0-", label="sharp, even array of the measured spacing")
-    allowed = np.maximum(found["ell"], WITHIN * equal)
-    label = "the same, give or take the larger of ell and 3 %"
-    axes.fill_between(tau, equal - allowed, equal + allowed, color="C0", alpha=0.15, label=label)
-    # What the cracks that stopped at last still do: as if they had gone on, most of their time.
-    before = [g for g in on if g["tau"] < found["arrests"][-1][2]]
-    number, _ = Counter(g["cracks"] for g in before).most_common(1)[0]
-    spacing = next(g["spacing"] for g in before if g["cracks"] == number)
-    later = [t for t in tau if t >= before[-1]["tau"]]
-    none = [length_at("free", spacing, t) for t in later]
-    label = f"sharp, even array of the {number} that grew before the last arrest"
-    axes.plot(later, none, "C0--", linewidth=1, label=label)
-    axes.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, 0.5))
-    axes.legend(frameon=False, fontsize=9)
-    figure.savefig(PICTURE, dpi=120, bbox_inches="tight")
+    draw(beside, PICTURE)
+    picture = f"![Length against tau](pictures/{PICTURE.name})"
+    return Found(figures=figures, text=f"{table_of_lengths(beside)}\n\n{picture}")
 
 
 def seeds(found: dict[str, dict], section: str, ell: str, cells: str) -> list[dict]:

@@ -16,24 +16,14 @@ from pathlib import Path
 from staffa.io.run_directory import open_run
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, Cost, as_typed, keep, run_with_cost
-from verification.slabs.run import CASE, COUNTED, crossing, digest, settings
+from verification.slabs.members import CASE, COUNTED, settings
+from verification.slabs.run import crossing, digest
 from verification.slabs.run import kept as uniform_runs
 
 KEPT = Path(__file__).parent / "kept"
 RUNS = ROOT / "runs" / "verification" / "slabs_refined"
 UNIFORM, FIRST = "stretch-0.013-quadrilateral", ["time.tau=[0.01]", "output.at=[0.01]"]
 TIME, MEMORY = 1 / 8, 1 / 4  # of what the uniform run took, at most
-# Four triangles take the place of a square, with two vertices: squares larger by the root of 2 have
-# as many vertices per area as the uniform run's. A crack costs FACTOR Gc on such triangles.
-EDGE, FACTOR = 2**0.5 * 0.013 / 4, 1.13522
-
-
-def refined_settings(name: str) -> list[str]:
-    """Return the settings by which a member differs from verification/slabs/case.toml."""
-    own = {"domain.cells": "triangle", "domain.h": f"{EDGE:.6f}", "domain.refine": "true"}
-    own["material.Gc"] = f"{1 / FACTOR:.5f}"
-    uniform = settings(f"{UNIFORM}-{name.split('-')[-1]}")
-    return [*(s for s in uniform if s.split("=")[0] not in own), *(f"{k}={own[k]}" for k in own)]
 
 
 def run_member(name: str) -> None:
@@ -48,7 +38,7 @@ def run_member(name: str) -> None:
         found = {"commit": run.manifest.commit, "date": run.manifest.created[:10]}
         keep(file, found | {"memory": round(cost.memory, 3), "unknowns": run.manifest.unknowns})
         return
-    cost = run_with_cost(ROOT / CASE, RUNS / name, refined_settings(name))
+    cost = run_with_cost(ROOT / CASE, RUNS / name, settings(name))
     keep(file, numbers(name, cost))
 
 
@@ -57,7 +47,7 @@ def numbers(name: str, cost: Cost) -> dict:
     run = open_run(RUNS / name)
     meshes = [step.mesh for step in run.steps if step.mesh]
     return digest(f"{UNIFORM}-{name.split('-')[-1]}", run) | {
-        "command": as_typed(run, CASE, refined_settings(name)),
+        "command": as_typed(run, CASE, settings(name)),
         "unknowns": 3 * meshes[-1].vertices,
         "cpu": round(cost.cpu),
         "memory": round(cost.memory, 3),

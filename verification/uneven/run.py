@@ -1,15 +1,19 @@
 """Lengths of the slab's cracks against sharp cracks at the same places, stopped ones included.
 
-    python -m verification.uneven.run [slab] [sharp]
+    python -m verification.uneven.run [CELLS] [slab] [sharp]
 
-runs the slab on a mesh that follows the cracks (a quarter of an hour on one core) and keeps place
-and depth of each crack at each step; then grows sharp cracks at these places (five minutes) and
-keeps their lengths. A run in runs/verification/uneven is taken as it is. `make verify ONLY=uneven`
-looks at what is kept, and grows an even array, for which there is a table.
+runs the slab on a mesh that follows the cracks ("triangle", a quarter of an hour on one core) or on
+a uniform one ("quadrilateral", more than an hour), or both, and keeps place and depth of each
+crack at each step ("slab"). Then it grows sharp cracks at these places (five minutes each) and
+keeps their lengths ("sharp"). A run in runs/verification is taken as it is. `make verify
+ONLY=uneven` looks at what is kept, and grows an even array, for which there is a table. The lengths
+on quadrilaterals stand under `slab-growth`.
 """
 
 import json
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
@@ -19,37 +23,46 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from staffa.case.reading.read import read_case
-from staffa.io.run_directory import Run
 from staffa.setup.toughness_and_cracks import toughness_factor
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, keep, origin, run_once
 from verification.common.sharp import SHARP, array_growth, length_at
-from verification.slabs.run import CASE, COUNTED, WITHIN, settings
-from verification.slabs_refined.run import EDGE, FACTOR
+from verification.slabs.members import CASE, COUNTED, FACTOR, SEGMENT, WITHIN, settings
 from verification.uneven.sharp_cracks import CrackedBlock, CrackPath, SlabBlock, grown
 
 KEPT = Path(__file__).parent / "kept.json"
 PICTURE = ROOT / "docs" / "pictures" / "verify-uneven.png"
-MEMBER = "free-0.013-triangle-1"
+# Where the runs are, in runs/verification; the second is also one of `slabs`.
+MEMBERS = {
+    "triangle": "uneven/free-0.013-triangle-1",
+    "quadrilateral": "slabs/free-0.013-quadrilateral-1",
+}
 P = 0.1285  # spacing of the even array
 H = 0.0065  # cells of the sharp cracks' body, ell/2: lengths are known to half of it
 SHALLOW, DEEP = 0.2, 0.5  # how deep columns of double nodes go; the deeper ones from a third on
 SHORTER = 2.0  # how much shorter than the run's, in ell, cracks begin that grow to G = Gc
 FLAT, FAR = 0.003, 1e3  # a tip's depth is known to half a cell; a distance that pairs nothing
-SEGMENT = 3.0  # distance in ell of the points of a path, as in `slabs`
 
 
-def slab_settings() -> list[str]:
-    """Return the settings by which the run differs from verification/slabs/case.toml."""
-    own = {"domain.cells": "triangle", "domain.h": f"{EDGE:.6f}", "domain.refine": "true"}
-    own["material.Gc"] = f"{1 / FACTOR:.5f}"
-    own["output.at"] = f"[{','.join(f'{0.02 * k:.2f}' for k in range(1, 17))}]"
-    uniform = settings("free-0.013-quadrilateral-1")
-    return [*(s for s in uniform if s.split("=")[0] not in own), *(f"{k}={own[k]}" for k in own)]
+def slab_settings(cells: str) -> list[str]:
+    """Return the settings by which a run differs from verification/slabs/case.toml.
+
+    Parameters
+    ----------
+    cells : a key of MEMBERS. The fields of the run on triangles are those that `openings` reads.
+    """
+    shown = f"output.at=[{','.join(f'{0.02 * k:.2f}' for k in range(1, 17))}]"
+    return settings(Path(MEMBERS[cells]).name) + [shown] * (cells == "triangle")
 
 
-def measured_cracks(run: Run) -> dict:
-    """Return tau of the steps, and for each crack the places and depths of its sharp tip."""
+def measured_cracks(cells: str) -> dict:
+    """Return tau of the steps of a run, and for each crack the places and depths of its sharp tip.
+
+    Parameters
+    ----------
+    cells : a key of MEMBERS.
+    """
+    run = run_once(CASE, MEMBERS[cells], slab_settings(cells))
     m = run.manifest
     tips = []
     for step in run.steps:
@@ -57,12 +70,13 @@ def measured_cracks(run: Run) -> dict:
         places = [(tip.position[0], m.sharp(tip.depth, tip.room)) for tip in step.measures.tips]
         tips.append(np.array(places).reshape(-1, 2))
     followed = followed_back(tips)
-    return origin(run, CASE, slab_settings()) | {
-        "unknowns": 3 * [step.mesh.vertices for step in run.steps if step.mesh][-1],
+    meshes = [step.mesh.vertices for step in run.steps if step.mesh]
+    return origin(run, CASE, slab_settings(cells)) | {
+        "unknowns": 3 * meshes[-1] if meshes else m.unknowns,
         "ell": m.ell,
         "h": m.h,
         "width": m.size[0],
-        "toughness": round(m.toughness_factor / FACTOR, 5),
+        "toughness": round(m.toughness_factor / FACTOR[cells], 5),
         "tau": [round(step.tau or 0.0, 6) for step in run.steps],
         "x": [[_rounded(place[0]) for place in track] for track in followed],
         "depth": [[_rounded(place[1]) for place in track] for track in followed],
@@ -137,7 +151,7 @@ def crack_paths(slab: dict) -> list[CrackPath]:
     ]
 
 
-def sharp_lengths(slab: dict) -> dict:
+def sharp_lengths(cells: str, slab: dict) -> dict:
     """Return depths of sharp cracks at each compared step, by the two ways, and the time.
 
     "onward": all cracks begin as deep as the run's at the first of these steps. "given": at each
@@ -145,12 +159,13 @@ def sharp_lengths(slab: dict) -> dict:
 
     Parameters
     ----------
-    slab : the kept numbers of the run.
+    cells : a key of MEMBERS.
+    slab : the kept numbers of its run.
     """
     began, paths = perf_counter(), crack_paths(slab)
     order = np.argsort([path.x for path in paths])
     body = CrackedBlock(SlabBlock(width=slab["width"]), [paths[k] for k in order], H)
-    factor = toughness_factor(read_case(ROOT / CASE, slab_settings()))
+    factor = toughness_factor(read_case(ROOT / CASE, slab_settings(cells)))
 
     def toughness(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.asarray(slab["toughness"] * factor(np.stack([x, y, 0 * x])))
@@ -176,30 +191,73 @@ def sharp_lengths(slab: dict) -> dict:
     }
 
 
-def figures_of(slab: dict, rows: list[dict]) -> list[Figure]:
-    """Return the running cracks' depths beside sharp ones, and how many cracks cross a depth.
+@dataclass(frozen=True, kw_only=True)
+class Lengths:
+    """A run beside sharp cracks, as it is kept.
+
+    Attributes
+    ----------
+    slab : what `measured_cracks` returns.
+    sharp : what `sharp_lengths` returns.
+    """
+
+    slab: dict
+    sharp: dict
+
+    def __iter__(self) -> Iterator[tuple[int, np.ndarray, dict]]:
+        """Yield the compared steps, the cracks that run there, and depths of sharp ones."""
+        for step, row in zip(compared_steps(self.slab), self.sharp["rows"], strict=True):
+            yield step, running(self.slab, step), row
+
+
+def kept_lengths(cells: str) -> Lengths:
+    """Return what is kept of a run.
 
     Parameters
     ----------
-    slab : the kept numbers of the run.
-    rows : depths of the sharp cracks, one row for each compared step.
+    cells : a key of MEMBERS.
     """
-    ell = slab["ell"]
-    means: list[Figure] = []
-    each: list[Figure] = []
-    for step, row in zip(compared_steps(slab), rows, strict=True):
-        on, tau = running(slab, step), f"tau = {slab['tau'][step]:.2f}"
-        found, given = depths(slab, step)[on], np.array(row["given"])[on]
-        means.append(
+    return Lengths(**json.loads(KEPT.read_text())[cells])
+
+
+def mean_lengths(lengths: Lengths) -> list[Figure]:
+    """Return mean depths of the running cracks beside sharp ones; in words those in an even array.
+
+    Parameters
+    ----------
+    lengths : the run beside sharp cracks.
+    """
+    slab = lengths.slab
+    figures = []
+    for (step, on, row), even in zip(lengths, even_lengths(slab), strict=True):
+        given = float(np.array(row["given"])[on].mean())
+        figures.append(
             Figure(
-                what=f"mean length of the {len(on)} cracks that grow at {tau}",
-                source=f"{SHARP}, cracks at the same places, the others as deep as in the run",
-                reference=float(given.mean()),
-                measured=float(found.mean()),
-                tolerance=max(ell, WITHIN * float(given.mean())),
+                what=f"mean length of the {len(on)} cracks that grow at tau = "
+                f"{slab['tau'][step]:.2f}",
+                source=f"{SHARP}, cracks at the same places, the others as deep as in the run; in "
+                f"an even array: {even:.4f}",
+                reference=given,
+                measured=float(depths(slab, step)[on].mean()),
+                tolerance=max(slab["ell"], WITHIN * given),
             )
         )
-        each.append(
+    return figures
+
+
+def each_length(lengths: Lengths) -> list[Figure]:
+    """Return the depth of the running crack that differs most from a sharp one, at each step.
+
+    Parameters
+    ----------
+    lengths : the run beside sharp cracks.
+    """
+    slab = lengths.slab
+    figures = []
+    for step, on, row in lengths:
+        ell, tau = slab["ell"], f"tau = {slab['tau'][step]:.2f}"
+        found, given = depths(slab, step)[on], np.array(row["given"])[on]
+        figures.append(
             Figure(
                 what=f"{tau}: difference of the one of these {len(on)} that differs most, over the "
                 "larger of ell and 3 %",
@@ -209,18 +267,18 @@ def figures_of(slab: dict, rows: list[dict]) -> list[Figure]:
                 tolerance=1.0,
             )
         )
-    return [*means, *each, *crossing_figures(slab, rows)]
+    return figures
 
 
-def crossing_figures(slab: dict, rows: list[dict]) -> list[Figure]:
+def crossing_figures(lengths: Lengths) -> list[Figure]:
     """Return how many cracks cross a depth at the last compared step, run and sharp ones onward.
 
     Parameters
     ----------
-    slab : the kept numbers of the run.
-    rows : depths of the sharp cracks, one row for each compared step.
+    lengths : the run beside sharp cracks.
     """
-    found, onward = depths(slab, compared_steps(slab)[-1]), np.array(rows[-1]["onward"])
+    slab, onward = lengths.slab, np.array(lengths.sharp["rows"][-1]["onward"])
+    found = depths(slab, compared_steps(slab)[-1])
     return [
         Figure(
             what=f"cracks that cross {height:g} at the last of these times",
@@ -255,16 +313,11 @@ def even_array() -> list[Figure]:
 
 def uneven() -> Found:
     """Return the figures for straight cracks, and a table of the ways beside an even array."""
-    kept = json.loads(KEPT.read_text())
-    slab, sharp = kept["slab"], kept["sharp"]
-    figures = [*even_array(), *figures_of(slab, sharp["rows"])]
-    draw(slab, sharp["rows"])
-    said = (
-        f"`{slab['command']}`, {slab['date']}, commit {slab['commit'][:7]}, {slab['seconds']} s. "
-        f"Sharp cracks: {sharp['jumps']} jumps at nodes, {sharp['seconds']} s, {sharp['date']}."
-    )
-    picture = f"![Lengths against tau](pictures/{PICTURE.name})"
-    return Found(figures=figures, text=f"{said}\n\n{table(slab, sharp['rows'])}\n\n{picture}")
+    lengths = kept_lengths("triangle")
+    figures = [*even_array(), *mean_lengths(lengths), *each_length(lengths)]
+    draw(lengths, PICTURE)
+    text = f"{table(lengths)}\n\n![Lengths against tau](pictures/{PICTURE.name})"
+    return Found(figures=[*figures, *crossing_figures(lengths)], text=text)
 
 
 def even_lengths(slab: dict) -> list[float]:
@@ -277,15 +330,18 @@ def even_lengths(slab: dict) -> list[float]:
     return found
 
 
-def table(slab: dict, rows: list[dict]) -> str:
-    """Return mean depths by each way, a row a step.
+def table(lengths: Lengths) -> str:
+    """Return where the run is from, and mean depths by each way, a row a step.
 
     Parameters
     ----------
-    slab : the kept numbers of the run.
-    rows : depths of the sharp cracks, one row for each compared step.
+    lengths : the run beside sharp cracks.
     """
+    slab, sharp = lengths.slab, lengths.sharp
     lines = [
+        f"`{slab['command']}`, {slab['date']}, commit {slab['commit'][:7]}, {slab['seconds']} s. "
+        f"Sharp cracks: {sharp['jumps']} jumps at nodes, {sharp['seconds']} s, {sharp['date']}.",
+        "",
         "Mean length of the cracks that grow, and by how much it differs from that of sharp ones. "
         "These stand in an even array of the same spacing; at the places of the run, the others as "
         "deep as in the run; or there, all of them sharp since the first of these times. In "
@@ -294,32 +350,35 @@ def table(slab: dict, rows: list[dict]) -> str:
         "| tau | cracks | length | even array | the others as in the run | all sharp |",
         "|" + " --- |" * 6,
     ]
-    even = even_lengths(slab)
-    for number, step in enumerate(compared_steps(slab)):
-        on = running(slab, step)
+    for (step, on, row), even in zip(lengths, even_lengths(slab), strict=True):
         found = depths(slab, step)[on]
         cells = []
         for way in ("given", "onward"):
-            expected = np.array(rows[number][way])[on]
+            expected = np.array(row[way])[on]
             over = np.abs(found - expected) / np.maximum(slab["ell"], WITHIN * expected)
             share = f"{(over <= 1).sum()} of {len(on)}"
             cells.append(f"{found.mean() / expected.mean() - 1:+.1%} ({share})")
         lines.append(
             f"| {slab['tau'][step]:.2f} | {len(on)} | {found.mean():.4f} | "
-            f"{found.mean() / even[number] - 1:+.1%} | {' | '.join(cells)} |"
+            f"{found.mean() / even - 1:+.1%} | {' | '.join(cells)} |"
         )
     return "\n".join(lines)
 
 
-def draw(slab: dict, rows: list[dict]) -> None:
-    """Draw mean lengths beside both references, and each crack at the last compared step."""
+def draw(lengths: Lengths, picture: Path) -> None:
+    """Draw mean lengths beside all references, and each crack at the last compared step.
+
+    Parameters
+    ----------
+    lengths : the run beside sharp cracks.
+    picture : file to write.
+    """
+    slab = lengths.slab
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
-    steps = compared_steps(slab)
-    tau = [slab["tau"][step] for step in steps]
-    on = [running(slab, step) for step in steps]
-    mean = [depths(slab, step)[cracks].mean() for step, cracks in zip(steps, on, strict=True)]
+    tau = [slab["tau"][step] for step, _, _ in lengths]
+    mean = [depths(slab, step)[on].mean() for step, on, _ in lengths]
     given, onward = (
-        np.array([np.array(row[way])[k].mean() for row, k in zip(rows, on, strict=True)])
+        np.array([np.array(row[way])[on].mean() for _, on, row in lengths])
         for way in ("given", "onward")
     )
     allowed = np.maximum(slab["ell"], WITHIN * given)
@@ -332,25 +391,28 @@ def draw(slab: dict, rows: list[dict]) -> None:
     left.set(xlabel="tau", ylabel="length", xlim=(0, 0.33), ylim=(0, None))
     left.legend(frameon=False, fontsize=8)
     x = [[place for place in places if place is not None][-1] for places in slab["x"]]
-    right.vlines(x, 0, depths(slab, steps[-1]), color="k", linewidth=1.5, label="staffa")
-    right.plot(x, rows[-1]["given"], "C0_", markersize=12, label="sharp, the others as in the run")
-    right.plot(x, rows[-1]["onward"], "C2x", markersize=6, label="sharp, onward")
+    step, _, row = list(lengths)[-1]
+    right.vlines(x, 0, depths(slab, step), color="k", linewidth=1.5, label="staffa")
+    right.plot(x, row["given"], "C0_", markersize=12, label="sharp, the others as in the run")
+    right.plot(x, row["onward"], "C2x", markersize=6, label="sharp, onward")
     right.set(xlabel="x", ylabel="depth", title=f"tau = {tau[-1]:.2f}", ylim=(0, None))
     right.set_ylim(0, 0.6)
     right.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")
-    figure.savefig(PICTURE, dpi=120)
+    figure.savefig(picture, dpi=120)
     plt.close(figure)
 
 
 def main(names: list[str]) -> None:
-    """Make what is named, "slab" or "sharp", or both, and keep it."""
+    """Make what is named, for the named cells, and keep it; all of it by default."""
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for name in names or ["slab", "sharp"]:
-        if name == "slab":
-            kept["slab"] = measured_cracks(run_once(CASE, f"uneven/{MEMBER}", slab_settings()))
-        else:
-            kept["sharp"] = sharp_lengths(kept["slab"])
-        keep(KEPT, kept)
+    for cells in [name for name in names if name in MEMBERS] or MEMBERS:
+        own = kept.setdefault(cells, {})
+        for name in [name for name in names if name not in MEMBERS] or ["slab", "sharp"]:
+            if name == "slab":
+                own[name] = measured_cracks(cells)
+            else:
+                own[name] = sharp_lengths(cells, own["slab"])
+            keep(KEPT, kept)
 
 
 CHECKS = {
