@@ -32,6 +32,7 @@ FOLDERS = (
         "opposite_boundary",
         "columns",
         "columns_theory",
+        "bricks",
     ),
     *("brick_refined", "layers", "neighbors", "imposed_cracks", "feedback", "strip"),
     *("doublet_cracks", "stimulation"),
@@ -40,7 +41,7 @@ FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS
 }
 # Rooms whose figures are new, or hold what other rooms measure against another reference.
-ADDED = ("cohesive", "uneven", "openings", "columns_theory", "strip")
+ADDED = ("cohesive", "uneven", "openings", "columns_theory", "bricks", "strip")
 CHECKS = {name: check for checks in FOUND.values() for name, check in checks.items()}
 FOLDER_OF = {name: HERE / folder for folder, checks in FOUND.items() for name in checks}
 HEAD = """# Verification
