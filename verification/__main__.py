@@ -57,7 +57,10 @@ def record(found: Found) -> dict:
     """The record of one check."""
     return {
         "date": datetime.now(UTC).date().isoformat(),
-        "figures": [{**vars(figure), "met": figure.met} for figure in found.figures],
+        "figures": [
+            {**vars(figure), "met": figure.met, "met_before": figure.met_before}
+            for figure in found.figures
+        ],
         "text": found.text,
     }
 
@@ -134,11 +137,15 @@ def origin(name: str, found: dict) -> str:
 
 
 def balance(results: dict) -> str:
-    """Number of figures of each check, and of those that it missed; added ones also apart."""
-    rows, counts = [], {True: [0, 0], False: [0, 0]}
+    """Number of figures of each check, and of those that it missed; added ones also apart.
+
+    Figures that are met now, and were missed against the reference before, are told.
+    """
+    rows, counts, former = [], {True: [0, 0], False: [0, 0]}, 0
     for name, check in CHECKS.items():
         figures = results.get(name, {}).get("figures", [])
         away = sum(not f["met"] for f in figures)
+        former += sum(f["met"] and not f.get("met_before", True) for f in figures)
         added = FOLDER_OF[name].name in ADDED
         counts[added][0] += len(figures)
         counts[added][1] += away
@@ -149,6 +156,11 @@ def balance(results: dict) -> str:
     rows.append("| together | {} | {} |".format(*counts[False]))
     rows.append("| together, of the sections with \\* | {} | {} |".format(*counts[True]))
     note = "Sections with \\* are new, or hold figures of others against new ones; those stay."
+    if former:
+        note += (
+            f" {former} figures that are met were missed against a reference that they had before: "
+        )
+        note += "it stands beside the other."
     return "\n".join([head, *rows, "", note, ""])
 
 
@@ -156,6 +168,10 @@ def row(figure: dict) -> str:
     """A figure as a row of its table."""
     bound = {None: "", "least": "at least ", "most": "at most "}[figure.get("bound")]
     expected = f"{bound}{figure['reference']:.4g} ({figure['source']})"
+    if figure.get("before"):
+        reference, source = figure["before"]
+        past = "met" if figure["met_before"] else "missed"
+        expected += f"; before: {reference:.4g} ({source}), {past}"
     verdict = "met" if figure["met"] else "**missed**"
     numbers = f"{figure['measured']:.4g} | {figure['tolerance']:.2g}"
     return f"| {figure['what']} | {expected} | {numbers} | {verdict} |"

@@ -165,6 +165,8 @@ def test_damage_near_one_ends_still_earlier_on_coarser_cells() -> None:
     reached = [reach("AT1", threshold=0.95, ell=1.0, h=h) for h in (1 / 3, 1 / 8)]
     # Measured in ell, without h/2, in a plate of 16 ell: 1.300 and 1.087.
     assert reached == pytest.approx([1.300 + 1 / 6, 1.087 + 1 / 16], abs=0.01)
+    coarse = [reach("AT1", threshold=0.95, ell=1.0, h=h) for h in (1.0, 2.0)]
+    assert coarse[1] - coarse[0] == pytest.approx(0.5), "h/2 alone: never measured"
 
 
 def test_no_sharp_tip_is_known_of_what_was_not_measured() -> None:

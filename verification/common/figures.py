@@ -9,7 +9,8 @@ from typing import Literal
 class Figure:
     """A number beside what it should be; the tolerance is absolute, or a fraction of it.
 
-    bound: the reference is the least, or the most, that it should be.
+    bound: the reference is the least, or the most, that it should be. before: a reference that the
+    figure had before, of the same tolerance, and its source: it stays beside the other.
     """
 
     what: str
@@ -19,12 +20,21 @@ class Figure:
     tolerance: float
     relative: bool = False
     bound: Literal["least", "most"] | None = None
+    before: tuple[float, str] | None = None
 
     @property
     def met(self) -> bool:
         """True if it is within the tolerance."""
-        scale = abs(self.reference) if self.relative else 1.0
-        over = self.measured - self.reference
+        return self._within(self.reference)
+
+    @property
+    def met_before(self) -> bool:
+        """True if it is within the tolerance of the reference before, or never had another."""
+        return self.before is None or self._within(self.before[0])
+
+    def _within(self, reference: float) -> bool:
+        scale = abs(reference) if self.relative else 1.0
+        over = self.measured - reference
         off = {None: abs(over), "least": -over, "most": over}[self.bound]
         return bool(off <= self.tolerance * scale)
 

@@ -46,7 +46,8 @@ def run_with_cost(case: Path, where: Path, settings: Sequence[str]) -> Cost:
 def as_typed(run: Run, case: str, settings: Sequence[str]) -> str:
     """The command that made a run."""
     ranks = f"mpiexec -n {run.manifest.ranks} " if run.manifest.ranks > 1 else ""
-    return f"{ranks}staffa run {case} {' '.join(f'--set {shlex.quote(s)}' for s in settings)}"
+    given = [word for s in settings for word in ("--set", s)]
+    return ranks + shlex.join(["staffa", "run", case, *given])
 
 
 def run_once(case: str, folder: str, settings: Sequence[str]) -> Run:

@@ -21,6 +21,7 @@ def settings(name: str) -> list[str]:
     name : like "stretch-0.013-quadrilateral-1". Triangles follow the cracks, with ell = 0.013.
     """
     section, ell, cells, seed = name.split("-")
+    assert cells != "triangle" or ell == "0.013", "the cost of a crack is that of EDGE"
     stop, steps = LAST[section]
     held = "rollers" if section == "free" else "free"
     own = [f"domain.h={float(ell) / 4}"]

@@ -10,7 +10,6 @@ verification/slabs/kept. `make verify ONLY=slabs` looks at what is kept, and run
 
 import json
 import sys
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,22 +23,11 @@ from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, as_typed, staffa
 from verification.common.sharp import SHARP, first_doubling, half_space_spacing
 from verification.slabs.members import CASE, COUNTED, SEGMENT, settings
-from verification.uneven.run import draw, kept_lengths, mean_lengths
+from verification.uneven.run import MEMBERS, draw, kept_lengths, mean_lengths
 from verification.uneven.run import table as table_of_lengths
 
 PICTURE = ROOT / "docs" / "pictures" / "verify-growth.png"
 KEPT = Path(__file__).parent / "kept"
-GROWTH = "free-0.013-quadrilateral-1"  # whose lengths are held against sharp ones
-
-
-@dataclass(frozen=True, kw_only=True)
-class Growing:
-    """The cracks that go on at a step: how many, their mean distance, their mean depth."""
-
-    tau: float
-    cracks: int
-    spacing: float
-    depth: float
 
 
 def run_member(name: str) -> dict:
@@ -79,33 +67,8 @@ def digest(name: str, run: Run) -> dict:
         "arrests": [[g.cracks, g.depth, g.tau] for g in found.generations],
         "finals": sorted(round(track.final, 4) for track in followed),
         "sections": [[s.height, s.cracks, s.spacing] for s in last.sections],
-        "growing": [asdict(g) for g in growing(run, followed)],
         "angles": [round(a) for track in followed for a in angles(track.path, SEGMENT * m.ell)],
     }
-
-
-def growing(run: Run, followed) -> list[Growing]:
-    """Step by step the cracks that are deeper at the next one."""
-    found = []
-    for i, step in enumerate(run.steps[:-1]):
-        on = [
-            (track.path[i][0], track.depths[i])
-            for track in followed
-            if track.depths[i] is not None
-            and track.depths[i + 1] is not None
-            and track.depths[i + 1] > track.depths[i] + run.manifest.h / 2
-        ]
-        if len(on) > 2:
-            x, depth = np.array(sorted(on)).T
-            found.append(
-                Growing(
-                    tau=step.tau or 0.0,
-                    cracks=len(on),
-                    spacing=round(float(np.diff(x).mean()), 4),
-                    depth=round(float(depth.mean()), 4),
-                )
-            )
-    return found
 
 
 def angles(path, length: float) -> list[float]:
@@ -127,8 +90,10 @@ def kept() -> dict[str, dict]:
 
 def growth() -> Found:
     """Half a slab with free ends: lengths beside sharp cracks, spacings at each depth."""
-    found, beside = kept()[GROWTH], kept_lengths("quadrilateral")
-    ell = found["ell"]
+    beside, name = kept_lengths("quadrilateral"), Path(MEMBERS["quadrilateral"]).name
+    found, ell = kept()[name], beside.slab["ell"]
+    same = ("commit", "date", "unknowns", "seconds")
+    assert [found[k] for k in same] == [beside.slab[k] for k in same], "two runs of one member"
     beyond = reach("AT1", threshold=0.8, ell=ell, h=ell / 4)
     assert beyond is not None
     figures = mean_lengths(beside)

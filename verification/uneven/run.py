@@ -113,7 +113,7 @@ def followed_back(tips: list[np.ndarray]) -> np.ndarray:
 
 
 def running(slab: dict, step: int) -> np.ndarray:
-    """Return the cracks that are deeper by more than h/2 at the next step, as `slabs` has them."""
+    """Return the cracks that are deeper by more than h/2 at the next step."""
     now, then = depths(slab, step), depths(slab, step + 1)
     return np.flatnonzero(then > now + slab["h"] / 2)
 
@@ -124,7 +124,7 @@ def depths(slab: dict, step: int) -> np.ndarray:
 
 
 def compared_steps(slab: dict) -> list[int]:
-    """Return the steps whose running cracks are 3 ell deep on average, as `slabs` has them."""
+    """Return the steps whose running cracks are 3 ell deep on average."""
     steps = range(len(slab["tau"]) - 1)
     cracks = [running(slab, step) for step in steps]
     return [
@@ -221,7 +221,7 @@ def kept_lengths(cells: str) -> Lengths:
 
 
 def mean_lengths(lengths: Lengths) -> list[Figure]:
-    """Return mean depths of the running cracks beside sharp ones; in words those in an even array.
+    """Return mean depths of the running cracks beside sharp ones at their places.
 
     Parameters
     ----------
@@ -235,9 +235,9 @@ def mean_lengths(lengths: Lengths) -> list[Figure]:
             Figure(
                 what=f"mean length of the {len(on)} cracks that grow at tau = "
                 f"{slab['tau'][step]:.2f}",
-                source=f"{SHARP}, cracks at the same places, the others as deep as in the run; in "
-                f"an even array: {even:.4f}",
+                source=f"{SHARP}, cracks at the same places, the others as deep as in the run",
                 reference=given,
+                before=(even, "an even array of their spacing"),
                 measured=float(depths(slab, step)[on].mean()),
                 tolerance=max(slab["ell"], WITHIN * given),
             )
@@ -404,14 +404,18 @@ def draw(lengths: Lengths, picture: Path) -> None:
 
 def main(names: list[str]) -> None:
     """Make what is named, for the named cells, and keep it; all of it by default."""
-    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    parts = ("slab", "sharp")
+    unknown = set(names) - {*MEMBERS, *parts}
+    if unknown:
+        sys.exit(f"unknown: {', '.join(unknown)}; there are {', '.join([*MEMBERS, *parts])}")
     for cells in [name for name in names if name in MEMBERS] or MEMBERS:
-        own = kept.setdefault(cells, {})
-        for name in [name for name in names if name not in MEMBERS] or ["slab", "sharp"]:
-            if name == "slab":
-                own[name] = measured_cracks(cells)
+        for part in [name for name in names if name in parts] or parts:
+            if part == "slab":
+                found = measured_cracks(cells)
             else:
-                own[name] = sharp_lengths(cells, own["slab"])
+                found = sharp_lengths(cells, json.loads(KEPT.read_text())[cells]["slab"])
+            kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+            kept.setdefault(cells, {})[part] = found
             keep(KEPT, kept)
 
 

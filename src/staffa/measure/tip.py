@@ -4,18 +4,21 @@ import numpy as np
 
 from staffa.physics.damage import Cohesive, DamageLaw
 
-# A growing crack is sharp up to a point at which the damage has fallen from 1 only a little. BEYOND
-# is the distance, over ell, of this point from the last point of a given damage. It was measured
+# A growing crack is sharp up to a point at which the damage has fallen from 1 only a little. The
+# distance of this point from the last point of a given damage is BEYOND, in ell. It was measured
 # on a known sharp crack: a long one, driven by the displacements of a moving tip (`make verify
 # ONLY=surfing`). Between vertices h apart, the last vertex above the threshold lies h/2 before the
 # threshold on average; this is added. Damage near 1 ends earlier on coarser cells: WITH_H, in h, is
-# added too. It is the slope of five meshes, of 3 to 8 cells in ell (AT1; of AT2 one was measured).
+# added too, where BEYOND is the limit of small h. Both are a straight line through five meshes of 3
+# to 8 cells in ell; of lower damage the slopes were too small to count (AT1). AT2 and the cohesive
+# law were measured on one mesh, of ell/4.
 THRESHOLDS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 BEYOND = {
-    "AT1": (0.15, 0.35, 0.55, 0.75, 0.92, 0.96),
+    "AT1": (0.15, 0.35, 0.55, 0.75, 0.92, 0.97),
     "AT2": (0.91, 1.25, 1.54, 1.80, 2.11, 2.35),
 }
-WITH_H = {"AT1": (0.0, 0.0, 0.0, 0.0, 0.38, 1.02)}
+WITH_H = {"AT1": (0.0, 0.0, 0.0, 0.0, 0.37, 0.99)}
+COARSEST = 1 / 3  # h over ell: coarser cells were not measured, and count as these
 # The same of a cohesive law, by its softening and Irwin's length over ell (`make verify
 # ONLY=cohesive-tip`): ahead of the open part lies one that still bears stress, which is longer the
 # longer Irwin's length is.
@@ -65,13 +68,13 @@ def tip_distances(law: str | DamageLaw, *, h: float) -> np.ndarray | None:
     Parameters
     ----------
     law : damage law, or its name if it is no cohesive one.
-    h : mesh size over ell.
+    h : mesh size over ell; a cohesive law does without.
     """
     if isinstance(law, str) or not isinstance(law, Cohesive):
         name = law if isinstance(law, str) else law.name
         if name not in BEYOND:
             return None
-        return np.array(BEYOND[name]) + h * np.array(WITH_H.get(name, 0.0))
+        return np.array(BEYOND[name]) + min(h, COARSEST) * np.array(WITH_H.get(name, 0.0))
     rows = BEYOND_COHESIVE.get(law.softening, {})
     if not rows or law.irwin_over_ell > max(rows) * (1 + 1e-9):
         return None
