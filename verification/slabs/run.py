@@ -252,15 +252,14 @@ def against_bahr() -> Found:
 
 CHECKS = {
     "slab-growth": Check(
-        title="The paper's slab, free ends: lengths at the measured spacing",
+        title="The paper's slab, free ends: lengths and spacings",
         text=(
-            "Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1. Figures: "
-            "cracks that are deeper at the next step, their mean spacing and depth (of sharp "
-            "tips). They are as long as those of an even array until four of them arrest at tau = "
-            "0.17. From then on they are shorter, by 10 % at first and by 5 % at tau = 0.29. At "
-            "first they are as long as in an even array of all eleven, later between that and an "
-            "array of those that grow. The reason: arrested cracks still shield the others and do "
-            "not count in the spacing."
+            "Half of the slab (a plane of symmetry), ell = 0.013, cells of ell/4, seed 1. Cracks "
+            "that are deeper at the next step beside sharp cracks at the same places; the next "
+            "section says how these grow. Before, the reference was an even array of the cracks "
+            "that grow, and it stands beside. From the first arrest on cracks are shorter than "
+            "that, because arrested cracks still shield the others and do not count in its "
+            "spacing. Depths of both are kept in `verification/uneven/kept.json`."
         ),
         measure=growth,
         kept="kept",
