@@ -157,9 +157,7 @@ def balance(results: dict) -> str:
     rows.append("| together, of the sections with \\* | {} | {} |".format(*counts[True]))
     note = "Sections with \\* are new, or hold figures of others against new ones; those stay."
     if former:
-        note += (
-            f" {former} figures that are met were missed against a reference that they had before: "
-        )
+        note += f" {former} of the figures that are met missed a reference that they had before: "
         note += "it stands beside the other."
     return "\n".join([head, *rows, "", note, ""])
 

@@ -96,7 +96,7 @@ def growth() -> Found:
     assert [found[k] for k in same] == [beside.slab[k] for k in same], "two runs of one member"
     beyond = reach("AT1", threshold=0.8, ell=ell, h=ell / 4)
     assert beyond is not None
-    figures = mean_lengths(beside)
+    figures = mean_lengths(beside, even_before=True)
     for height, cracks, spacing in found["sections"]:
         depth = height + beyond
         if depth > 3 * ell and cracks > 2:

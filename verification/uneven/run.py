@@ -220,12 +220,13 @@ def kept_lengths(cells: str) -> Lengths:
     return Lengths(**json.loads(KEPT.read_text())[cells])
 
 
-def mean_lengths(lengths: Lengths) -> list[Figure]:
+def mean_lengths(lengths: Lengths, *, even_before: bool = False) -> list[Figure]:
     """Return mean depths of the running cracks beside sharp ones at their places.
 
     Parameters
     ----------
     lengths : the run beside sharp cracks.
+    even_before : True if the reference before was an even array of the same spacing.
     """
     slab = lengths.slab
     figures = []
@@ -237,7 +238,7 @@ def mean_lengths(lengths: Lengths) -> list[Figure]:
                 f"{slab['tau'][step]:.2f}",
                 source=f"{SHARP}, cracks at the same places, the others as deep as in the run",
                 reference=given,
-                before=(even, "an even array of their spacing"),
+                before=(even, "an even array of their spacing") if even_before else None,
                 measured=float(depths(slab, step)[on].mean()),
                 tolerance=max(slab["ell"], WITHIN * given),
             )
