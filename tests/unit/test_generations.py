@@ -232,3 +232,15 @@ def test_cracks_that_have_met_those_of_another_face_are_followed_but_in_no_gener
     assert [g.cracks for g in some.generations] == [7, 4] and some.left == whole.left == 4
     assert some.nucleation == whole.nucleation, "spacings are those of all"
     assert [track.met for track in tracks(ended, axis=1)] == [True] + [False] * 15
+
+
+def test_a_crack_that_passes_below_an_arrested_one_is_not_lost():
+    """One stops at x = 0, its neighbor goes on, turns below it, and leaves on the other side."""
+    history = []
+    for index in range(40):
+        deep = 0.05 + 0.01 * index
+        depths = {0.0: min(deep, 0.06), round(0.0623 - 0.003 * index, 4): deep, 0.3: deep}
+        history.append(drawn_step(index, 0.01 * (index + 1), depths))
+    _, *found = sorted(tracks(history, axis=1), key=lambda track: track.final)
+    for track in found:
+        assert track.depths == pytest.approx([0.05 + 0.01 * index for index in range(40)])

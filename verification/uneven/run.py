@@ -20,9 +20,9 @@ from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from staffa.case.reading.read import read_case
+from staffa.measure.generations import tracks
 from staffa.setup.toughness_and_cracks import toughness_factor
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, keep, origin, run_once
@@ -41,7 +41,6 @@ P = 0.1285  # spacing of the even array
 H = 0.0065  # cells of the sharp cracks' body, ell/2: lengths are known to half of it
 SHALLOW, DEEP = 0.2, 0.5  # how deep columns of double nodes go; the deeper ones from a third on
 SHORTER = 2.0  # how much shorter than the run's, in ell, cracks begin that grow to G = Gc
-FLAT, FAR = 0.003, 1e3  # a tip's depth is known to half a cell; a distance that pairs nothing
 
 
 def slab_settings(cells: str) -> list[str]:
@@ -64,12 +63,7 @@ def measured_cracks(cells: str) -> dict:
     """
     run = run_once(CASE, MEMBERS[cells], slab_settings(cells))
     m = run.manifest
-    tips = []
-    for step in run.steps:
-        assert step.measures is not None
-        places = [(tip.position[0], m.sharp(tip.depth, tip.room)) for tip in step.measures.tips]
-        tips.append(np.array(places).reshape(-1, 2))
-    followed = followed_back(tips)
+    followed = tracks(run.steps, axis=1, sharp=m.sharp)
     meshes = [step.mesh.vertices for step in run.steps if step.mesh]
     return origin(run, CASE, slab_settings(cells)) | {
         "unknowns": 3 * meshes[-1] if meshes else m.unknowns,
@@ -78,38 +72,13 @@ def measured_cracks(cells: str) -> dict:
         "width": m.size[0],
         "toughness": round(m.toughness_factor / FACTOR[cells], 5),
         "tau": [round(step.tau or 0.0, 6) for step in run.steps],
-        "x": [[_rounded(place[0]) for place in track] for track in followed],
-        "depth": [[_rounded(place[1]) for place in track] for track in followed],
+        "x": [[_rounded(place and place[0]) for place in track.path] for track in followed],
+        "depth": [[_rounded(depth) for depth in track.depths] for track in followed],
     }
 
 
-def _rounded(value: float) -> float | None:
-    return None if np.isnan(value) else round(float(value), 5)
-
-
-def followed_back(tips: list[np.ndarray]) -> np.ndarray:
-    """Return the places of the last step's tips at each step, shape (tips, steps, 2); else nan.
-
-    `staffa.measure.generations.tracks` follows them along the face alone, and loses a crack that
-    passes below an arrested one. Here tips of two steps are paired so that the sum of their
-    distances is smallest; a crack is never deeper before.
-
-    Parameters
-    ----------
-    tips : places of the tips at each step, each of shape (n, 2).
-    """
-    found = np.full((len(tips[-1]), len(tips), 2), np.nan)
-    found[:, -1] = now = tips[-1]
-    alive = np.arange(len(now))
-    for step in range(len(tips) - 2, -1, -1):
-        before = tips[step]
-        distance = np.linalg.norm(now[:, None] - before[None], axis=2)
-        distance[now[:, None, 1] < before[None, :, 1] - FLAT] = FAR
-        mine, theirs = linear_sum_assignment(distance)
-        near = distance[mine, theirs] < FAR
-        alive, now = alive[mine[near]], before[theirs[near]]
-        found[alive, step] = now
-    return found
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 5)
 
 
 def running(slab: dict, step: int) -> np.ndarray:

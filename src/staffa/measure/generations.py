@@ -7,6 +7,7 @@ from math import ceil
 from statistics import median
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from staffa.records.step import Step, Tip
 
@@ -157,8 +158,9 @@ def arrests(steps: Sequence[Step], *, axis: int, ell: float, sharp: Sharp = as_r
 def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> tuple[Track, ...]:
     """Follow each crack of the last measured step back from step to step.
 
-    A crack's tip one step earlier is the nearest one along the face, if it is nearer than half the
-    distance to the neighboring crack. So no tip is taken twice, and a crack may curve. Depths are
+    The tips of two steps are paired so that the sum of their distances is least. The two of a pair
+    are nearer along the face than half the distance from the later one to the next tip. So no tip
+    is taken twice, a crack may curve, and one that passes below another is not lost. Depths are
     those of sharp tips, as in `arrests`.
 
     Parameters
@@ -174,12 +176,11 @@ def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> t
     followed: list[list[Tip | None]] = [[None] * len(steps) for _ in tips]
     for history, tip in zip(followed, tips, strict=True):
         history[measured[-1]] = tip
-    places = np.array([_along(tip, axis) for tip in tips])
+    now = list(tips)
     for index in reversed(measured[:-1]):
         before = _tips(steps[index])
-        for number, nearest in _matches(places, before, axis):
-            followed[number][index] = before[nearest]
-            places[number] = _along(before[nearest], axis)
+        for number, earlier in _pairs(now, before, axis):
+            followed[number][index] = now[number] = before[earlier]
     return tuple(
         Track(
             place=_along(tip, axis),
@@ -193,17 +194,22 @@ def tracks(steps: Sequence[Step], *, axis: int, sharp: Sharp = as_recorded) -> t
     )
 
 
-def _matches(places: np.ndarray, tips: Sequence[Tip], axis: int) -> list[tuple[int, int]]:
-    """Return pairs (crack, tip) that belong together."""
-    if not tips:
+def _pairs(now: Sequence[Tip], before: Sequence[Tip], axis: int) -> list[tuple[int, int]]:
+    """Return pairs (crack, earlier tip) that belong together."""
+    if not before:
         return []
-    there = np.array([_along(tip, axis) for tip in tips])
-    distance = np.linalg.norm(places[:, None] - there[None], axis=2)
-    between = np.linalg.norm(places[:, None] - places[None], axis=2)
+    apart = _distances([tip.position for tip in now], [tip.position for tip in before])
+    aside = _distances([_along(tip, axis) for tip in now], [_along(tip, axis) for tip in before])
+    between = _distances([tip.position for tip in now], [tip.position for tip in now])
     np.fill_diagonal(between, np.inf)
-    nearest, reach = distance.argmin(axis=1), between.min(axis=1) / 2
-    close = distance.min(axis=1) < reach
-    return [(int(i), int(nearest[i])) for i in np.flatnonzero(close)]
+    possible = aside < between.min(axis=1, initial=np.inf)[:, None] / 2
+    none = 1.0 + len(now) * apart.max()  # worse than all pairs together
+    pairs = zip(*linear_sum_assignment(np.where(possible, apart, none)), strict=True)
+    return [(int(i), int(k)) for i, k in pairs if possible[i, k]]
+
+
+def _distances(here: Sequence[Sequence[float]], there: Sequence[Sequence[float]]) -> np.ndarray:
+    return np.asarray(np.linalg.norm(np.array(here)[:, None] - np.array(there)[None], axis=2))
 
 
 def _tips(step: Step) -> tuple[Tip, ...]:
