@@ -83,6 +83,14 @@ def test_planes_are_cut_where_the_run_looked_for_cells(tmp_path):
     assert upper.cells.areas == pytest.approx(np.full(9, 1 / 9), rel=0.05), "a pixel is 0.0125"
 
 
+def test_planes_are_cut_at_as_many_depths_as_are_given(tmp_path):
+    run = columns_run(tmp_path / "run")
+    (frame,), _ = read_frames(run)
+    depths = [DEPTHS[0] + 0.01 * k for k in range(2 * sections.MOST)]
+    found = sections.planes_of(run.manifest, frame, depths)
+    assert [plane.depth for plane in found] == depths
+
+
 def test_planes_are_even_down_to_the_deepest_crack_where_no_depths_were_asked_for(tmp_path):
     run = columns_run(tmp_path / "run")
     (step,) = run.steps

@@ -7,7 +7,6 @@ ONLY=bricks` looks at. A run in runs/verification/bricks is taken as it is.
 """
 
 import json
-from dataclasses import replace
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
@@ -18,7 +17,7 @@ import numpy as np
 from staffa.io.run_directory import Run
 from staffa.measure.cells import cells
 from staffa.plot.cell_planes import ColumnPlane
-from staffa.plot.frames import Frame, read_frames
+from staffa.plot.frames import read_frames
 from staffa.results.sections import planes_of
 from verification.common.figures import Check, Figure, Found
 from verification.common.runs import ROOT, keep, origin, run_once
@@ -42,7 +41,9 @@ def digest(run: Run) -> dict:
     run : the run.
     """
     frames, _ = read_frames(run)
-    planes = all_planes(run, frames[-1])
+    measures = frames[-1].step.measures
+    assert measures is not None
+    planes = planes_of(run.manifest, frames[-1], [section.depth for section in measures.cells])
     draw(planes)
     rows = []
     for plane in planes:
@@ -63,23 +64,6 @@ def digest(run: Run) -> dict:
             }
         )
     return origin(run, CASE, []) | {"tau": frames[-1].step.tau, "planes": rows}
-
-
-def all_planes(run: Run, frame: Frame) -> list[ColumnPlane]:
-    """Return the planes of all depths of a step, where a picture has six of them at most.
-
-    Parameters
-    ----------
-    run : the run.
-    frame : the step, with its fields.
-    """
-    found: list[ColumnPlane] = []
-    measures = frame.step.measures
-    assert measures is not None
-    for section in measures.cells:
-        step = replace(frame.step, measures=replace(measures, cells=(section,)))
-        found += planes_of(run.manifest, replace(frame, step=step))
-    return found
 
 
 def unfolded(plane: ColumnPlane) -> tuple[np.ndarray, tuple[float, float]]:

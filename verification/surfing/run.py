@@ -1,6 +1,7 @@
 """A crack driven by the field of a sharp tip that travels: its cost, its speed, its tip."""
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,42 +9,47 @@ from staffa.measure.tip import THRESHOLDS, tip_distances
 from verification.common.figures import Check, Figure, Found
 from verification.common.symmetric_cracks import ON_A_SIDE
 
+if TYPE_CHECKING:
+    from fem.test_surfing import Ride
+
 # Cells that the tip travels: a crack of AT2, whose profile is wide, is steady only then.
 CELLS = {"AT1": 12, "AT2": 24}
 THEORY = "mode I field of a sharp crack"
-# Cells in ell, of AT1: figures are of the first two; the others only tell what the cells change.
-MESHES = (4, 8, 3, 5, 6)
+MESHES = (3, 4, 5, 6, 8)  # cells in ell of AT1, to tell what they change
+ASKED = (4, 8)  # of these, those with figures
 
 
-def surfing(law: str, meshes: tuple[int, ...]) -> list[Figure]:
-    """The crack's cost and speed, and how far the sharp tip is beyond the damage."""
+def ridden(law: str, mesh: int) -> "Ride":
+    """Return the ride of a crack on cells of ell over `mesh`."""
     from fem.test_surfing import ride
 
-    figures = []
-    for cells_per_ell in meshes:
-        found = ride(law, cells_per_ell=cells_per_ell, radius=8, cells=CELLS[law])
-        on = f"{law}, h = ell/{cells_per_ell}"
-        in_use = tip_distances(law, h=1 / cells_per_ell)
-        assert in_use is not None
-        rows = [
-            (
-                f"energy of a new unit of crack, {on}",
-                THEORY,
-                1.0,
-                found.toughness / found.factor,
-                0.03,
-            ),
-            (f"speed over that of the tip, {on}", THEORY, 1.0, float(found.speed[3]), 0.03),
-        ]
-        rows += [
-            (f"sharp tip beyond alpha = {t:g}, less h/2, over ell, {on}", "in use", used, b, 0.05)
-            for t, used, b in zip(THRESHOLDS, in_use.tolist(), found.beyond.tolist(), strict=True)
-        ]
-        figures += [
-            Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)
-            for what, source, ref, measured, tolerance in rows
-        ]
-    return figures
+    return ride(law, cells_per_ell=mesh, radius=8, cells=CELLS[law])
+
+
+def surfing(law: str, mesh: int, found: "Ride") -> list[Figure]:
+    """Return the crack's cost and speed, and how far the sharp tip is beyond the damage.
+
+    Parameters
+    ----------
+    law : the damage law.
+    mesh : cells in ell.
+    found : the ride on them.
+    """
+    on, in_use = f"{law}, h = ell/{mesh}", tip_distances(law, h=1 / mesh)
+    assert in_use is not None
+    cost = found.toughness / found.factor
+    rows = [
+        (f"energy of a new unit of crack, {on}", THEORY, 1.0, cost, 0.03),
+        (f"speed over that of the tip, {on}", THEORY, 1.0, float(found.speed[3]), 0.03),
+    ]
+    rows += [
+        (f"sharp tip beyond alpha = {t:g}, less h/2, over ell, {on}", "in use", used, b, 0.05)
+        for t, used, b in zip(THRESHOLDS, in_use.tolist(), found.beyond.tolist(), strict=True)
+    ]
+    return [
+        Figure(what=what, source=source, reference=ref, measured=measured, tolerance=tolerance)
+        for what, source, ref, measured, tolerance in rows
+    ]
 
 
 def on_a_side() -> list[Figure]:
@@ -67,29 +73,22 @@ def on_a_side() -> list[Figure]:
 
 def tips() -> Found:
     """Return figures of both laws and of cracks on a side, and the tips on all meshes of AT1."""
-    figures = [*surfing("AT1", MESHES[:2]), *surfing("AT2", (4,)), *on_a_side()]
-    known = {mesh: distances(figures, mesh) for mesh in MESHES[:2]}
-    known |= {mesh: distances(surfing("AT1", (mesh,)), mesh) for mesh in MESHES[2:]}
-    over_h = 1 / np.array(sorted(known))
-    columns = np.array([known[mesh] for mesh in sorted(known)])
-    slopes, ends = np.polyfit(over_h, columns, 1)
+    rides = {mesh: ridden("AT1", mesh) for mesh in MESHES}
+    figures = [figure for mesh in ASKED for figure in surfing("AT1", mesh, rides[mesh])]
+    figures += [*surfing("AT2", 4, ridden("AT2", 4)), *on_a_side()]
+    beyond = np.array([rides[mesh].beyond for mesh in MESHES])
+    slopes, ends = np.polyfit(1 / np.array(MESHES), beyond, 1)
     lines = [
         "Distance of the sharp tip over ell beyond a damage, less h/2, with AT1. The last lines "
         "are the straight line in h through all meshes: `measure/tip.py` has rounded it.",
         "",
         f"| cells | {' | '.join(f'{t:g}' for t in THRESHOLDS)} |",
         "|" + " --- |" * (len(THRESHOLDS) + 1),
-        *(f"| ell/{mesh} | {_row(known[mesh])} |" for mesh in sorted(known)),
+        *(f"| ell/{mesh} | {_row(rides[mesh].beyond)} |" for mesh in MESHES),
         f"| h over ell times | {_row(slopes)} |",
         f"| plus | {_row(ends)} |",
     ]
     return Found(figures=figures, text="\n".join(lines))
-
-
-def distances(figures: list[Figure], mesh: int) -> list[float]:
-    """Return the distances of the tip on a mesh of AT1, one for each of THRESHOLDS."""
-    of = f"AT1, h = ell/{mesh}"
-    return [f.measured for f in figures if f.what.startswith("sharp tip") and f.what.endswith(of)]
 
 
 def _row(values: Iterable[float]) -> str:

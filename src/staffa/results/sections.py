@@ -1,5 +1,7 @@
 """Depth planes of a 3-D body that are drawn, and the theoretical curves beside them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from staffa.geometry.block import SIDES, face_position, section_raster
@@ -32,9 +34,19 @@ def depths_of(manifest: Manifest, step: Step) -> list[float]:
     return [known[i] for i in np.linspace(0, len(known) - 1, MOST).round().astype(int)]
 
 
-def planes_of(manifest: Manifest, frame: Frame) -> list[ColumnPlane]:
-    """Return the damage of one step on planes below the cooled face, and the cells in them."""
-    return [_plane(manifest, frame, depth) for depth in depths_of(manifest, frame.step)]
+def planes_of(
+    manifest: Manifest, frame: Frame, depths: Sequence[float] | None = None
+) -> list[ColumnPlane]:
+    """Return the damage of one step on planes below the cooled face, and the cells in them.
+
+    Parameters
+    ----------
+    manifest : description of the run.
+    frame : the step with its fields.
+    depths : depths of the planes (m); by default those that are drawn.
+    """
+    chosen = depths_of(manifest, frame.step) if depths is None else depths
+    return [_plane(manifest, frame, depth) for depth in chosen]
 
 
 def doubling(manifest: Manifest, deepest: float) -> list[ReferenceCurve]:
