@@ -263,6 +263,12 @@ def test_of_two_settings_of_a_key_the_last_counts():
     assert parse_case(SCALED, ["domain.h=0.05", "domain.h=0.04"]).domain.h == 0.04
 
 
+@pytest.mark.parametrize("number", [".05", "+.05", "5.e-2", ".5E-1"])
+def test_a_number_of_a_setting_may_begin_or_end_with_its_point(number):
+    """TOML refuses that, shells and people do not."""
+    assert parse_case(SCALED, [f"domain.h={number}"]).domain.h == 0.05
+
+
 def test_a_setting_may_have_a_unit():
     assert parse_case(IN_UNITS, ["domain.h=0.5 mm"]).domain.h == 0.5e-3
 

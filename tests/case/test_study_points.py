@@ -29,6 +29,7 @@ def test_a_range_has_its_ends_and_equal_distances_without_rounding_noise() -> No
         ("a.b=40 mm, 60 mm", ['"40 mm"', '"60 mm"']),
         ('a.b=["40 mm", "60 mm"]', ['"40 mm"', '"60 mm"']),
         ("a.b=AT1,AT2", ['"AT1"', '"AT2"']),
+        ("a.b=.5, 1.", ["0.5", "1.0"]),
         ("a.b=true, false", ["true", "false"]),
         ("a.b=[[1.0, 2.0], [3.0, 4.0]]", ["[1.0, 2.0]", "[3.0, 4.0]"]),
         ('a.b="1:2:2 K"', ['"1 K"', '"2 K"']),

@@ -24,6 +24,9 @@ from staffa.case.schema.property_keys import PLACE
 from staffa.errors import InputError, choices
 from staffa.io.run_directory import CASE, MANIFEST
 
+# A number that TOML does not know, and a shell's user may type.
+BARE_POINT = re.compile(r"[+-]?(\d+\.|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+
 # What Python's reader says, where it means more to programmers.
 SYNTAX = {
     "Cannot overwrite a value": "a key is given twice",
@@ -158,11 +161,7 @@ def _syntax(error: ValueError) -> str:
 
 
 def _set(table: dict[str, Any], setting: str) -> None:
-    path, text = setting_names(setting), setting_parts(setting)[1]
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
-        value = text.strip()
+    path, value = setting_names(setting), typed_value(setting_parts(setting)[1])
     within: Any = table
     for name in path[:-1]:
         within = _inner(setting, within, name)
@@ -222,6 +221,15 @@ def setting_parts(setting: str) -> tuple[list[str], str]:
             return _names_in(setting[: found.start()]), setting[found.end() :]
     key, equals, text = setting.partition("=")
     return [name.strip() for name in key.split(".")] if equals else [""], text
+
+
+def typed_value(text: str) -> Any:
+    """Return a value as TOML reads it; a number like `.5` or `5.` too; else the text itself."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        plain = text.strip()
+        return float(plain) if BARE_POINT.fullmatch(plain) else plain
 
 
 def _names_in(key: str) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from staffa.case.reading.read import setting_names, setting_parts
+from staffa.case.reading.read import setting_names, setting_parts, typed_value
 from staffa.case.schema.toml_text import inline
 from staffa.errors import InputError
 from staffa.io.study_directory import Parameter, Point
@@ -118,7 +118,7 @@ def _varied(given: str, *, sampled: bool) -> Varied:
         raise InputError(
             f"--over {given}: seeds are no parameter; --seeds 4 runs each point with four of them"
         )
-    value = _toml(text)
+    value = typed_value(text)
     found = RANGE.fullmatch(value if isinstance(value, str) else text)
     if sampled:
         return _range(given, key, found)
@@ -134,14 +134,6 @@ def _varied(given: str, *, sampled: bool) -> Varied:
     if len(set(values)) < len(values):
         raise InputError(f"--over {given}: a value is given twice; give each once")
     return Varied(given=given, key=key, values=values)
-
-
-def _toml(text: str) -> Any:
-    """Return a text as TOML reads it; the text itself if that is no value."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
-        return text.strip()
 
 
 def _range(given: str, key: str, found: re.Match[str] | None) -> Varied:
@@ -188,7 +180,7 @@ def _items(text: str) -> list[Any]:
     unit = last[2].strip() if last else ""
     if unit and all(re.fullmatch(NUMBER, part) for part in parts[:-1]):
         parts = [f"{part} {unit}" for part in parts[:-1]] + parts[-1:]
-    return [_toml(part) for part in parts]
+    return [typed_value(part) for part in parts]
 
 
 def _hypercube(varied: Sequence[Varied], samples: int, seed: int) -> list[tuple[str, ...]]:
