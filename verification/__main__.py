@@ -34,14 +34,14 @@ FOLDERS = (
         "columns_theory",
         "bricks",
     ),
-    *("brick_refined", "layers", "neighbors", "imposed_cracks", "feedback", "strip"),
+    *("brick_refined", "layers", "neighbors", "lens", "imposed_cracks", "feedback", "strip"),
     *("doublet_cracks", "stimulation"),
 )
 FOUND: dict[str, dict[str, Check]] = {
     folder: import_module(f"verification.{folder}.run").CHECKS for folder in FOLDERS
 }
 # Rooms whose figures are new, or hold what other rooms measure against another reference.
-ADDED = ("cohesive", "uneven", "openings", "columns_theory", "bricks", "strip")
+ADDED = ("cohesive", "uneven", "openings", "columns_theory", "bricks", "lens", "strip")
 CHECKS = {name: check for checks in FOUND.values() for name, check in checks.items()}
 FOLDER_OF = {name: HERE / folder for folder, checks in FOUND.items() for name in checks}
 HEAD = """# Verification
@@ -211,8 +211,7 @@ def main(names: list[str]) -> int:
             found = Found(figures=found, text="")
         results[name] = record(found)
         write(name, results)
-        for figure in found.figures:
-            print(f"{name}: {figure}", flush=True)
+        print(f"{name}:", *map(row, results[name]["figures"]), sep="\n", flush=True)
     found = worse(before, {name: results[name] for name in names or CHECKS})
     for figure in found:
         print(f"missed, which was not: {figure}")

@@ -21,7 +21,7 @@ KEPT = Path(__file__).parent / "kept.json"
 DAY = 86400.0  # s
 # Settings of the members, and what is other than in the case.
 MEMBERS = {
-    "case": ((), "the ready case"),
+    "case": ((), "the ready case, which ends after 40 days: the steps of `longer` up to there"),
     "finer": (
         ('domain.h="0.34 m"', 'reservoir.h="0.6 m"'),
         "cells of rock and reservoir 3/4 as long, ell and spread as they are",
