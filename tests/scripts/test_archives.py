@@ -1,11 +1,13 @@
 """The archives of a release: a wheel that installs and runs, sources that test themselves.
 
-Needs the package index that pip knows; takes minutes where pip has nothing in its cache.
+One test also installs all libraries afresh. It needs the package index that pip knows, and takes
+minutes: `make verify` runs it.
 """
 
 import os
 import subprocess
 import sys
+import sysconfig
 import tarfile
 from pathlib import Path
 
@@ -18,6 +20,8 @@ SMALL = [
     *("--set", "domain.size=[1.0,0.5]", "--set", "domain.h=0.05", "--set", "damage.ell=0.15"),
     *("--set", "time.tau=[0.1,0.3]", "--set", "output.at=[]", "--set", "measures.depths=[]"),
 ]
+# Tests of the sources. The repository's own run has the others, of the same files.
+TRIED = {"those of the tests": ["tests/unit/test_units.py"], "from the index": ["tests/unit"]}
 FOR_TESTS = ["pytest", "pytest-timeout", "hypothesis", "pandas"]
 OF_THE_REPOSITORY = ("PYTHONPATH", "PYTHONHOME", "VIRTUAL_ENV", "COVERAGE_PROCESS_START")
 
@@ -32,18 +36,48 @@ def ran(*command: str | Path, folder: Path) -> str:
     return done.stdout
 
 
+def installed(folder: Path, wheel: Path, extras: str, constraints: Path) -> Path:
+    """The Python of a fresh environment with the wheel and all that it needs, from the index."""
+    ran(sys.executable, "-m", "venv", folder, folder=folder.parent)
+    python = folder / "bin" / "python"
+    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "-q", "-c", constraints]
+    ran(*pip, f"{wheel}[{extras}]", *FOR_TESTS, folder=folder.parent)
+    return python
+
+
+def beside(folder: Path, wheel: Path) -> Path:
+    """The Python of a fresh environment with the wheel alone, which sees what these tests have."""
+    ran(sys.executable, "-m", "venv", "--without-pip", folder, folder=folder.parent)
+    (packages,) = folder.glob("lib/python3.*/site-packages")
+    # Without the lines of its .pth files, one of which leads to the repository.
+    (packages / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    for library in Path(sys.prefix, "lib").glob("[!p]*"):  # MPI's, beside the folder python3.*
+        (folder / "lib" / library.name).symlink_to(library)
+    python = folder / "bin" / "python"
+    ran(
+        *(sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python),
+        *("install", "-q", "--no-deps", "--no-index", wheel),
+        folder=folder.parent,
+    )
+    return python
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1500)  # seconds: pip may have to fetch 500 MB
-def test_the_archives_serve_people_without_the_repository(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "libraries",
+    ["those of the tests", pytest.param("from the index", marks=pytest.mark.long)],
+)
+def test_the_archives_serve_people_without_the_repository(tmp_path: Path, libraries: str) -> None:
     """Build both, install the wheel in a fresh environment, run a case there to its picture."""
     ran(
         sys.executable, "-m", "build", "--no-isolation", "--outdir", tmp_path, ROOT, folder=tmp_path
     )
     (wheel,), (sources,) = tmp_path.glob("*.whl"), tmp_path.glob("*.tar.gz")
-    ran(sys.executable, "-m", "venv", tmp_path / "plain", folder=tmp_path)
-    python, constraints = tmp_path / "plain" / "bin" / "python", ROOT / "constraints.txt"
-    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "-q", "-c", constraints]
-    ran(*pip, f"{wheel}[wheel,mesh]", folder=tmp_path)
+    if libraries == "from the index":
+        python = installed(tmp_path / "plain", wheel, "wheel,mesh", ROOT / "constraints.txt")
+    else:
+        python = beside(tmp_path / "plain", wheel)
 
     empty = tmp_path / "empty"
     empty.mkdir()
@@ -59,7 +93,6 @@ def test_the_archives_serve_people_without_the_repository(tmp_path: Path) -> Non
     with tarfile.open(sources) as archive:
         archive.extractall(tmp_path / "sources", filter="data")
     (unpacked,) = (tmp_path / "sources").iterdir()
-    ran(*pip, *FOR_TESTS, folder=tmp_path)
-    said = ran(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/unit",
+    said = ran(python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *TRIED[libraries],
                "-m", "not slow", folder=unpacked)  # fmt: skip
     assert " passed" in said and "failed" not in said and "skipped" not in said, said[-500:]
