@@ -4,12 +4,16 @@ import sys
 
 import pytest
 
+from case.test_bad_input import GOOD as SQUARE
+from case.test_refine_case import NAMED
 from staffa.case.check import mesh_warnings
 from staffa.case.check.preview import Preview, preview
 from staffa.case.reading import ready_cases
-from staffa.case.reading.read import parse_case
+from staffa.case.reading.read import parse_case, read_case
 from staffa.case.scales.case_scales import derived_numbers
 from staffa.reservoir.interpreter import VARIABLE
+from support.bodies import needs_gmsh
+from support.meshes import plate, written
 
 GOOD = """
 [domain]
@@ -267,6 +271,18 @@ def test_a_missing_gmsh_is_a_warning(monkeypatch):
     monkeypatch.setattr(mesh_warnings, "find_spec", lambda name: None)
     (warning,) = said("domain.cells=unstructured").warnings
     assert "needs Gmsh, which is not installed" in warning and said().warnings == ()
+
+
+@needs_gmsh
+def test_a_mesh_that_was_read_needs_no_gmsh(monkeypatch, tmp_path):
+    """Where Gmsh has to read it and is not there, the case is refused before."""
+    written(tmp_path / "plate.msh", plate, h=0.2)
+    text = SQUARE.replace("size = [1.0, 1.0]\nh = 0.1", 'mesh = "plate.msh"')
+    text = text.replace("severity = 10.0", 'severity = 10.0\nface = "floor"') + NAMED
+    (tmp_path / "my.toml").write_text(text)
+    case = read_case(tmp_path / "my.toml")
+    monkeypatch.setattr(mesh_warnings, "find_spec", lambda name: None)
+    assert not [warning for warning in preview(case).warnings if "Gmsh" in warning]
 
 
 def test_the_facts_of_a_box_are_those_with_both_lateral_strains_blocked():

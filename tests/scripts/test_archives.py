@@ -1,7 +1,7 @@
 """The archives of a release: a wheel that installs and runs, sources that test themselves.
 
-One test also installs all libraries afresh. It needs the package index that pip knows, and takes
-minutes: `make verify` runs it.
+One test also installs all libraries afresh, and alone sees one that pyproject.toml lacks. It needs
+the package index that pip knows, and takes minutes: `make verify` runs it.
 """
 
 import os
@@ -56,7 +56,7 @@ def beside(folder: Path, wheel: Path) -> Path:
     python = folder / "bin" / "python"
     ran(
         *(sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", python),
-        *("install", "-q", "--no-deps", "--no-index", wheel),
+        *("install", "-q", "--force-reinstall", "--no-deps", "--no-index", wheel),
         folder=folder.parent,
     )
     return python

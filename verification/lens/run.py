@@ -25,6 +25,7 @@ PICTURE = ROOT / "docs" / "pictures" / "verify-lens.png"
 SOURCE = "Fender, Lechenault and Daniels 2010, experiments with several materials"
 EXPONENT = (0.5, 0.1)  # of the distance between paths; "approximately" a square root
 NEAR, FAR = 2.0, 7.5  # distance in ell from which, and up to which, the path is fitted
+OFFSET = 0.1  # of the cracks where they turn
 
 
 def traced(run: Run) -> dict:
@@ -45,9 +46,7 @@ def turned(points: np.ndarray, segments: np.ndarray) -> np.ndarray:
     points : points of the network, shape (n, 2). segments : points of each, shape (m, 2).
     """
     graph = coo_array((np.ones(len(segments)), segments.T), shape=2 * (len(points),))
-    (ends,) = np.nonzero(np.bincount(segments.ravel()) == 3)
-    start, junction = int(points[:, 0].argmax()), int(ends[0])
-    assert len(ends) == 1, "the cracks meet once"
+    start, (junction,) = int(points[:, 0].argmax()), junctions(segments)
     _, before = shortest_path(
         graph, directed=False, unweighted=True, indices=junction, return_predecessors=True
     )
@@ -55,6 +54,11 @@ def turned(points: np.ndarray, segments: np.ndarray) -> np.ndarray:
     while path[-1] != junction:
         path.append(int(before[path[-1]]))
     return np.abs(points[path] - points[junction])
+
+
+def junctions(segments: np.ndarray) -> list[int]:
+    """Points at which three segments end."""
+    return np.flatnonzero(np.bincount(segments.ravel()) == 3).tolist()
 
 
 def lenses(points: np.ndarray, segments: np.ndarray) -> int:
@@ -68,10 +72,6 @@ def lens() -> Found:
     """Number of lenses, and the exponent of the path of the crack that turns."""
     kept = json.loads(KEPT.read_text())
     points, segments = np.array(kept["points"]), np.array(kept["segments"])
-    path = turned(points, segments)
-    away = path[:, 1] / kept["ell"]
-    near = (away > NEAR) & (away < FAR)
-    slope, log_factor = np.polyfit(*np.log(path[near]).T, 1)
     figures = [
         Figure(
             what="lenses that the two cracks cut",
@@ -79,7 +79,15 @@ def lens() -> Found:
             reference=1,
             measured=lenses(points, segments),
             tolerance=0,
-        ),
+        )
+    ]
+    if len(junctions(segments)) != 1:
+        return Found(figures=figures, text="The cracks do not meet at one place.")
+    path = turned(points, segments)
+    away = path[:, 1] / kept["ell"]
+    near = (away > NEAR) & (away < FAR)
+    slope, log_factor = np.polyfit(*np.log(path[near]).T, 1)
+    figures.append(
         Figure(
             what="exponent of the distance of the crack that turns to the other one's line, "
             "against the way along that line to where it ends",
@@ -87,8 +95,8 @@ def lens() -> Found:
             reference=EXPONENT[0],
             measured=float(slope),
             tolerance=EXPONENT[1],
-        ),
-    ]
+        )
+    )
     draw(points, segments, path, (slope, np.exp(log_factor)))
     said = (
         f"`{kept['command'].strip()}`, {kept['date']}, commit {kept['commit'][:7]}, "
@@ -98,13 +106,16 @@ def lens() -> Found:
 
 
 MISSED = (
-    "Missed: one crack turns and ends on the other, as it should, but that parts the plate, in one "
-    "step, and the other stays where it was. To cut a lens both must turn at once, and a "
-    "minimum of the energy has no need of the second one. The last 4 ell of the path are nearly "
-    "at right angles to the other crack. We tried: a load of 1.1 times that of a long crack, "
-    "a mesh that is its own image under a half turn, and alternate minimization without the "
-    "second-order test. On that mesh one crack turned too. On squares cut by their diagonals "
-    "both turned at once, into the diagonals, and stopped 4 ell from each other's line."
+    "Missed: the crack from the right turns and ends on the other one. That bends by one ell, "
+    "and stops there, for the plate is then in two parts. To cut a lens both would have to turn "
+    "to the end. We think that a minimum of the energy has no need of the second one. The last "
+    "4 ell of the path are at right angles to the other crack. In the step of the last three "
+    "ell half of the energy that drives damage is that of pressed rock, which breaks here "
+    "because the case has no split. The exponent is between 0.20 and 0.36 if the end of the "
+    "path is moved by up to ell/4. Trials that were not kept had a smaller load, a mesh that is "
+    "its own image under a half turn, or squares cut by their diagonals, these two without the "
+    "second-order test. Either one crack turned too, or both turned and stopped before they "
+    "met."
 )
 
 
@@ -117,7 +128,9 @@ def draw(points: np.ndarray, segments: np.ndarray, path: np.ndarray, fit: tuple)
     right.loglog(*path.T, "k.", markersize=4, label="crack from the right")
     way = np.geomspace(0.001, 0.15, 50)
     right.loglog(way, factor * way**exponent, "C0-", label=f"fit: power {exponent:.2f}")
-    right.loglog(way, np.sqrt(0.05 * way), "C1--", label="lens twice as long as wide: sqrt(0.05 x)")
+    # It is as far away as the offset where it has gone twice the offset.
+    lens_of_two = np.sqrt(OFFSET / 2 * way)
+    right.loglog(way, lens_of_two, "C1--", label="root of a lens twice as long as wide")
     right.set(xlabel="way to where the crack ends", ylabel="distance to the other's line")
     right.set(xlim=(0.0005, 0.2), ylim=(0.005, 0.15))
     right.legend(frameon=False, fontsize=9)
@@ -129,13 +142,15 @@ CHECKS = {
     "lens": Check(
         title="Two offset cracks that meet",
         text=(
-            "Two parallel cracks, 10 ell apart, come from both ends of a plate between grips, "
-            "behind cold fronts, in rock that shortens across them alone. They pass each other and "
-            "turn. In experiments with plates of several materials, pulled slowly, they cut lenses "
-            "that are twice as long as wide, and the paths have the shape of a square root "
-            "(Fender, Lechenault, Daniels, Phys. Rev. Lett. 105, 125505, 2010, of which we have "
-            "the abstract alone: it gives no errors). The path is fitted from 2 to 7.5 ell of "
-            "distance. Its tolerance was chosen before the run."
+            "Two parallel cracks, 10 ell apart, come from both short sides of a plate between "
+            "grips, behind cold fronts, in rock that shortens across them alone. In experiments "
+            "with plates of several materials, notched on both long sides and pulled slowly at "
+            "the short ones, such cracks pass each other, turn, and cut lenses that are twice "
+            "as long as wide, on paths with the shape of a square root (Fender, Lechenault, "
+            "Daniels, Phys. Rev. Lett. 105, 125505, 2010, of which we read the abstract alone: "
+            "it gives no errors). The tolerance of the exponent was chosen before the run. The "
+            "window of its fit, from 2 to 7.5 ell of distance, was chosen after it, as was the "
+            "number of lenses in place of their length over width."
         ),
         measure=lens,
         kept="kept.json",

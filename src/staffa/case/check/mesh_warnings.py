@@ -60,7 +60,8 @@ def mesh_notes(case: Case) -> Iterator[str]:
 
 def _of_ell(case: Case) -> Iterator[str]:
     ell, widest = float(case.damage.ell), widest_ell(case)
-    if case.domain.has_simplices and find_spec("gmsh") is None:
+    meshed_here = case.domain.has_simplices and case.domain.mesh is None
+    if meshed_here and find_spec("gmsh") is None:
         yield MISSING if case.domain.is_block else missing("domain.shape", WAY_OUT)
     yield from (text for much, text in long_edges(case, cell_edge(case)) if much)
     if widest < ell * (1 - 1e-9):
