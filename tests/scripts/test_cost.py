@@ -1,17 +1,15 @@
 """The memory, steps and time that `staffa check` says, against runs that were measured."""
 
 import json
-import shlex
-from itertools import pairwise
 
 import pytest
 
 from staffa.case.check.cost import WITHIN, coarser_for, duration, memory, steps
 from staffa.case.check.preview import preview
 from staffa.case.reading import ready_cases
-from staffa.case.reading.read import parse_case
 from staffa.case.scales.case_scales import derived_numbers
 from staffa.case.schema.case import Case
+from support.kept_runs import as_run
 from support.paths import ROOT
 
 MEASURED = ("squeezed", "layers", "neighbors", "columns", "quench")
@@ -26,15 +24,6 @@ def kept() -> dict[str, dict]:
         named = {name: runs} if "command" in runs else {f"{name} {k}": v for k, v in runs.items()}
         found |= {key: run for key, run in named.items() if "staffa run" in run["command"]}
     return found
-
-
-def as_run(command: str) -> tuple[Case, int]:
-    """The case of a command, and on how many ranks it ran."""
-    words = shlex.split(command)
-    settings = [after for word, after in pairwise(words) if word == "--set"]
-    file = next(word for word in words if word.endswith(".toml"))
-    ranks = int(words[words.index("-n") + 1]) if words[0] == "mpiexec" else 1
-    return parse_case((ROOT / file).read_text(encoding="utf-8"), settings), ranks
 
 
 def estimated(case: Case) -> float:

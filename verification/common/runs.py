@@ -35,9 +35,10 @@ class Cost:
     memory: float
 
 
-def run_with_cost(case: Path, where: Path, settings: Sequence[str]) -> Cost:
-    """Run a case on one rank into a folder that is new, and return its cost."""
-    process = subprocess.Popen(command(case, where, settings), cwd=ROOT)
+def run_with_cost(case: Path, where: Path, settings: Sequence[str], ranks: int = 1) -> Cost:
+    """Run a case into a folder that is new, and return its cost; CPU time is that of all ranks."""
+    mpiexec = [f"{Path(sys.executable).parent}/mpiexec", "-n", f"{ranks}"] if ranks > 1 else []
+    process = subprocess.Popen([*mpiexec, *command(case, where, settings)], cwd=ROOT)
     _, status, used = os.wait4(process.pid, 0)
     assert status == 0, f"{where} failed"
     return Cost(cpu=used.ru_utime + used.ru_stime, memory=used.ru_maxrss / 2**20)
