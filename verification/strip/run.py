@@ -192,7 +192,7 @@ CHECKS = {
             "Below the threshold of the sharp crack the notch stays as it is. Above, one straight "
             "crack follows the front, and at a large load it parts into several side by side. A "
             "wavy crack, which experiments find between the two, is not among these runs: up to "
-            "6.8 times the threshold the crack swings by less than ell. More loads, and other "
+            "7.4 times the threshold the crack swings by less than ell. More loads, and other "
             "speeds, are runs of `python -m verification.strip.phases`. Picture: the front in "
             "blue."
         ),
