@@ -275,7 +275,7 @@ def test_a_missing_gmsh_is_a_warning(monkeypatch):
 
 @needs_gmsh
 def test_a_mesh_that_was_read_needs_no_gmsh(monkeypatch, tmp_path):
-    """Where Gmsh has to read it and is not there, the case is refused before."""
+    """A mesh that Gmsh has to read is refused before, if Gmsh is not there."""
     written(tmp_path / "plate.msh", plate, h=0.2)
     text = SQUARE.replace("size = [1.0, 1.0]\nh = 0.1", 'mesh = "plate.msh"')
     text = text.replace("severity = 10.0", 'severity = 10.0\nface = "floor"') + NAMED

@@ -144,13 +144,13 @@ CHECKS = {
         text=(
             "Two parallel cracks, 10 ell apart, come from both short sides of a plate between "
             "grips, behind cold fronts, in rock that shortens across them alone. In experiments "
-            "with plates of several materials, notched on both long sides and pulled slowly at "
-            "the short ones, such cracks pass each other, turn, and cut lenses that are twice "
-            "as long as wide, on paths with the shape of a square root (Fender, Lechenault, "
-            "Daniels, Phys. Rev. Lett. 105, 125505, 2010, of which we read the abstract alone: "
-            "it gives no errors). The tolerance of the exponent was chosen before the run. The "
-            "window of its fit, from 2 to 7.5 ell of distance, was chosen after it, as was the "
-            "number of lenses in place of their length over width."
+            "plates of several materials were notched on both long sides and pulled slowly at "
+            "the short ones. Such cracks pass each other, turn, and cut lenses. These are twice "
+            "as long as wide, and the paths have the shape of a square root (Fender, "
+            "Lechenault, Daniels, Phys. Rev. Lett. 105, 125505, 2010, of which we read the "
+            "abstract alone: it gives no errors). The tolerance of the exponent was chosen "
+            "before the run. The window of its fit, from 2 to 7.5 ell of distance, was chosen "
+            "after it, as was the number of lenses in place of their length over width."
         ),
         measure=lens,
         kept="kept.json",
